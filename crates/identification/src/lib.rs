@@ -1,0 +1,5 @@
+//! From experiments to parameters.
+
+mod regressor;
+
+pub use regressor::Regressor;

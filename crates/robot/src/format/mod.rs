@@ -1,0 +1,1 @@
+//! File formats: each reads a text into a [`crate::Robot`].

@@ -1,0 +1,24 @@
+//! What a robot is, and the files that describe it.
+//!
+//! A [`Robot`] is a tree of links in Khalil-Kleinfinger frames, cut where it closes on itself.
+//! Every file format ends in the same `Robot`; algorithms read it and never change it.
+//!
+//! [Khalil, Kleinfinger 1986]: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r).
+
+mod affine;
+mod error;
+pub mod format;
+mod inertial;
+mod link;
+mod parameter;
+pub mod value;
+
+pub use affine::Affine;
+pub use error::{Error, Place};
+pub use inertial::{Part, Pose};
+pub use link::{
+    Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, Robot,
+    RotorInertia,
+};
+pub use parameter::{Inertial, StandardParameter};
+pub use value::{CoordinateId, Symbol, SymbolId, Value};

@@ -1,0 +1,79 @@
+//! The standard parameters of a link and their names.
+
+use std::fmt;
+
+use crate::link::{LinkId, Robot};
+
+/// The ten inertial parameters of a link and its rotor inertia, in the order of every vector.
+///
+/// XX .. ZZ: inertia about the origin of the link frame, in the link frame, kg m^2 (XY = -sum m x y:
+/// the entry of the matrix). MX MY MZ: first moments, kg m. M: mass, kg. Ia: rotor inertia seen
+/// from the joint, kg m^2 (kg for a prismatic joint): the torque Ia ddq_j.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Inertial {
+    Xx,
+    Xy,
+    Xz,
+    Yy,
+    Yz,
+    Zz,
+    Mx,
+    My,
+    Mz,
+    M,
+    Ia,
+}
+
+impl Inertial {
+    /// The ten of the body, without the rotor.
+    pub const BODY: [Inertial; 10] = {
+        use Inertial::*;
+        [Xx, Xy, Xz, Yy, Yz, Zz, Mx, My, Mz, M]
+    };
+
+    pub fn letters(self) -> &'static str {
+        use Inertial::*;
+        match self {
+            Xx => "XX",
+            Xy => "XY",
+            Xz => "XZ",
+            Yy => "YY",
+            Yz => "YZ",
+            Zz => "ZZ",
+            Mx => "MX",
+            My => "MY",
+            Mz => "MZ",
+            M => "M",
+            Ia => "IA",
+        }
+    }
+
+    /// Inertias 2, first moments 1, mass 0; the rotor inertia counts as an inertia.
+    pub fn is_first_moment(self) -> bool {
+        matches!(self, Inertial::Mx | Inertial::My | Inertial::Mz)
+    }
+}
+
+/// One standard parameter of one link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StandardParameter {
+    pub link: LinkId,
+    pub inertial: Inertial,
+}
+
+impl StandardParameter {
+    /// All of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, then IA where the joint has one.
+    pub fn all(robot: &Robot) -> Vec<StandardParameter> {
+        let of_link = |(j, link): (usize, &crate::Link)| {
+            let rotor = link.joint.rotor_inertia.is_modelled().then_some(Inertial::Ia);
+            let inertials = Inertial::BODY.into_iter().chain(rotor);
+            inertials.map(move |inertial| StandardParameter { link: LinkId(j), inertial })
+        };
+        robot.links.iter().enumerate().flat_map(of_link).collect()
+    }
+
+    /// The name with the label of its link: `XX4`.
+    pub fn display(self, robot: &Robot) -> impl fmt::Display {
+        format!("{}{}", self.inertial.letters(), robot.link(self.link).label)
+    }
+}
