@@ -1,1 +1,15 @@
-//! expr
+//! Hash-consed expression graphs and what is done with them.
+//!
+//! A [`Graph`] holds every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs
+//! nothing and x - y and y - x share a node. A [`Function`] is named inputs -> named outputs: the
+//! unit of evaluation ([`Tape`]), of evaluation in another algebra ([`Function::evaluate_in`]), of
+//! counting ([`Function::count`]) and of code generation. Nothing here knows what a robot is.
+
+mod function;
+mod graph;
+mod simplify;
+mod tape;
+
+pub use function::{Algebra, Count, Function, Input, Output};
+pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
+pub use tape::{Tape, Workspace};

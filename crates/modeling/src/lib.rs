@@ -1,1 +1,28 @@
-//! modeling
+//! What follows from a robot: the regressor D(q, dq, ddq), the torque, the base parameters.
+//!
+//! tau = D X with X the standard parameters of the links ([`robot::StandardParameter`]); D is
+//! derived symbolically as an [`expr::Function`], once, with the robot's lengths and angles as named
+//! constants. Nothing here reads files or prints.
+
+#![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]
+
+mod angle;
+mod base_parameters;
+mod coefficient;
+mod constants;
+mod derivation;
+mod field;
+mod interpolation;
+mod kinematics;
+mod names;
+mod rank;
+mod regressor;
+mod rigid_regrouping;
+mod rule;
+#[cfg(test)]
+mod test_robots;
+mod torque;
+mod vector;
+
+pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
+pub use derivation::Derivation;

@@ -6,16 +6,18 @@
 //! [Khalil, Kleinfinger 1986]: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r).
 
 mod affine;
+pub mod closure;
 mod error;
 pub mod format;
 mod inertial;
+pub mod kinematics;
 mod link;
 mod parameter;
 pub mod value;
 
 pub use affine::Affine;
 pub use error::{Error, Place};
-pub use inertial::{Part, Pose};
+pub use inertial::{Matrix3, Part, Pose};
 pub use link::{
     Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, Robot,
     RotorInertia,

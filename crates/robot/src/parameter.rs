@@ -72,8 +72,10 @@ impl StandardParameter {
         robot.links.iter().enumerate().flat_map(of_link).collect()
     }
 
-    /// The name with the label of its link: `XX4`.
+    /// The name with the label of its link: `XX4`, or `XX_elbow` where the label is a word.
     pub fn display(self, robot: &Robot) -> impl fmt::Display {
-        format!("{}{}", self.inertial.letters(), robot.link(self.link).label)
+        let label = &robot.link(self.link).label;
+        let separator = if label.starts_with(|c: char| c.is_ascii_digit()) { "" } else { "_" };
+        format!("{}{separator}{label}", self.inertial.letters())
     }
 }

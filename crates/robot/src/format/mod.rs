@@ -1,1 +1,57 @@
 //! File formats: each reads a text into a [`crate::Robot`].
+//!
+//! A description is refused with one [`Error`]: the file, the line, what was found, what was
+//! expected. No text makes a reader panic: sizes, depths and expressions are bounded here.
+
+mod expression;
+mod node;
+mod suggestion;
+mod yaml;
+mod yaml_link;
+mod yaml_loop;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::{Error, Place};
+use crate::link::Robot;
+pub use yaml::read_yaml;
+
+/// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`).
+///
+/// Fails when the file cannot be read, is larger than 16 MiB, is not UTF-8, or does not describe
+/// a robot.
+pub fn read(path: &Path) -> Result<Robot, Error> {
+    let file_name = path.display().to_string();
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let reader = match extension.as_str() {
+        "yaml" | "yml" => read_yaml,
+        _ => {
+            let message = format!("a robot is described by a .yaml, .yml, .urdf or .xml file, not by `.{extension}`");
+            return Err(whole_file(&file_name, message));
+        }
+    };
+    reader(&read_text(path, &file_name)?, &file_name)
+}
+
+fn read_text(path: &Path, file_name: &str) -> Result<String, Error> {
+    let fail = |e: std::io::Error| whole_file(file_name, format!("the file cannot be read: {e}"));
+    let mut bytes = Vec::new();
+    File::open(path).map_err(fail)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
+    }
+    String::from_utf8(bytes).map_err(|e| {
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        let message = "the text is not UTF-8: save the file in that encoding".to_string();
+        Error { place: Place { file: file_name.into(), line, column: 0 }, message }
+    })
+}
+
+fn whole_file(file: &str, message: String) -> Error {
+    Error { place: Place { file: file.into(), line: 0, column: 0 }, message }
+}

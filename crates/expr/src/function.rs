@@ -1,0 +1,192 @@
+//! A function: named inputs -> named outputs, over a graph of what they need and nothing else.
+
+use crate::graph::{Expr, Graph, Node, Symbol, SymbolKind};
+
+/// A vector of inputs under one name.
+#[derive(Clone, Debug)]
+pub struct Input {
+    pub name: String,
+    /// Input symbols, one an entry.
+    pub entries: Vec<Expr>,
+}
+
+/// A matrix of outputs under one name, row by row.
+#[derive(Clone, Debug)]
+pub struct Output {
+    pub name: String,
+    pub rows: usize,
+    pub columns: usize,
+    pub entries: Vec<Expr>,
+}
+
+/// Named inputs -> named outputs.
+#[derive(Clone, Debug)]
+pub struct Function {
+    pub name: String,
+    pub inputs: Vec<Input>,
+    pub outputs: Vec<Output>,
+    graph: Graph,
+}
+
+/// Operations of one evaluation. A product or a square is one multiplication, each binary + or -
+/// one addition; signs are free. `sin_cos` counts angles, each with its pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    pub mul: usize,
+    pub add: usize,
+    pub sin_cos: usize,
+}
+
+/// Where a function can be evaluated: f64, a finite field, polynomials.
+pub trait Algebra {
+    type Value: Clone;
+    fn constant(&mut self, x: f64) -> Self::Value;
+    fn symbol(&mut self, symbol: Symbol) -> Self::Value;
+    /// Sine of the argument at this node; one argument's sine and cosine belong together.
+    fn sin(&mut self, argument: Expr) -> Self::Value;
+    fn cos(&mut self, argument: Expr) -> Self::Value;
+    fn neg(&mut self, a: &Self::Value) -> Self::Value;
+    fn add(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    fn sub(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    fn mul(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    fn div(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    fn sqrt(&mut self, a: &Self::Value) -> Self::Value;
+}
+
+impl Function {
+    /// Keeps of `graph` what the outputs need.
+    pub fn new(name: &str, graph: &Graph, inputs: Vec<Input>, outputs: Vec<Output>) -> Function {
+        debug_assert!(outputs.iter().all(|o| o.entries.len() == o.rows * o.columns));
+        Function { name: name.to_string(), inputs, outputs, graph: Graph::new() }.rebuilt(graph, &|_| None)
+    }
+
+    pub fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// The same function with every named constant replaced by its value, and folded.
+    pub fn bound(&self) -> Function {
+        self.outline().rebuilt(&self.graph, &|kind| match kind {
+            SymbolKind::Constant(x) => Some(x),
+            SymbolKind::Input => None,
+        })
+    }
+
+    /// The same function with fewer outputs: `keep(output, row, column)`; a column or row that keeps
+    /// nothing disappears.
+    pub fn with_columns(&self, name: &str, output: usize, columns: &[usize]) -> Function {
+        let o = &self.outputs[output];
+        let entries =
+            (0..o.rows).flat_map(|r| columns.iter().map(move |&c| o.entries[r * o.columns + c])).collect::<Vec<_>>();
+        let kept = Output { name: o.name.clone(), rows: o.rows, columns: columns.len(), entries };
+        Function { name: name.to_string(), inputs: self.inputs.clone(), outputs: vec![kept], graph: Graph::new() }
+            .rebuilt(&self.graph, &|_| None)
+    }
+
+    /// Names, inputs and outputs, for [`Function::rebuilt`] to fill.
+    fn outline(&self) -> Function {
+        let (name, inputs, outputs) = (self.name.clone(), self.inputs.clone(), self.outputs.clone());
+        Function { name, inputs, outputs, graph: Graph::new() }
+    }
+
+    /// `self` with its graph made anew from what it needs of `old`, named constants replaced where
+    /// `value` gives a number. Symbols and inputs keep their places even where nothing reads them.
+    fn rebuilt(mut self, old: &Graph, value: &dyn Fn(SymbolKind) -> Option<f64>) -> Function {
+        let mut needed = vec![false; old.nodes().len()];
+        for e in self.outputs.iter().flat_map(|o| &o.entries).chain(self.inputs.iter().flat_map(|i| &i.entries)) {
+            needed[e.node()] = true;
+        }
+        for n in (0..needed.len()).rev() {
+            if needed[n] {
+                for e in operands(old.nodes()[n]) {
+                    needed[e.node()] = true;
+                }
+            }
+        }
+        let mut new = Graph::with_symbols(old.symbols().to_vec());
+        let mut map = vec![Expr::ZERO; needed.len()];
+        for (n, &node) in old.nodes().iter().enumerate().filter(|&(n, _)| needed[n]) {
+            let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());
+            let made = match node {
+                Node::Constant(x) => new.constant(x),
+                Node::Symbol(s) => match value(old.symbols()[s.0 as usize].1) {
+                    Some(x) => new.constant(x),
+                    None => new.of_symbol(s),
+                },
+                Node::Sin(a) => new.sin(m(a)),
+                Node::Cos(a) => new.cos(m(a)),
+                Node::Add(a, b) => new.add(m(a), m(b)),
+                Node::Mul(a, b) => new.mul(m(a), m(b)),
+                Node::Div(a, b) => new.div(m(a), m(b)),
+                Node::Sqrt(a) => new.sqrt(m(a)),
+            };
+            map[n] = made;
+        }
+        let mapped = |e: &Expr| Graph::negate_if(map[e.node()], e.is_negative());
+        for i in &mut self.inputs {
+            i.entries = i.entries.iter().map(mapped).collect();
+        }
+        for o in &mut self.outputs {
+            o.entries = o.entries.iter().map(mapped).collect();
+        }
+        self.graph = new;
+        self
+    }
+
+    /// Operations of one evaluation; what depends on no input is computed once and not counted.
+    pub fn count(&self) -> Count {
+        let mut count = Count::default();
+        let mut angles = Vec::new();
+        for (n, &node) in self.graph.nodes().iter().enumerate() {
+            if !self.graph.varies(Expr::new(n, false)) {
+                continue;
+            }
+            match node {
+                Node::Add(..) => count.add += 1,
+                Node::Mul(..) | Node::Div(..) => count.mul += 1,
+                Node::Sin(a) | Node::Cos(a) => angles.push(a),
+                Node::Sqrt(_) | Node::Constant(_) | Node::Symbol(_) => {}
+            }
+        }
+        angles.sort();
+        angles.dedup();
+        count.sin_cos = angles.len();
+        count
+    }
+
+    /// Every output's entries, in order, computed in another algebra.
+    pub fn evaluate_in<A: Algebra>(&self, algebra: &mut A) -> Vec<Vec<A::Value>> {
+        let zero = algebra.constant(0.0);
+        let mut values: Vec<A::Value> = Vec::with_capacity(self.graph.nodes().len());
+        for &node in self.graph.nodes() {
+            let value = match node {
+                Node::Constant(x) => algebra.constant(x),
+                Node::Symbol(s) => algebra.symbol(s),
+                Node::Sin(a) => algebra.sin(a),
+                Node::Cos(a) => algebra.cos(a),
+                Node::Add(a, b) if b.is_negative() => algebra.sub(&values[a.node()], &values[b.node()]),
+                Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
+                Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
+                Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
+                Node::Sqrt(a) => algebra.sqrt(&values[a.node()]),
+            };
+            values.push(value);
+        }
+        let mut read = |e: &Expr| match (e.is_zero(), e.is_negative()) {
+            (true, _) => zero.clone(),
+            (false, false) => values[e.node()].clone(),
+            (false, true) => algebra.neg(&values[e.node()]),
+        };
+        self.outputs.iter().map(|o| o.entries.iter().map(&mut read).collect()).collect()
+    }
+}
+
+/// What a node reads.
+pub(crate) fn operands(node: Node) -> impl Iterator<Item = Expr> {
+    let (a, b) = match node {
+        Node::Constant(_) | Node::Symbol(_) => (None, None),
+        Node::Sin(a) | Node::Cos(a) | Node::Sqrt(a) => (Some(a), None),
+        Node::Add(a, b) | Node::Mul(a, b) | Node::Div(a, b) => (Some(a), Some(b)),
+    };
+    a.into_iter().chain(b)
+}

@@ -1,0 +1,339 @@
+//! The graph: every subexpression once, signs on the handles.
+//!
+//! Normal form. A node is never negative: the sign lives in the handle. A sum's first operand is
+//! positive, operands of sums and products stand in the order of their creation, constants first.
+//! Zeros, ones, x - x, and constants among themselves are folded as the nodes are made, so that a
+//! 6e-17 never stands where a zero should.
+
+use rustc_hash::FxHashMap;
+
+/// A signed reference to a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Expr(u32);
+
+impl Expr {
+    /// Node 0 of every graph is the constant zero.
+    pub const ZERO: Expr = Expr(0);
+    /// Node 1 of every graph is the constant one.
+    pub const ONE: Expr = Expr(2);
+
+    pub(crate) fn new(node: usize, negative: bool) -> Expr {
+        Expr((node as u32) << 1 | u32::from(negative))
+    }
+
+    /// Position of the node in [`Graph::nodes`].
+    pub fn node(self) -> usize {
+        (self.0 >> 1) as usize
+    }
+
+    pub fn is_negative(self) -> bool {
+        self.0 & 1 == 1
+    }
+
+    pub fn is_zero(self) -> bool {
+        self == Expr::ZERO
+    }
+
+    /// The expression without its sign.
+    pub fn abs(self) -> Expr {
+        Expr(self.0 & !1)
+    }
+
+    fn with_sign(self, negative: bool) -> Expr {
+        if negative { -self } else { self }
+    }
+}
+
+impl std::ops::Neg for Expr {
+    type Output = Expr;
+    fn neg(self) -> Expr {
+        if self.is_zero() { self } else { Expr(self.0 ^ 1) }
+    }
+}
+
+/// Index of a symbol in [`Graph::symbols`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Symbol(pub u32);
+
+/// What a symbol is to the function it stands in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SymbolKind {
+    /// Given at each evaluation.
+    Input,
+    /// A constant with a name and this value.
+    Constant(f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Node {
+    /// Zero or positive.
+    Constant(f64),
+    Symbol(Symbol),
+    /// Sine of an expression without sign.
+    Sin(Expr),
+    /// Cosine of an expression without sign.
+    Cos(Expr),
+    /// a + b; only b may be negative.
+    Add(Expr, Expr),
+    /// a b, both without sign.
+    Mul(Expr, Expr),
+    /// a / b, both without sign; only between constants.
+    Div(Expr, Expr),
+    /// Square root of a constant expression.
+    Sqrt(Expr),
+}
+
+/// A growing set of nodes, operands before what uses them.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    nodes: Vec<Node>,
+    /// Whether the node depends on an input.
+    varies: Vec<bool>,
+    symbols: Vec<(String, SymbolKind)>,
+    known: FxHashMap<Key, u32>,
+}
+
+/// A node with its f64 as bits, so that it can be hashed.
+type Key = (u8, u64, u32);
+
+fn key(node: Node) -> Key {
+    match node {
+        Node::Constant(x) => (0, x.to_bits(), 0),
+        Node::Symbol(s) => (1, u64::from(s.0), 0),
+        Node::Sin(a) => (2, u64::from(a.0), 0),
+        Node::Cos(a) => (3, u64::from(a.0), 0),
+        Node::Add(a, b) => (4, u64::from(a.0), b.0),
+        Node::Mul(a, b) => (5, u64::from(a.0), b.0),
+        Node::Div(a, b) => (6, u64::from(a.0), b.0),
+        Node::Sqrt(a) => (7, u64::from(a.0), 0),
+    }
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Graph::new()
+    }
+}
+
+impl Graph {
+    pub fn new() -> Graph {
+        Graph::with_symbols(Vec::new())
+    }
+
+    /// An empty graph that knows these symbols.
+    pub(crate) fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
+        let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default() };
+        g.intern(Node::Constant(0.0));
+        g.intern(Node::Constant(1.0));
+        g
+    }
+
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub fn node(&self, e: Expr) -> Node {
+        self.nodes[e.node()]
+    }
+
+    /// Names and kinds of the symbols, in the order they were made.
+    pub fn symbols(&self) -> &[(String, SymbolKind)] {
+        &self.symbols
+    }
+
+    /// Whether the expression depends on an input.
+    pub fn varies(&self, e: Expr) -> bool {
+        self.varies[e.node()]
+    }
+
+    fn intern(&mut self, node: Node) -> Expr {
+        let nodes = &mut self.nodes;
+        let varies = &mut self.varies;
+        let symbols = &self.symbols;
+        let n = *self.known.entry(key(node)).or_insert_with(|| {
+            let v = |e: Expr| varies[e.node()];
+            let it_varies = match node {
+                Node::Constant(_) => false,
+                Node::Symbol(s) => symbols[s.0 as usize].1 == SymbolKind::Input,
+                Node::Sin(a) | Node::Cos(a) | Node::Sqrt(a) => v(a),
+                Node::Add(a, b) | Node::Mul(a, b) | Node::Div(a, b) => v(a) || v(b),
+            };
+            varies.push(it_varies);
+            nodes.push(node);
+            nodes.len() as u32 - 1
+        });
+        Expr::new(n as usize, false)
+    }
+
+    /// A new symbol. Names are for people: two symbols may share one.
+    pub fn symbol(&mut self, name: &str, kind: SymbolKind) -> Expr {
+        self.symbols.push((name.to_string(), kind));
+        self.of_symbol(Symbol(self.symbols.len() as u32 - 1))
+    }
+
+    pub(crate) fn of_symbol(&mut self, symbol: Symbol) -> Expr {
+        self.intern(Node::Symbol(symbol))
+    }
+
+    /// The constant x, which must be finite.
+    pub fn constant(&mut self, x: f64) -> Expr {
+        debug_assert!(x.is_finite());
+        if x == 0.0 {
+            return Expr::ZERO;
+        }
+        self.intern(Node::Constant(x.abs())).with_sign(x < 0.0)
+    }
+
+    /// The f64 of an expression that is a constant node.
+    pub fn as_constant(&self, e: Expr) -> Option<f64> {
+        match self.node(e) {
+            Node::Constant(x) => Some(if e.is_negative() { -x } else { x }),
+            _ => None,
+        }
+    }
+
+    pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
+        if a.is_zero() {
+            return b;
+        }
+        if b.is_zero() {
+            return a;
+        }
+        if a == -b {
+            return Expr::ZERO;
+        }
+        if a == b {
+            let two = self.constant(2.0);
+            return self.mul(two, a);
+        }
+        if let (Some(x), Some(y)) = (self.as_constant(a), self.as_constant(b)) {
+            return self.constant(x + y);
+        }
+        let (a, b) = if a.node() < b.node() { (a, b) } else { (b, a) };
+        let negative = a.is_negative();
+        self.intern(Node::Add(a.abs(), b.with_sign(negative))).with_sign(negative)
+    }
+
+    pub fn sub(&mut self, a: Expr, b: Expr) -> Expr {
+        self.add(a, -b)
+    }
+
+    pub fn mul(&mut self, a: Expr, b: Expr) -> Expr {
+        if a.is_zero() || b.is_zero() {
+            return Expr::ZERO;
+        }
+        let negative = a.is_negative() != b.is_negative();
+        let (a, b) = (a.abs(), b.abs());
+        if a == Expr::ONE {
+            return b.with_sign(negative);
+        }
+        if b == Expr::ONE {
+            return a.with_sign(negative);
+        }
+        let (a, b) = self.constant_first(a, b);
+        if let Node::Constant(x) = self.node(a) {
+            match self.node(b) {
+                Node::Constant(y) => return self.constant(x * y).with_sign(negative),
+                // x (y c) = (x y) c
+                Node::Mul(y, c) => {
+                    if let Node::Constant(y) = self.node(y) {
+                        let xy = self.constant(x * y);
+                        return self.mul(xy, c).with_sign(negative);
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.intern(Node::Mul(a, b)).with_sign(negative)
+    }
+
+    /// Numbers before named constants before the rest, then by age.
+    fn constant_first(&self, a: Expr, b: Expr) -> (Expr, Expr) {
+        let rank = |e: Expr| match self.node(e) {
+            Node::Constant(_) => 0,
+            _ if !self.varies(e) => 1,
+            _ => 2,
+        };
+        if (rank(a), a.node()) <= (rank(b), b.node()) { (a, b) } else { (b, a) }
+    }
+
+    /// a / b. Both must be free of inputs: no quantity of a robot's dynamics divides by a variable.
+    pub fn div(&mut self, a: Expr, b: Expr) -> Expr {
+        debug_assert!(!self.varies(a) && !self.varies(b) && !b.is_zero());
+        let negative = a.is_negative() != b.is_negative();
+        let (a, b) = (a.abs(), b.abs());
+        if a.is_zero() || b == Expr::ONE {
+            return a.with_sign(negative);
+        }
+        if a == b {
+            return Expr::ONE.with_sign(negative);
+        }
+        if let (Some(x), Some(y)) = (self.as_constant(a), self.as_constant(b)) {
+            return self.constant(x / y).with_sign(negative);
+        }
+        self.intern(Node::Div(a, b)).with_sign(negative)
+    }
+
+    pub fn sqrt(&mut self, a: Expr) -> Expr {
+        match self.as_constant(a) {
+            Some(x) => self.constant(libm::sqrt(x)),
+            None => self.intern(Node::Sqrt(a)),
+        }
+    }
+
+    /// sin(-x) = -sin(x).
+    pub fn sin(&mut self, a: Expr) -> Expr {
+        match self.as_constant(a.abs()) {
+            Some(x) => self.constant(libm::sin(x)).with_sign(a.is_negative()),
+            None => self.intern(Node::Sin(a.abs())).with_sign(a.is_negative()),
+        }
+    }
+
+    /// cos(-x) = cos(x).
+    pub fn cos(&mut self, a: Expr) -> Expr {
+        match self.as_constant(a.abs()) {
+            Some(x) => self.constant(libm::cos(x)),
+            None => self.intern(Node::Cos(a.abs())),
+        }
+    }
+
+    pub(crate) fn negate_if(e: Expr, negative: bool) -> Expr {
+        e.with_sign(negative)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each fact is one line: what is built, what it must be.
+    #[test]
+    fn facts() {
+        let mut g = Graph::new();
+        let x = g.symbol("x", SymbolKind::Input);
+        let y = g.symbol("y", SymbolKind::Input);
+        let two = g.constant(2.0);
+        macro_rules! fact {
+            ($a:expr => $b:expr) => {
+                assert_eq!($a, $b, "{}", stringify!($a => $b));
+            };
+        }
+        fact!(g.add(x, Expr::ZERO) => x);
+        fact!(g.sub(x, x) => Expr::ZERO);
+        fact!(g.add(x, x) => g.mul(two, x));
+        fact!(g.mul(x, Expr::ZERO) => Expr::ZERO);
+        fact!(g.mul(x, Expr::ONE) => x);
+        fact!(g.mul(x, -Expr::ONE) => -x);
+        fact!(-Expr::ZERO => Expr::ZERO);
+        fact!(g.sub(x, y) => -g.sub(y, x));
+        fact!(g.add(-x, -y) => -g.add(y, x));
+        fact!(g.mul(-x, y) => -g.mul(y, x));
+        fact!(g.mul(-x, -y) => g.mul(x, y));
+        fact!(g.sin(-x) => -g.sin(x));
+        fact!(g.cos(-x) => g.cos(x));
+        fact!(g.constant(-2.0) => -two);
+        fact!(g.add(two, two) => g.constant(4.0));
+        fact!({ let a = g.mul(two, x); g.mul(two, a) } => { let c = g.constant(4.0); g.mul(c, x) });
+        fact!({ let d = g.symbol("D", SymbolKind::Constant(0.3)); g.div(d, -d) } => -Expr::ONE);
+    }
+}

@@ -1,0 +1,114 @@
+//! The regressor of the standard parameters: tau = D(q, dq, ddq) X.
+//!
+//! The force and the moment at O_j that move link j are linear in its parameters:
+//!
+//! ```text
+//! f = M a + U MS,   n = J dw + w x (J w) + MS x a
+//! ```
+//! so that row k, column c of link j is z_jk . n_c + d_jk . f_c: the power of the wrench per unit of
+//! parameter c along the twist of coordinate k. The twists travel outward with the frames
+//! ([`crate::kinematics`]); no wrench travels inward. A rotor's column is (d q_j / d q_k) ddq_j.
+
+use expr::{Expr, Function, Graph, Output};
+use robot::{Inertial, StandardParameter};
+
+use crate::derivation::Derivation;
+use crate::kinematics::{LinkMotion, Twist};
+use crate::vector::{NULL, Vector, cross, dot};
+
+/// D(q, dq, ddq), n x p: one row a coordinate, one column a parameter of
+/// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
+pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
+    let Derivation { robot, graph: g, motion, links, .. } = derivation;
+    let parameters = StandardParameter::all(robot);
+    let n = robot.n_coordinates();
+    let mut entries = vec![Expr::ZERO; n * parameters.len()];
+    for (c, parameter) in parameters.iter().enumerate() {
+        let j = &links[parameter.link.0];
+        if parameter.inertial == Inertial::Ia {
+            for &(k, coefficient) in &robot.link(parameter.link).joint.variable.terms {
+                let coefficient = g.constant(coefficient);
+                entries[k.0 * parameters.len() + c] = g.mul(coefficient, j.joint_acceleration);
+            }
+            continue;
+        }
+        let wrench = unit_wrench(g, j, parameter.inertial);
+        for (k, twist) in j.jacobian.iter().enumerate() {
+            if let Some(twist) = twist {
+                entries[k * parameters.len() + c] = power(g, *twist, wrench);
+            }
+        }
+    }
+    let output = Output { name: "y".into(), rows: n, columns: parameters.len(), entries };
+    Function::new("regressor", g, motion.inputs(), vec![output])
+}
+
+/// Force and moment at O_j per unit of one inertial parameter.
+#[derive(Clone, Copy)]
+struct Wrench {
+    f: Vector,
+    n: Vector,
+}
+
+fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
+    let [wx, wy, wz] = j.w;
+    let [dwx, dwy, dwz] = j.dw;
+    let U = &j.U;
+    let column = |c: usize| [U[0][c], U[1][c], U[2][c]];
+    let axis = |c: usize| std::array::from_fn(|i| if i == c { Expr::ONE } else { Expr::ZERO });
+    let mut difference_of_squares = |a: Expr, b: Expr| {
+        let (aa, bb) = (g.mul(a, a), g.mul(b, b));
+        g.sub(aa, bb)
+    };
+    let n = match parameter {
+        Inertial::Xx => [dwx, g.mul(wx, wz), -g.mul(wx, wy)],
+        Inertial::Xy => [-U[2][0], U[2][1], difference_of_squares(wx, wy)],
+        Inertial::Xz => [U[1][0], difference_of_squares(wz, wx), -U[1][2]],
+        Inertial::Yy => [-g.mul(wy, wz), dwy, g.mul(wx, wy)],
+        Inertial::Yz => [difference_of_squares(wy, wz), -U[0][1], U[0][2]],
+        Inertial::Zz => [g.mul(wy, wz), -g.mul(wx, wz), dwz],
+        Inertial::Mx => cross(g, axis(0), j.a),
+        Inertial::My => cross(g, axis(1), j.a),
+        Inertial::Mz => cross(g, axis(2), j.a),
+        Inertial::M | Inertial::Ia => NULL,
+    };
+    let f = match parameter {
+        Inertial::Mx => column(0),
+        Inertial::My => column(1),
+        Inertial::Mz => column(2),
+        Inertial::M => j.a,
+        _ => NULL,
+    };
+    Wrench { f, n }
+}
+
+fn power(g: &mut Graph, twist: Twist, wrench: Wrench) -> Expr {
+    let (angular, linear) = (dot(g, twist.z, wrench.n), dot(g, twist.d, wrench.f));
+    g.add(angular, linear)
+}
+
+#[cfg(test)]
+mod tests {
+    use robot::RotorInertia;
+
+    use super::*;
+    use crate::test_robots;
+
+    #[test]
+    fn counts() {
+        for robot in [test_robots::ur5, test_robots::panda, test_robots::lwr] {
+            let robot = robot(RotorInertia::Absent);
+            let f = Derivation::new(&robot).regressor().bound();
+            println!("{} standard {:?}", robot.name, f.count());
+            let all = StandardParameter::all(&robot);
+            use Inertial::*;
+            let keep: Vec<usize> = (0..all.len())
+                .filter(|&c| {
+                    let i = all[c].inertial;
+                    !(matches!(i, Yy | Mz | M) || all[c].link.0 == 0 && i != Zz)
+                })
+                .collect();
+            println!("{} base {} {:?}", robot.name, keep.len(), f.with_columns("base", 0, &keep).count());
+        }
+    }
+}

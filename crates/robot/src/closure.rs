@@ -1,0 +1,67 @@
+//! Whether the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
+//!
+//! Both sides are trigonometric polynomials in the coordinates, so agreement at a few generic
+//! configurations is agreement everywhere.
+
+use crate::inertial::Pose;
+use crate::link::{Loop, Robot};
+
+/// Largest distance, m, and angle, rad, between frames that are to coincide.
+pub const TOLERANCE: f64 = 1e-9;
+
+const CONFIGURATIONS: usize = 20;
+
+/// How far a loop is from closing, and where.
+#[derive(Clone, Debug)]
+pub struct Gap {
+    /// m.
+    pub position: f64,
+    /// rad.
+    pub orientation: f64,
+    pub q: Vec<f64>,
+}
+
+/// The largest gap of a loop over fixed pseudo-random configurations.
+pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
+    let mut worst = Gap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_coordinates()] };
+    for q in configurations(robot.n_coordinates(), CONFIGURATIONS) {
+        let poses = robot.link_poses(&q);
+        let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
+        let twin = robot.loop_frame_pose(&one.twin, &poses, &q);
+        // A description may overflow f64; that is no closed loop either.
+        let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
+        let (position, orientation) = distance(&cut, &twin);
+        let (position, orientation) = (known(position), known(orientation));
+        if position.max(orientation) > worst.position.max(worst.orientation) {
+            worst = Gap { position, orientation, q };
+        }
+    }
+    worst
+}
+
+/// Distance of the origins, m, and angle between the axes, rad.
+pub(crate) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
+    let between = a.inverse().compose(b);
+    let [x, y, z] = between.position;
+    let r = between.rotation;
+    // Half the skew part is sin(angle) times the axis, the trace 1 + 2 cos(angle).
+    let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]].map(|s| s / 2.0);
+    let sine = (skew[0] * skew[0] + skew[1] * skew[1] + skew[2] * skew[2]).sqrt();
+    let cosine = (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0;
+    ((x * x + y * y + z * z).sqrt(), sine.atan2(cosine))
+}
+
+/// The same `count` points of [-pi, pi]^n at every call.
+pub(crate) fn configurations(n: usize, count: usize) -> impl Iterator<Item = Vec<f64>> {
+    let mut state: u64 = 0x1995_0521_0411_0018;
+    (0..count).map(move |_| (0..n).map(|_| std::f64::consts::PI * (2.0 * uniform(&mut state) - 1.0)).collect())
+}
+
+/// One number of [0, 1): splitmix64.
+fn uniform(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}

@@ -1,0 +1,119 @@
+//! Values of a description: numbers and expressions, with every refusal placed.
+
+use super::node::{Content, Node, Source};
+use super::suggestion::did_you_mean;
+use crate::error::Error;
+use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
+
+/// A longer expression is not a robot; the bound also keeps recursion over values shallow.
+const MAX_LENGTH: usize = 1000;
+/// Operations of a value with its symbols written out: a chain of symbols, each twice the one
+/// before it, would take for ever to evaluate.
+const MAX_COST: usize = 4000;
+
+/// The names an expression may use.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names {
+    pub symbols: Vec<Symbol>,
+    /// Operations of each symbol's value, its own symbols written out.
+    costs: Vec<usize>,
+    pub coordinates: Vec<String>,
+}
+
+impl Names {
+    /// Adds a symbol, whose value may name those before it.
+    pub fn define(&mut self, source: Source, name: String, node: &Node) -> Result<(), Error> {
+        let value = self.constant(source, &format!("the symbol `{name}`"), node)?;
+        self.costs.push(self.cost(&value));
+        self.symbols.push(Symbol { name, value });
+        Ok(())
+    }
+
+    /// A value free of coordinates, finite.
+    pub fn constant(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
+        let value = self.value(source, what, node, &[])?;
+        self.finite(source, what, node, value.number(&self.symbols))?;
+        Ok(value)
+    }
+
+    /// The f64 of a value free of coordinates.
+    pub fn number(&self, source: Source, what: &str, node: &Node) -> Result<f64, Error> {
+        Ok(self.constant(source, what, node)?.number(&self.symbols))
+    }
+
+    /// A value that may name coordinates.
+    pub fn variable(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
+        self.value(source, what, node, &self.coordinates)
+    }
+
+    pub fn finite(&self, source: Source, what: &str, node: &Node, x: f64) -> Result<(), Error> {
+        if x.is_finite() {
+            return Ok(());
+        }
+        Err(source.at(node, format!("{what} is not a finite number: {} gives {x}", node.kind())))
+    }
+
+    fn value(&self, source: Source, what: &str, node: &Node, coordinates: &[String]) -> Result<Value, Error> {
+        let find = |word: &str| self.find(word, coordinates);
+        let text = match &node.content {
+            Content::Number(x) => {
+                self.finite(source, what, node, *x)?;
+                return Ok(Value::Number(*x));
+            }
+            Content::Text(text) => text,
+            _ => {
+                let message = format!("{what} must be a number or an expression, found {}", node.kind());
+                return Err(source.at(node, message));
+            }
+        };
+        if text.len() > MAX_LENGTH {
+            return Err(source.at(node, format!("{what} is an expression of more than {MAX_LENGTH} characters")));
+        }
+        let value = parse(text, &find).map_err(|e| {
+            let hint = match identifiers(text).find(|w| find(w).is_none()) {
+                Some(w) if self.coordinates.iter().any(|c| c == w) => format!(
+                    ": `{w}` is a coordinate; coordinates move the theta of a revolute joint or the r of a prismatic one, nothing else"
+                ),
+                Some(w) => {
+                    let symbols = self.symbols.iter().map(|s| s.name.as_str());
+                    did_you_mean(w, symbols.chain(coordinates.iter().map(String::as_str)))
+                }
+                None => String::new(),
+            };
+            source.at(node, format!("{what}: {e}{hint}"))
+        })?;
+        if self.cost(&value) > MAX_COST {
+            let message = format!("{what} takes more than {MAX_COST} operations with its symbols written out");
+            return Err(source.at(node, message));
+        }
+        Ok(value)
+    }
+
+    fn find(&self, word: &str, coordinates: &[String]) -> Option<Name> {
+        let symbol = self.symbols.iter().position(|s| s.name == word).map(|k| Name::Symbol(SymbolId(k)));
+        symbol.or_else(|| coordinates.iter().position(|c| c == word).map(|k| Name::Coordinate(CoordinateId(k))))
+    }
+
+    fn cost(&self, value: &Value) -> usize {
+        let two = |a: &Value, b: &Value| 1 + self.cost(a) + self.cost(b);
+        match value {
+            Value::Number(_) | Value::Pi | Value::Coordinate(_) => 1,
+            Value::Symbol(s) => 1 + self.costs[s.0],
+            Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => 1 + self.cost(a),
+            Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) => two(a, b),
+        }
+    }
+}
+
+/// The names in an expression, functions and pi aside.
+pub(super) fn identifiers(text: &str) -> impl Iterator<Item = &str> {
+    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    words.filter(|w| is_name(w))
+}
+
+/// A word that may name a symbol or a coordinate.
+pub(super) fn is_name(word: &str) -> bool {
+    let starts = word.chars().next().is_some_and(|c| c.is_alphabetic() || c == '_');
+    let continues = word.chars().all(|c| c.is_alphanumeric() || c == '_');
+    starts && continues && !matches!(word, "pi" | "Pi" | "sqrt" | "sin" | "cos")
+}

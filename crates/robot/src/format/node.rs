@@ -1,0 +1,266 @@
+//! A YAML text as a tree in which every value knows its line and column.
+//!
+//! The only place that knows the YAML library. Duplicate keys, aliases beyond the budget and
+//! nesting beyond the budget are refused by it; what the values mean is read elsewhere.
+
+use std::fmt;
+
+use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde_yaml::Spanned;
+
+use super::suggestion::did_you_mean;
+use crate::error::{Error, Place};
+
+/// One value of the text and where it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    pub line: usize,
+    pub column: usize,
+    pub content: Content,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Content {
+    Null,
+    Bool(bool),
+    Number(f64),
+    Text(String),
+    List(Vec<Node>),
+    Map(Vec<(Key, Node)>),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Key {
+    pub line: usize,
+    pub column: usize,
+    pub text: String,
+}
+
+/// A file being read: what errors name.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source<'a> {
+    pub file: &'a str,
+}
+
+impl Source<'_> {
+    pub fn error(self, line: usize, column: usize, message: impl Into<String>) -> Error {
+        Error { place: Place { file: self.file.into(), line, column }, message: message.into() }
+    }
+
+    pub fn at(self, node: &Node, message: impl Into<String>) -> Error {
+        self.error(node.line, node.column, message)
+    }
+
+    pub fn at_key(self, key: &Key, message: impl Into<String>) -> Error {
+        self.error(key.line, key.column, message)
+    }
+
+    /// Parses the text.
+    pub fn parse(self, text: &str) -> Result<Node, Error> {
+        let options = serde_yaml::options! { strict_booleans: true, with_snippet: false };
+        serde_yaml::from_str_with_options(text, options).map_err(|e| {
+            let (line, column) = e.location().map_or((0, 0), |l| (place(l.line()), place(l.column())));
+            self.error(line, column, format!("not valid YAML: {}", without_place(&e.to_string())))
+        })
+    }
+}
+
+fn place(n: u64) -> usize {
+    usize::try_from(n).unwrap_or(0)
+}
+
+/// The library ends its messages with a place of its own; ours stands in front already.
+fn without_place(message: &str) -> &str {
+    let first = message.lines().next().unwrap_or("");
+    first.find(" at line ").map_or(first, |at| &first[..at])
+}
+
+impl Node {
+    /// What the value is, for a message.
+    pub fn kind(&self) -> String {
+        match &self.content {
+            Content::Null => "nothing".into(),
+            Content::Bool(b) => format!("`{b}`"),
+            Content::Number(x) => format!("the number {x}"),
+            Content::Text(t) if t.chars().count() > 40 => "a long text".into(),
+            Content::Text(t) => format!("`{t}`"),
+            Content::List(items) => format!("a list of {}", items.len()),
+            Content::Map(_) => "a map".into(),
+        }
+    }
+
+    /// The entries of a map whose keys are all among `valid`; `what` names the map in errors.
+    pub fn fields<'a>(&'a self, source: Source<'a>, what: &'a str, valid: &[&str]) -> Result<Fields<'a>, Error> {
+        let entries = self.map(source, what)?;
+        for (key, _) in entries {
+            if !valid.contains(&key.text.as_str()) {
+                let meant = did_you_mean(&key.text, valid.iter().copied());
+                let shown: String = key.text.chars().take(40).collect();
+                let message = format!("unknown key `{shown}` in {what}{meant}; the keys are {}", valid.join(", "));
+                return Err(source.at_key(key, message));
+            }
+        }
+        Ok(Fields { source, what, node: self, entries })
+    }
+
+    pub fn map<'a>(&'a self, source: Source, what: &str) -> Result<&'a [(Key, Node)], Error> {
+        match &self.content {
+            Content::Map(entries) => Ok(entries),
+            _ => Err(source.at(self, format!("{what} must be a map of keys to values, found {}", self.kind()))),
+        }
+    }
+
+    pub fn list<'a>(&'a self, source: Source, what: &str) -> Result<&'a [Node], Error> {
+        match &self.content {
+            Content::List(items) => Ok(items),
+            _ => Err(source.at(self, format!("{what} must be a list, found {}", self.kind()))),
+        }
+    }
+
+    /// A text, or a number as its text.
+    pub fn word(&self, source: Source, what: &str) -> Result<String, Error> {
+        match &self.content {
+            Content::Text(t) if !t.trim().is_empty() => Ok(t.trim().to_string()),
+            Content::Number(x) => Ok(x.to_string()),
+            _ => Err(source.at(self, format!("{what} must be a name, found {}", self.kind()))),
+        }
+    }
+
+    /// One of a few words, by its index.
+    pub fn choice(&self, source: Source, what: &str, words: &[&str]) -> Result<usize, Error> {
+        let found = words.iter().position(|w| matches!(&self.content, Content::Text(t) if t == w));
+        found.ok_or_else(|| {
+            let meant = match &self.content {
+                Content::Text(t) => did_you_mean(t, words.iter().copied()),
+                _ => String::new(),
+            };
+            source.at(self, format!("{what} is {}, found {}{meant}", words.join(" or "), self.kind()))
+        })
+    }
+}
+
+/// A map whose keys are known to be valid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fields<'a> {
+    source: Source<'a>,
+    what: &'a str,
+    node: &'a Node,
+    entries: &'a [(Key, Node)],
+}
+
+impl<'a> Fields<'a> {
+    pub fn get(&self, key: &str) -> Option<&'a Node> {
+        self.entries.iter().find(|(k, _)| k.text == key).map(|(_, v)| v)
+    }
+
+    pub fn require(&self, key: &str) -> Result<&'a Node, Error> {
+        self.get(key).ok_or_else(|| self.source.at(self.node, format!("`{key}` is missing in {}", self.what)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Node {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Node, D::Error> {
+        let spanned = Spanned::<Content>::deserialize(deserializer)?;
+        let at = spanned.referenced;
+        Ok(Node { line: place(at.line()), column: place(at.column()), content: spanned.value })
+    }
+}
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Key, D::Error> {
+        let spanned = Spanned::<String>::deserialize(deserializer)?;
+        let at = spanned.referenced;
+        Ok(Key { line: place(at.line()), column: place(at.column()), text: spanned.value })
+    }
+}
+
+impl<'de> Deserialize<'de> for Content {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Content, D::Error> {
+        deserializer.deserialize_any(ContentVisitor)
+    }
+}
+
+struct ContentVisitor;
+
+impl<'de> Visitor<'de> for ContentVisitor {
+    type Value = Content;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Content, E> {
+        Ok(Content::Null)
+    }
+
+    fn visit_none<E>(self) -> Result<Content, E> {
+        Ok(Content::Null)
+    }
+
+    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Content, D::Error> {
+        Content::deserialize(deserializer)
+    }
+
+    fn visit_bool<E>(self, b: bool) -> Result<Content, E> {
+        Ok(Content::Bool(b))
+    }
+
+    fn visit_i64<E>(self, x: i64) -> Result<Content, E> {
+        Ok(Content::Number(x as f64))
+    }
+
+    fn visit_u64<E>(self, x: u64) -> Result<Content, E> {
+        Ok(Content::Number(x as f64))
+    }
+
+    fn visit_f64<E>(self, x: f64) -> Result<Content, E> {
+        Ok(Content::Number(x))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Content, E> {
+        Ok(Content::Text(text.to_string()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Content, A::Error> {
+        let mut list = Vec::new();
+        while let Some(item) = items.next_element()? {
+            list.push(item);
+        }
+        Ok(Content::List(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Content, A::Error> {
+        let mut map = Vec::new();
+        while let Some(entry) = entries.next_entry()? {
+            map.push(entry);
+        }
+        Ok(Content::Map(map))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: Source = Source { file: "f" };
+
+    #[test]
+    fn values_know_their_place() {
+        let root = SOURCE.parse("a: 1\nb:\n  - x/2\n  - {c: .5}\n").unwrap();
+        let fields = root.fields(SOURCE, "it", &["a", "b"]).unwrap();
+        let list = fields.require("b").unwrap().list(SOURCE, "b").unwrap();
+        assert_eq!((list[0].line, list[0].column), (3, 5));
+        let (key, value) = &list[1].map(SOURCE, "c").unwrap()[0];
+        assert_eq!((key.line, key.column, value.column), (4, 6, 9));
+    }
+
+    #[test]
+    fn what_is_not_a_tree_is_refused() {
+        let deep = "[".repeat(20_000);
+        let laughs = "a: &a [1]\nb: &b [*a, *a]\na: 2\n";
+        for (text, part) in [("a: 1\na: 2", "f:2:1: not valid YAML: duplicate"), (&deep, "f:"), (laughs, "f:3:1")] {
+            let message = SOURCE.parse(text).unwrap_err().to_string();
+            assert!(message.contains(part) && message.len() < 200, "{message}");
+        }
+    }
+}

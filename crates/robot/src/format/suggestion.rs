@@ -1,0 +1,53 @@
+//! The nearest valid word to a mistyped one.
+
+/// Number of insertions, deletions, substitutions and swaps of neighbours from `a` to `b`.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.to_lowercase().chars().collect(), b.to_lowercase().chars().collect());
+    let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            rows[i][j] = match (i, j) {
+                (i, 0) => i,
+                (0, j) => j,
+                (i, j) => {
+                    let changed = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+                    let best = changed.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
+                    let swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+                    if swapped { best.min(rows[i - 2][j - 2] + 1) } else { best }
+                }
+            };
+        }
+    }
+    rows[a.len()][b.len()]
+}
+
+/// The candidate nearest to `word`, when it is near enough to be what was meant.
+pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // A long word is no typing error, and the table grows with its length.
+    if word.chars().count() > 64 {
+        return None;
+    }
+    let near = |c: &str| 1 + word.chars().count().max(c.chars().count()) / 3;
+    let scored = candidates.into_iter().filter(|c| c.len() <= 256).map(|c| (distance(word, c), c));
+    scored.filter(|(d, c)| *d <= near(c)).min_by_key(|(d, _)| *d).map(|(_, c)| c)
+}
+
+/// ` (did you mean ...?)`, or nothing.
+pub(super) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(word, candidates).map_or(String::new(), |c| format!(" (did you mean `{c}`?)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_word_that_was_meant() {
+        let keys = ["antecedent", "alpha", "theta", "gamma", "d"];
+        assert_eq!(nearest("antecedant", keys), Some("antecedent"));
+        assert_eq!(nearest("aplha", keys), Some("alpha"));
+        assert_eq!(nearest("Theta", keys), Some("theta"));
+        assert_eq!(nearest("colour", keys), None);
+        assert_eq!(nearest(&"x".repeat(100_000), keys), None);
+    }
+}

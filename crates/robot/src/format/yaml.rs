@@ -1,0 +1,298 @@
+//! A robot described in YAML, in modified Denavit-Hartenberg parameters with named keys.
+//!
+//! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]
+//!
+//! Any number may be an expression in the symbols. The variable of a joint (theta of a revolute
+//! one, r of a prismatic one) may also name coordinates and is affine in them: its constant part
+//! goes into the geometry, its linear part into [`crate::Joint::variable`]. The keys are listed in
+//! the constants below and in yaml_link.rs; an unknown key is refused.
+
+use super::expression::{Names, identifiers, is_name};
+use super::node::{Content, Fields, Node, Source};
+use super::suggestion::did_you_mean;
+use super::yaml_link::{self, Draft};
+use super::yaml_loop;
+use crate::error::Error;
+use crate::inertial::Pose;
+use crate::link::{Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Robot, RotorInertia};
+use crate::parameter::Inertial;
+use crate::value::{CoordinateId, Value};
+
+const ROOT_KEYS: [&str; 10] = [
+    "convention",
+    "name",
+    "source",
+    "gravity",
+    "symbols",
+    "coordinates",
+    "rotor_inertia",
+    "links",
+    "loops",
+    "standard_parameters",
+];
+
+/// Reads a robot from YAML; `file` is the name errors carry.
+///
+/// Fails, with the line and column, on anything but a complete, consistent description whose
+/// loops close.
+pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
+    let source = Source { file };
+    let root = source.parse(text)?;
+    if matches!(root.content, Content::Null) {
+        return Err(source.error(1, 1, "the file is empty; expected a robot with `convention: khalil-kleinfinger`"));
+    }
+    check_convention(source, &root)?;
+    let fields = root.fields(source, "the robot", &ROOT_KEYS)?;
+    let name = fields.require("name")?.word(source, "`name`")?;
+    let cited = fields.get("source").map(|n| n.word(source, "`source`")).transpose()?;
+
+    let mut names = symbols(source, &fields)?;
+    let gravity = gravity(source, &fields, &names)?;
+    let drafts = yaml_link::drafts(source, fields.require("links")?)?;
+    names.coordinates = match fields.get("coordinates") {
+        Some(node) => listed_coordinates(source, node, &names)?,
+        None => found_coordinates(source, &drafts, &names)?,
+    };
+
+    let rotors = rotors(source, &fields)?;
+    let mut links = Vec::with_capacity(drafts.len());
+    for draft in &drafts {
+        links.push(link(source, &names, &drafts, draft, rotors)?);
+    }
+    let mut coordinates: Vec<Coordinate> =
+        names.coordinates.iter().map(|c| Coordinate { name: c.clone(), limits: Limits::default() }).collect();
+    assign_coordinates(source, &fields, &names, &drafts, &links, &mut coordinates)?;
+    if let Some(node) = fields.get("standard_parameters") {
+        standard_parameters(source, node, &names, &mut links)?;
+    }
+    let loops = match fields.get("loops") {
+        Some(node) => yaml_loop::loops(source, node, &names, &drafts)?,
+        None => Vec::new(),
+    };
+    let robot =
+        Robot { name, source: cited, symbols: names.symbols, coordinates, links, loops, gravity, notes: vec![] };
+    yaml_loop::check_closure(source, fields.get("loops"), &robot)?;
+    Ok(robot)
+}
+
+fn check_convention(source: Source, root: &Node) -> Result<(), Error> {
+    let entries = root.map(source, "a robot description")?;
+    let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {
+        let near = did_you_mean("convention", entries.iter().map(|(k, _)| k.text.as_str()));
+        let message = "`convention: khalil-kleinfinger` is missing: Denavit-Hartenberg parameters mean nothing \
+                       before their convention is named";
+        return Err(source.at(root, format!("{message}{}", near.replace("did you mean", "found"))));
+    };
+    let advice = match &node.content {
+        Content::Text(t) if t == "khalil-kleinfinger" => return Ok(()),
+        Content::Text(t) if t == "craig" => {
+            "Craig's a_(i-1), alpha_(i-1), d_i, theta_i are d, alpha, r, theta of link i here: rename them and say \
+             `convention: khalil-kleinfinger`"
+        }
+        Content::Text(t) if matches!(t.as_str(), "standard" | "paul" | "classical" | "distal") => {
+            "standard Denavit-Hartenberg frames sit at the far end of each link; move each row's a and alpha to the \
+             next link's d and alpha and say `convention: khalil-kleinfinger`"
+        }
+        _ => "expected `khalil-kleinfinger`",
+    };
+    Err(source.at(node, format!("the convention {} is not read: {advice}", node.kind())))
+}
+
+fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
+    let mut names = Names::default();
+    let Some(node) = fields.get("symbols") else { return Ok(names) };
+    for (key, value) in node.map(source, "`symbols`")? {
+        if !is_name(&key.text) {
+            let message = format!("`{}` cannot name a symbol: letters, digits and _, no digit first", key.text);
+            return Err(source.at_key(key, message));
+        }
+        names.define(source, key.text.clone(), value)?;
+    }
+    Ok(names)
+}
+
+fn gravity(source: Source, fields: &Fields, names: &Names) -> Result<[Value; 3], Error> {
+    let Some(node) = fields.get("gravity") else {
+        return Ok([Value::ZERO, Value::ZERO, Value::Number(-9.81)]);
+    };
+    let items = node.list(source, "`gravity`")?;
+    let [x, y, z] = items else {
+        let message = format!("`gravity` is a vector of three accelerations, m/s^2, found {}", node.kind());
+        return Err(source.at(node, message));
+    };
+    let component = |n| names.constant(source, "a component of `gravity`", n);
+    Ok([component(x)?, component(y)?, component(z)?])
+}
+
+fn listed_coordinates(source: Source, node: &Node, names: &Names) -> Result<Vec<String>, Error> {
+    let mut listed: Vec<String> = Vec::new();
+    for item in node.list(source, "`coordinates`")? {
+        let word = item.word(source, "a coordinate")?;
+        let refused = if !is_name(&word) {
+            "cannot name a coordinate: letters, digits and _, no digit first"
+        } else if names.symbols.iter().any(|s| s.name == word) {
+            "names a symbol already"
+        } else if listed.contains(&word) {
+            "stands twice among the coordinates"
+        } else {
+            listed.push(word);
+            continue;
+        };
+        return Err(source.at(item, format!("`{word}` {refused}")));
+    }
+    Ok(listed)
+}
+
+/// One coordinate an actuated joint: the name in its variable that is no symbol.
+fn found_coordinates(source: Source, drafts: &[Draft], names: &Names) -> Result<Vec<String>, Error> {
+    let mut found: Vec<String> = Vec::new();
+    for draft in drafts.iter().filter(|d| d.drive == Drive::Actuated) {
+        let Some(node) = draft.variable_node() else { continue };
+        let Content::Text(text) = &node.content else { continue };
+        let mut unknown: Vec<&str> =
+            identifiers(text).filter(|w| !names.symbols.iter().any(|s| s.name == *w)).collect();
+        unknown.dedup();
+        match unknown[..] {
+            [] => {}
+            [name] => {
+                if !found.iter().any(|f| f == name) {
+                    found.push(name.to_string());
+                }
+            }
+            _ => {
+                let symbols = || names.symbols.iter().map(|s| s.name.as_str());
+                let meant = unknown.iter().map(|w| did_you_mean(w, symbols())).find(|m| !m.is_empty());
+                let message = format!(
+                    "{} of link {} names one coordinate at most, found `{}`{}; list `coordinates` or define symbols",
+                    draft.variable_key(),
+                    draft.label,
+                    unknown.join("`, `"),
+                    meant.unwrap_or_default()
+                );
+                return Err(source.at(node, message));
+            }
+        }
+    }
+    Ok(found)
+}
+
+#[derive(Clone, Copy)]
+enum Rotors {
+    None,
+    Actuated,
+    All,
+}
+
+fn rotors(source: Source, fields: &Fields) -> Result<Rotors, Error> {
+    let Some(node) = fields.get("rotor_inertia") else { return Ok(Rotors::Actuated) };
+    let which = node.choice(source, "`rotor_inertia` of the robot", &["none", "actuated", "all"])?;
+    Ok([Rotors::None, Rotors::Actuated, Rotors::All][which])
+}
+
+fn link(source: Source, names: &Names, drafts: &[Draft], draft: &Draft, rotors: Rotors) -> Result<Link, Error> {
+    let (geometry, variable) = draft.placement(source, names)?;
+    let moves = draft.kind != JointKind::Fixed;
+    let default = match (rotors, draft.drive) {
+        (Rotors::All, _) if moves => RotorInertia::Unknown,
+        (Rotors::Actuated, Drive::Actuated) if moves => RotorInertia::Unknown,
+        _ => RotorInertia::Absent,
+    };
+    Ok(Link {
+        name: draft.name(source)?,
+        label: draft.label.clone(),
+        antecedent: draft.antecedent(source, drafts)?,
+        geometry,
+        joint: Joint {
+            name: draft.label.clone(),
+            kind: draft.kind,
+            drive: draft.drive,
+            variable,
+            rotor_inertia: draft.rotor_inertia(source, names)?.unwrap_or(default),
+            friction: draft.friction(source, names)?,
+            drive_gain: draft.drive_gain(source, names)?,
+        },
+        inertial: None,
+        file_frame: Pose::IDENTITY,
+        parts: Vec::new(),
+    })
+}
+
+/// Every coordinate is moved by exactly one actuated joint, which gives it its limits.
+fn assign_coordinates(
+    source: Source,
+    fields: &Fields,
+    names: &Names,
+    drafts: &[Draft],
+    links: &[Link],
+    coordinates: &mut [Coordinate],
+) -> Result<(), Error> {
+    let mut mover: Vec<Option<usize>> = vec![None; coordinates.len()];
+    for (j, (draft, link)) in drafts.iter().zip(links).enumerate() {
+        let limits = draft.limits(source, names)?;
+        if link.joint.drive != Drive::Actuated || link.joint.kind == JointKind::Fixed {
+            if let (Some(_), Some(node)) = (limits, draft.fields.get("limits")) {
+                let message =
+                    format!("limits belong to the joint that moves a coordinate; link {} does not", draft.label);
+                return Err(source.at(node, message));
+            }
+            continue;
+        }
+        let CoordinateId(k) = link.joint.variable.terms[0].0;
+        if let Some(first) = mover[k].replace(j) {
+            let message = format!(
+                "the coordinate `{}` is moved by link {} already: a coordinate has one actuated joint; say \
+                 `drive: passive` where a joint only follows",
+                coordinates[k].name, drafts[first].label
+            );
+            return Err(source.at(draft.variable_node().unwrap_or(draft.node), message));
+        }
+        coordinates[k].limits = limits.unwrap_or_default();
+    }
+    match mover.iter().position(Option::is_none) {
+        None => Ok(()),
+        Some(k) => {
+            let listed = fields.get("coordinates").and_then(|n| n.list(source, "").ok()).and_then(|l| l.get(k));
+            let message = format!("no actuated joint moves the coordinate `{}`", coordinates[k].name);
+            Err(source.at(listed.unwrap_or(drafts[0].node), message))
+        }
+    }
+}
+
+/// XX .. M of some links, about the origin of the link frame, and IA where the joint has one.
+fn standard_parameters(source: Source, node: &Node, names: &Names, links: &mut [Link]) -> Result<(), Error> {
+    let letters = Inertial::BODY.map(Inertial::letters);
+    let valid: Vec<&str> = letters.iter().copied().chain(["IA"]).collect();
+    for (key, value) in node.map(source, "`standard_parameters`")? {
+        let labels: Vec<String> = links.iter().map(|l| l.label.clone()).collect();
+        let Some(j) = labels.iter().position(|l| *l == key.text) else {
+            let meant = did_you_mean(&key.text, labels.iter().map(String::as_str));
+            return Err(source.at_key(key, format!("no link is called `{}`{meant}", key.text)));
+        };
+        let what = format!("the standard parameters of link {}", key.text);
+        let fields = value.fields(source, &what, &valid)?;
+        let mut x = [0.0; 10];
+        for (x, letters) in x.iter_mut().zip(letters) {
+            *x = names.number(source, letters, fields.require(letters)?)?;
+        }
+        links[j].inertial = Some(x);
+        if let Some(node) = fields.get("IA") {
+            links[j].joint.rotor_inertia = RotorInertia::Known(names.number(source, "IA", node)?);
+        }
+    }
+    Ok(())
+}
+
+/// The link called `word` among the first `until`, or what is wrong with the name.
+pub(super) fn find_link(drafts: &[Draft], word: &str, until: usize) -> Result<Option<LinkId>, String> {
+    if word == "base" {
+        return Ok(None);
+    }
+    match drafts.iter().position(|d| d.label == word) {
+        Some(j) if j < until => Ok(Some(LinkId(j))),
+        Some(_) => Err(format!("link {word} stands after what it carries")),
+        None => {
+            let meant = did_you_mean(word, drafts.iter().map(|d| d.label.as_str()).chain(["base"]));
+            Err(format!("no link is called `{word}`{meant}"))
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The models shipped are read, close, and say where they come from.
+
+use std::path::{Path, PathBuf};
+
+use robot::{JointKind, Robot, RotorInertia, StandardParameter, format};
+
+fn models() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models")
+}
+
+fn model(name: &str) -> Robot {
+    format::read(&models().join(name)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn every_model_is_read_and_cites_its_source() {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(models()).unwrap().map(|f| f.unwrap().path()).collect();
+    files.sort();
+    assert!(files.len() >= 12);
+    for file in files {
+        let robot = format::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(Some(robot.name.as_str()), file.file_stem().and_then(|s| s.to_str()));
+        assert!(robot.n_coordinates() > 0);
+        if file.extension().is_some_and(|e| e == "yaml") {
+            assert!(robot.source.is_some(), "{}", robot.name);
+        }
+        assert!(robot.notes.is_empty(), "{}: {:?}", robot.name, robot.notes);
+    }
+}
+
+#[test]
+fn race_is_what_its_file_says() {
+    let race = model("race.yaml");
+    let names: Vec<&str> = race.coordinates.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["q1", "q2", "q3"]);
+    assert_eq!((race.links.len(), race.loops.len()), (10, 3));
+    let movers: Vec<usize> = (0..3).map(|k| race.joint_of(robot::CoordinateId(k)).unwrap().0 + 1).collect();
+    assert_eq!(movers, [1, 2, 8]);
+    let rotors = |j: &usize| race.links[j - 1].joint.rotor_inertia.is_modelled();
+    assert_eq!((1..=10).filter(rotors).collect::<Vec<_>>(), [1, 2, 8]);
+    assert_eq!(race.links[7].joint.rotor_inertia, RotorInertia::Known(0.0004));
+    let q4 = &race.links[3];
+    assert_eq!(q4.joint.variable.terms.iter().map(|t| t.1).collect::<Vec<_>>(), [-1.0, 1.0]);
+    assert_eq!(q4.geometry.theta.as_multiple_of_pi(&race.symbols), Some((-5, 6)));
+    let last = StandardParameter::all(&race).pop().unwrap().display(&race).to_string();
+    assert_eq!(last, "M10");
+}
+
+#[test]
+fn panda_measures_behind_its_gears() {
+    let panda = model("panda.yaml");
+    assert!(panda.links.iter().all(|l| l.joint.rotor_inertia == RotorInertia::Absent));
+    assert_eq!(panda.coordinates[3].limits.position, Some((-3.0718, -0.0698)));
+    // Flange above the base with the arm straight up, from the data sheet: .333 + .316 + .384 - .107.
+    let flange = panda.link_poses(&[0.0; 7])[6].position;
+    assert!((flange[0] - 0.088).abs() < 1e-12 && (flange[2] - (0.333 + 0.316 + 0.384)).abs() < 1e-12, "{flange:?}");
+}
+
+#[test]
+fn degrees_become_radians_and_offsets_join_the_geometry() {
+    let tx40 = model("tx40.yaml");
+    let limits = tx40.coordinates[4].limits;
+    assert!((limits.position.unwrap().1 - 133.5f64.to_radians()).abs() < 1e-15);
+    assert_eq!(tx40.links[1].geometry.theta.as_multiple_of_pi(&[]), Some((-1, 2)));
+    assert_eq!(model("stanford.yaml").links[2].joint.kind, JointKind::Prismatic);
+}
