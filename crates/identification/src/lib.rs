@@ -1,5 +1,40 @@
 //! From experiments to parameters.
 
+mod butterworth;
+mod columns;
+mod cutoff;
+mod error;
+mod estimate;
+mod friction;
+mod header;
+mod identify;
+mod least_squares;
+mod log;
+mod observation;
+mod random;
 mod regressor;
+mod remark;
+mod resample;
+mod signal;
+mod table;
+mod transmission;
+mod triangle;
 
+pub use butterworth::Butterworth;
+pub use columns::{ColumnNames, Columns, Names, Source};
+pub use cutoff::{FrequencyContent, rule as cutoff_rule};
+pub use error::Error;
+pub use estimate::{Estimate, Identified, JointResidual, Status};
+pub use friction::FrictionTerm;
+pub use header::Quantity;
+pub use identify::{Fit, Options, Weights, identify, identify_all};
+pub use least_squares::{Solution, solve};
+pub use log::{Effort, Log, LogReport};
+pub use observation::{Model, Observation, Parameter, weighted};
+pub use random::Random;
 pub use regressor::Regressor;
+pub use resample::{interpolate, uniform_clock};
+pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
+pub use table::Table;
+pub use transmission::{Coupling, Transmission};
+pub use triangle::{Block, Triangle};

@@ -1,0 +1,209 @@
+//! What the header of a column can mean.
+//!
+//! A header is stem, joint and unit in one of the orders `q1`, `q_1`, `q[1]`, `q_elbow`,
+//! `elbow.position`, `q1_deg`, `q_deg1`. The stems are the words that drivers and tools write for
+//! measured quantities; set points (`target_`, `_ref`, `_des`) are not among them: they are taken
+//! only when the user names them.
+
+use crate::Error;
+use crate::table::Table;
+
+/// A measured quantity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quantity {
+    Time,
+    Position,
+    Velocity,
+    Acceleration,
+    Torque,
+    Current,
+}
+
+use Quantity::*;
+
+/// A unit as headers write it, and its factor to SI.
+pub type Unit = (&'static str, f64);
+
+type Words = (Quantity, &'static [&'static str], &'static [Unit]);
+
+/// Stems, then units with the factor to SI. The first unit is the one of a header that names none.
+const WORDS: [Words; 6] = [
+    (
+        Time,
+        &["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "sec", "secs", "seconds"],
+        &[("s", 1.0), ("sec", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)],
+    ),
+    (
+        Position,
+        &["q", "pos", "position", "positions", "angle", "actual_q", "joint_position", "joint_angle", "qm", "theta"],
+        &[
+            ("rad", 1.0),
+            ("radians", 1.0),
+            ("deg", std::f64::consts::PI / 180.0),
+            ("degrees", std::f64::consts::PI / 180.0),
+            ("m", 1.0),
+            ("mm", 1e-3),
+        ],
+    ),
+    (
+        Velocity,
+        &[
+            "dq",
+            "qd",
+            "v",
+            "vel",
+            "velocity",
+            "velocities",
+            "qdot",
+            "q_dot",
+            "actual_qd",
+            "joint_velocity",
+            "dqm",
+            "speed",
+        ],
+        &[
+            ("rad_s", 1.0),
+            ("radps", 1.0),
+            ("rad/s", 1.0),
+            ("deg_s", std::f64::consts::PI / 180.0),
+            ("degps", std::f64::consts::PI / 180.0),
+            ("deg/s", std::f64::consts::PI / 180.0),
+            ("rpm", std::f64::consts::PI / 30.0),
+            ("m_s", 1.0),
+            ("m/s", 1.0),
+            ("mm_s", 1e-3),
+        ],
+    ),
+    (
+        Acceleration,
+        &["ddq", "qdd", "a", "acc", "acceleration", "accelerations", "qddot", "q_ddot", "actual_qdd"],
+        &[
+            ("rad_s2", 1.0),
+            ("radps2", 1.0),
+            ("rad/s^2", 1.0),
+            ("deg_s2", std::f64::consts::PI / 180.0),
+            ("degps2", std::f64::consts::PI / 180.0),
+            ("deg/s^2", std::f64::consts::PI / 180.0),
+        ],
+    ),
+    (
+        Torque,
+        &["tau", "torque", "torques", "effort", "efforts", "trq", "joint_torque", "actual_torque", "taum", "tauj"],
+        &[("nm", 1.0), ("n", 1.0), ("mnm", 1e-3), ("knm", 1e3)],
+    ),
+    (
+        Current,
+        &["i", "current", "currents", "cur", "actual_current", "motor_current", "iq"],
+        &[("a", 1.0), ("ma", 1e-3)],
+    ),
+];
+
+/// The units of a quantity, the one of headers without a unit first.
+pub fn units(quantity: Quantity) -> &'static [Unit] {
+    WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
+}
+
+/// What a header may mean.
+pub struct Reading {
+    pub column: usize,
+    pub quantity: Quantity,
+    pub joint: Designator,
+    pub unit: Unit,
+}
+
+/// Which joint a header names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Designator {
+    None,
+    /// A number, counted from 0 or from 1: the group decides.
+    Number(usize),
+    Coordinate(usize),
+}
+
+/// The readings of every header of a table; a header of two quantities is refused.
+pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
+    let lower: Vec<String> = coordinates.iter().map(|c| c.to_lowercase()).collect();
+    let mut all = Vec::new();
+    for (column, header) in table.header.iter().enumerate() {
+        let mut found: Vec<Reading> = Vec::new();
+        for (quantity, joint, unit) in parse(&header.to_lowercase(), &lower) {
+            if !found.iter().any(|r| r.quantity == quantity && r.joint == joint) {
+                found.push(Reading { column, quantity, joint, unit });
+            }
+        }
+        if let [a, b, ..] = found.as_slice() {
+            let (a, b) = (a.quantity, b.quantity);
+            let message = format!("column `{header}` may be a {a:?} or a {b:?}; name the columns to use");
+            return Err(Error::at(&table.file, 1, message));
+        }
+        all.append(&mut found);
+    }
+    Ok(all)
+}
+
+/// All readings of a header in lower case.
+fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Unit)> {
+    let header = header.replace(['[', ']', '(', ')', '{', '}', ' '], "_");
+    let header = header.trim_matches('_');
+    let mut out = Vec::new();
+    for (quantity, stems, units) in WORDS {
+        for (rest, unit) in without_unit(header, units) {
+            for stem in stems {
+                if let Some(joint) = joint_beside(rest, stem, quantity, units, coordinates) {
+                    out.push((quantity, joint.0, joint.1.unwrap_or(unit)));
+                }
+            }
+        }
+    }
+    out
+}
+
+/// The header as it is, in the default unit, and with each unit it ends in cut off.
+fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
+    let mut out = vec![(header, units[0])];
+    for unit in units {
+        if let Some(rest) = header.strip_suffix(unit.0).and_then(|r| r.strip_suffix(['_', '.', '-'])) {
+            out.push((rest.trim_end_matches('_'), *unit));
+        }
+    }
+    out
+}
+
+/// What stands beside the stem when it is nothing, or a joint, or a unit and a joint.
+fn joint_beside(
+    rest: &str,
+    stem: &str,
+    quantity: Quantity,
+    units: &[Unit],
+    coordinates: &[String],
+) -> Option<(Designator, Option<Unit>)> {
+    let separators = ['_', '.', '/', '-', ':'];
+    let joint = |text: &str| -> Option<Designator> {
+        let text = text.trim_matches(separators);
+        if let Some(k) = coordinates.iter().position(|c| c == text) {
+            return Some(Designator::Coordinate(k));
+        }
+        let digits = text.strip_prefix("joint").or(text.strip_prefix('j')).unwrap_or(text);
+        let digits = digits.trim_matches(separators);
+        let small = !digits.is_empty() && digits.len() <= 3 && digits.bytes().all(|b| b.is_ascii_digit());
+        small.then(|| digits.parse().ok().map(Designator::Number))?
+    };
+    if quantity == Time {
+        return (rest == stem).then_some((Designator::None, None));
+    }
+    if let Some(after) = rest.strip_prefix(stem) {
+        if let Some(j) = joint(after) {
+            // `q` before the name of a coordinate needs a separator: `qelbow` is a word of its own.
+            let separated = matches!(j, Designator::Number(_)) || after.starts_with(separators);
+            return separated.then_some((j, None));
+        }
+        for unit in units {
+            let inner = after.trim_start_matches(separators).strip_prefix(unit.0);
+            if let Some(j) = inner.filter(|_| after.starts_with(separators)).and_then(joint) {
+                return Some((j, Some(*unit)));
+            }
+        }
+    }
+    let before = rest.strip_suffix(stem).and_then(|b| b.strip_suffix(separators))?;
+    joint(before).map(|j| (j, None))
+}

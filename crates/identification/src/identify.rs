@@ -1,0 +1,194 @@
+//! From logs to an estimate: the one way in.
+//!
+//! OLS weighs all rows alike; WLS multiplies the rows of joint j by 1 / std(residual of joint j),
+//! three times over [Gautier 1997]. Both come out of the same triangles.
+
+use serde::{Deserialize, Serialize};
+
+use crate::columns::ColumnNames;
+use crate::estimate::{Estimate, Identified, JointResidual, Status};
+use crate::friction::FrictionTerm;
+use crate::least_squares::{Solution, solve};
+use crate::log::Log;
+use crate::observation::{Model, Observation, weighted};
+use crate::signal::{Signal, States};
+use crate::transmission::Transmission;
+use crate::triangle::Triangle;
+use crate::{Error, Regressor};
+
+/// How an identification is done; every part has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Name of the robot, for the report.
+    pub model: String,
+    pub columns: ColumnNames,
+    pub transmission: Transmission,
+    pub signal: Signal,
+    pub friction: Vec<FrictionTerm>,
+    pub weights: Weights,
+    /// Whether the estimate carries its covariance.
+    pub covariance: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            model: String::new(),
+            columns: ColumnNames::default(),
+            transmission: Transmission::default(),
+            signal: Signal::default(),
+            friction: FrictionTerm::STANDARD.to_vec(),
+            weights: Weights::Joint,
+            covariance: false,
+        }
+    }
+}
+
+/// What the rows weigh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Weights {
+    /// All alike: ordinary least squares.
+    None,
+    /// By the standard deviation of the joint's residual: weighted least squares.
+    Joint,
+}
+
+/// Reweightings of WLS.
+const REWEIGHTINGS: usize = 3;
+
+/// Contiguous parts a log is kept in.
+const PARTS: usize = 10;
+
+/// Identifies a robot from one log.
+///
+/// Fails when the log does not fit the robot, the transmission or the signal options; parameters
+/// that the data do not determine are a status, not a failure.
+pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Estimate, Error> {
+    identify_all(regressor, std::slice::from_ref(log), options)
+}
+
+/// Identifies a robot from several logs together.
+pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Estimate, Error> {
+    let fit = Fit::of(regressor, logs, options)?;
+    Ok(fit.estimate)
+}
+
+/// An estimate with everything it came from.
+pub struct Fit {
+    pub estimate: Estimate,
+    pub states: Vec<States>,
+    pub observation: Observation,
+    pub solution: Solution,
+    /// 1 / standard deviation of the residual, a joint; ones for OLS.
+    pub weights: Vec<f64>,
+}
+
+impl Fit {
+    pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
+        let couplings = options.transmission.coupled();
+        let states = logs.iter().map(|log| states(regressor, log, options)).collect::<Result<Vec<_>, _>>()?;
+        let model = Model::new(regressor, &options.friction, &couplings);
+        let mut observations = states.iter().map(|s| Observation::of(&model, s, PARTS));
+        let Some(mut observation) = observations.next() else {
+            return Err(Error::new("no log is given; at least one is needed"));
+        };
+        observations.for_each(|o| observation.append(o));
+        let joints = observation.joints(|_| true);
+        let (solution, weights) = fit(&joints, options.weights);
+        let mut estimate = report(&model, &joints, &observation, &solution);
+        estimate.model = options.model.clone();
+        estimate.method = match options.weights {
+            Weights::None => "ordinary least squares".into(),
+            Weights::Joint => "least squares weighted by joint".into(),
+        };
+        estimate.logs = logs.iter().map(|l| l.name.clone()).collect();
+        estimate.cutoff = states.first().map_or(0.0, |s| s.cutoff);
+        if options.covariance {
+            let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
+            estimate.covariance = (0..model.p()).map(row).collect();
+        }
+        Ok(Fit { estimate, states, observation, solution, weights })
+    }
+}
+
+/// The states of a log, checked against the regressor.
+pub fn states(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
+    let n = regressor.coordinates().len();
+    if log.coordinates.len() != n {
+        let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
+        return Err(Error::at(&log.name, 0, message));
+    }
+    let states = options.transmission.apply(log)?.states(&options.signal)?;
+    let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.is_finite()));
+    if !finite {
+        return Err(Error::at(
+            &log.name,
+            0,
+            "the signals leave the range of numbers; look for absurd values in the log",
+        ));
+    }
+    Ok(states)
+}
+
+/// Solves with the weights asked for; also returns the weights.
+pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
+    let mut w = vec![1.0; joints.len()];
+    let mut solution = solve(&weighted(joints, &w));
+    if weights == Weights::Joint {
+        for _ in 0..REWEIGHTINGS {
+            w = joints.iter().map(|joint| inverse_std(joint, &solution.x)).collect();
+            solution = solve(&weighted(joints, &w));
+        }
+    }
+    (solution, w)
+}
+
+/// 1 / root mean square of the residual; a joint without rows or without residual counts as it is.
+fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
+    let (total, residual) = joint.squares(x);
+    // A residual at the level of rounding would give the joint all the weight there is.
+    let floor = 1e-20 * total;
+    if joint.rows == 0 || total == 0.0 { 1.0 } else { (joint.rows as f64 / residual.max(floor)).sqrt() }
+}
+
+/// The estimate of a solution: values, uncertainty, residuals, remarks.
+fn report(model: &Model, joints: &[Triangle], observation: &Observation, solution: &Solution) -> Estimate {
+    let parameter = |(c, parameter): (usize, &crate::observation::Parameter)| {
+        let mut out = Identified { name: parameter.name.clone(), unit: parameter.unit.into(), ..Identified::default() };
+        if !solution.determined[c] {
+            return Identified { status: Status::NotIdentifiable, ..out };
+        }
+        let sigma = (solution.variance * solution.inverse[(c, c)]).sqrt();
+        (out.value, out.sigma) = (Some(solution.x[c]), Some(sigma));
+        out.relative_sigma = Some(100.0 * sigma / solution.x[c].abs());
+        if 2.0 * sigma >= solution.x[c].abs() {
+            out.status = Status::NotSignificant;
+        }
+        out
+    };
+    let squares: Vec<(f64, f64)> = joints.iter().map(|t| t.squares(&solution.x)).collect();
+    let residual = |(j, &(total, residual)): (usize, &(f64, f64))| JointResidual {
+        coordinate: model.regressor.coordinates()[j].clone(),
+        rms: (residual / joints[j].rows.max(1) as f64).sqrt(),
+        relative: relative(total, residual),
+        rows: joints[j].rows,
+    };
+    let (total, left) = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    Estimate {
+        parameters: model.parameters.iter().enumerate().map(parameter).collect(),
+        joints: squares.iter().enumerate().map(residual).collect(),
+        total: relative(total, left),
+        condition_number: solution.condition_number,
+        rank: solution.rank,
+        rows: joints.iter().map(|t| t.rows).sum(),
+        remarks: crate::remark::remarks(model, observation, solution),
+        ..Estimate::default()
+    }
+}
+
+/// |residual| / |total| from squares; 0 of nothing.
+pub fn relative(total: f64, residual: f64) -> f64 {
+    if total > 0.0 { (residual / total).sqrt() } else { 0.0 }
+}

@@ -1,0 +1,179 @@
+//! The observation matrix, streamed: the rows of many instants go into one triangle a joint.
+//!
+//! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j; the parameters are those of the
+//! regressor, then the friction of each joint, then the couplings of the transmission. W is never
+//! held. Rows are kept apart by joint, so that weights by joint need no second pass, and by
+//! contiguous parts of the record, so that leaving parts out (validation) needs none either.
+
+use crate::Regressor;
+use crate::friction::{FrictionTerm, label};
+use crate::signal::States;
+use crate::transmission::Coupling;
+use crate::triangle::{Block, Triangle};
+
+/// A parameter of the observation equation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    pub name: String,
+    pub unit: &'static str,
+    /// The joint whose friction it is; `None` for dynamics.
+    pub joint: Option<usize>,
+}
+
+/// Dynamics, friction and couplings together: everything that is linear in its parameters.
+pub struct Model<'a> {
+    pub regressor: &'a dyn Regressor,
+    pub friction: &'a [FrictionTerm],
+    pub couplings: &'a [Coupling],
+    pub parameters: Vec<Parameter>,
+}
+
+impl<'a> Model<'a> {
+    pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &'a [Coupling]) -> Model<'a> {
+        let base = regressor.parameters().iter().map(|name| Parameter {
+            name: name.clone(),
+            unit: unit_of_inertial(name),
+            joint: None,
+        });
+        let mut parameters: Vec<Parameter> = base.collect();
+        for (j, coordinate) in regressor.coordinates().iter().enumerate() {
+            for &(letters, unit) in friction.iter().flat_map(|t| t.parameters()) {
+                parameters.push(Parameter { name: format!("{letters}{}", label(coordinate)), unit, joint: Some(j) });
+            }
+        }
+        for coupling in couplings {
+            for &(letters, unit) in Coupling::PARAMETERS {
+                let name = format!("{letters}{}", label(&regressor.coordinates()[coupling.motor]));
+                parameters.push(Parameter { name, unit, joint: Some(coupling.motor) });
+            }
+        }
+        Model { regressor, friction, couplings, parameters }
+    }
+
+    /// Coordinates.
+    pub fn n(&self) -> usize {
+        self.regressor.coordinates().len()
+    }
+
+    /// Parameters.
+    pub fn p(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// The n x p rows at sample r, row by row, into `w`; `y` is scratch of the regressor's size.
+    pub fn rows(&self, states: &States, r: usize, y: &mut [f64], w: &mut [f64]) {
+        let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
+        let at = r * n..(r + 1) * n;
+        let (q, dq, ddq) = (&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at.clone()]);
+        let tau = &states.tau[at];
+        self.regressor.fill(q, dq, ddq, y);
+        w.fill(0.0);
+        let per_joint: usize = self.friction.iter().map(|t| t.parameters().len()).sum();
+        for j in 0..n {
+            let row = &mut w[j * p..(j + 1) * p];
+            row[..base].copy_from_slice(&y[j * base..(j + 1) * base]);
+            let mut c = base + j * per_joint;
+            for term in self.friction {
+                let width = term.parameters().len();
+                term.fill(dq[j], ddq[j], tau[j], &mut row[c..c + width]);
+                c += width;
+            }
+        }
+        for (i, coupling) in self.couplings.iter().enumerate() {
+            coupling.fill(dq, ddq, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
+        }
+    }
+}
+
+/// First moments in kg m, masses in kg, everything else (inertias, lengths times moments) in kg m^2.
+fn unit_of_inertial(name: &str) -> &'static str {
+    let mut letters = name.chars();
+    match (letters.next(), letters.next()) {
+        (Some('M' | 'm'), Some('X' | 'Y' | 'Z' | 'x' | 'y' | 'z')) => "kg m",
+        (Some('M' | 'm'), _) => "kg",
+        _ => "kg m^2",
+    }
+}
+
+/// The triangles of the rows, by part of the record and by joint.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// `parts[k][j]`: part k, joint j.
+    pub parts: Vec<Vec<Triangle>>,
+    /// rad (m): smallest and largest position of each coordinate.
+    pub range: Vec<(f64, f64)>,
+    /// rad/s: the largest speed of each coordinate.
+    pub speed: Vec<f64>,
+}
+
+impl Observation {
+    /// Streams the samples through the model, in `parts` contiguous parts of equal length.
+    pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
+        let (n, p, len) = (model.n(), model.p(), states.len());
+        let parts = parts.clamp(1, len.max(1));
+        let mut y = vec![0.0; n * model.regressor.parameters().len()];
+        let mut w = vec![0.0; n * p];
+        let mut blocks = vec![Block::new(p); n];
+        let mut out = Vec::with_capacity(parts);
+        for part in 0..parts {
+            let mut triangles = vec![Triangle::new(p); n];
+            for r in part * len / parts..(part + 1) * len / parts {
+                model.rows(states, r, &mut y, &mut w);
+                for j in 0..n {
+                    if !states.used[r * n + j] {
+                        continue;
+                    }
+                    blocks[j].push(&w[j * p..(j + 1) * p], states.tau[r * n + j]);
+                    if blocks[j].is_full() {
+                        triangles[j].fold(&mut blocks[j]);
+                    }
+                }
+            }
+            for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
+                triangle.fold(block);
+            }
+            out.push(triangles);
+        }
+        let over = |x: &[f64], f: &dyn Fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
+            (0..n).map(|j| x.iter().skip(j).step_by(n).fold(start, |a, &b| f(a, b))).collect()
+        };
+        let (low, high) = (over(&states.q, &f64::min, f64::MAX), over(&states.q, &f64::max, f64::MIN));
+        let speed = over(&states.dq, &|a, b| a.max(b.abs()), 0.0);
+        Observation { parts: out, range: low.into_iter().zip(high).collect(), speed }
+    }
+
+    /// Takes the parts of another record.
+    pub fn append(&mut self, other: Observation) {
+        self.parts.extend(other.parts);
+        for (a, b) in self.range.iter_mut().zip(other.range) {
+            *a = (a.0.min(b.0), a.1.max(b.1));
+        }
+        for (a, b) in self.speed.iter_mut().zip(other.speed) {
+            *a = a.max(b);
+        }
+    }
+
+    /// One triangle a joint, of all parts for which `take` says so.
+    pub fn joints(&self, take: impl Fn(usize) -> bool) -> Vec<Triangle> {
+        let mut chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
+        let Some(first) = chosen.next() else {
+            return self.parts.first().map_or(Vec::new(), |p| p.iter().map(|t| Triangle::new(t.columns())).collect());
+        };
+        let mut joints = first.clone();
+        for part in chosen {
+            for (joint, triangle) in joints.iter_mut().zip(part) {
+                joint.merge(triangle, 1.0);
+            }
+        }
+        joints
+    }
+}
+
+/// The triangle of all joints, the rows of joint j multiplied by `weights[j]`.
+pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
+    let mut total = Triangle::new(joints.first().map_or(0, Triangle::columns));
+    for (joint, &weight) in joints.iter().zip(weights) {
+        total.merge(joint, weight);
+    }
+    total
+}

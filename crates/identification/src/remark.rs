@@ -1,0 +1,87 @@
+//! What the data cannot tell, in words, with the motion that would have told it.
+
+use crate::least_squares::Solution;
+use crate::observation::{Model, Observation};
+
+/// A joint that moves less than this, rad (m), explains why its parameters are badly known.
+const LITTLE_MOTION: f64 = 0.5;
+
+/// Scaled condition numbers above this are worth a sentence.
+const ILL_CONDITIONED: f64 = 100.0;
+
+/// Sentences on missing and on weak directions.
+pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
+    let mut out = Vec::new();
+    let missing: Vec<usize> = (0..model.p()).filter(|&c| !solution.determined[c]).collect();
+    let alone: Vec<usize> = missing.iter().copied().filter(|&c| solution.inverse[(c, c)] == 0.0).collect();
+    for &c in &alone {
+        let name = &model.parameters[c].name;
+        out.push(format!("{name} is not identifiable: no row depends on it{}", because(model, observation, &[c])));
+    }
+    if solution.rank < model.p() {
+        for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
+            let members = members(model, direction);
+            if members.len() < 2 {
+                continue;
+            }
+            let names = combination(model, direction, &members);
+            let why = because(model, observation, &members);
+            out.push(format!(
+                "not identifiable one by one, only together: a change along {names} leaves every torque as it is{why}"
+            ));
+        }
+    } else if solution.condition_number > ILL_CONDITIONED
+        && let Some((ratio, direction)) = solution.weak.first()
+    {
+        let members = members(model, direction);
+        let names = combination(model, direction, &members);
+        let why = because(model, observation, &members);
+        out.push(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio));
+    }
+    for (k, &(low, high)) in observation.range.iter().enumerate() {
+        if high - low < LITTLE_MOTION {
+            let name = &model.regressor.coordinates()[k];
+            out.push(format!(
+                "joint {} ({name}) moves {:.3} rad at up to {:.3} rad/s only: what depends on its motion is poorly known",
+                k + 1,
+                high - low,
+                observation.speed[k]
+            ));
+        }
+    }
+    out
+}
+
+/// The parameters that make up a direction, the largest first, at most six.
+fn members(model: &Model, direction: &[f64]) -> Vec<usize> {
+    let mut members: Vec<usize> = (0..model.p()).filter(|&c| direction[c].abs() > 0.05).collect();
+    members.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
+    members.truncate(6);
+    members
+}
+
+fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
+    let term = |&c: &usize| format!("{:+.2} {}", direction[c], model.parameters[c].name);
+    members.iter().map(term).collect::<Vec<_>>().join(" ")
+}
+
+/// The little motion behind some parameters, where there is little.
+fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
+    let mut joints: Vec<usize> = members.iter().filter_map(|&c| joint_of(model, c)).collect();
+    joints.sort_unstable();
+    joints.dedup();
+    let still = joints.into_iter().filter(|&k| observation.range[k].1 - observation.range[k].0 < LITTLE_MOTION);
+    let text = |k: usize| format!("joint {} moves {:.3} rad", k + 1, observation.range[k].1 - observation.range[k].0);
+    let texts: Vec<String> = still.map(text).collect();
+    if texts.is_empty() { String::new() } else { format!(": {}", texts.join(", ")) }
+}
+
+/// The joint of a parameter: that of its friction, or the number its name ends in.
+fn joint_of(model: &Model, c: usize) -> Option<usize> {
+    let parameter = &model.parameters[c];
+    parameter.joint.or_else(|| {
+        let letters = parameter.name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let number: usize = parameter.name[letters.len()..].parse().ok()?;
+        (1..=model.n()).contains(&number).then(|| number - 1)
+    })
+}

@@ -1,0 +1,53 @@
+//! From the clock of a log to a uniform one, by linear interpolation.
+
+/// More samples than this are a wrong rate, not a log.
+const MAX_SAMPLES: f64 = 1e8;
+
+/// Instants `period` apart from the first to at most the last of `t`; `None` for a period that
+/// gives fewer than two or absurdly many of them.
+pub fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
+    let (first, last) = (*t.first()?, *t.last()?);
+    // A whole number of periods is not lost to rounding.
+    let steps = ((last - first) / period * (1.0 + 1e-12)).floor();
+    let usable = (1.0..MAX_SAMPLES).contains(&steps);
+    usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
+}
+
+/// The signal x(t) at each of `at`, both in increasing order; beyond the ends the end values.
+pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
+    let mut i = 0;
+    let value = |&s: &f64| {
+        while i + 2 < t.len() && t[i + 1] <= s {
+            i += 1;
+        }
+        let (Some(&t1), Some(&x1)) = (t.get(i + 1), x.get(i + 1)) else { return x.first().copied().unwrap_or(0.0) };
+        let share = ((s - t[i]) / (t1 - t[i])).clamp(0.0, 1.0);
+        x[i] + share * (x1 - x[i])
+    };
+    at.iter().map(value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_survive() {
+        let t: Vec<f64> = (0..50).map(|i| 0.1 * i as f64 + 0.02 * (i % 3) as f64).collect();
+        let x: Vec<f64> = t.iter().map(|t| 2.0 - 3.0 * t).collect();
+        let clock = uniform_clock(&t, 0.07).unwrap();
+        for (s, y) in clock.iter().zip(interpolate(&t, &x, &clock)) {
+            assert!((y - (2.0 - 3.0 * s)).abs() < 1e-12);
+        }
+        assert!(clock[clock.len() - 1] <= t[49] && clock[clock.len() - 1] > t[49] - 0.07);
+    }
+
+    #[test]
+    fn ends_and_absurd_rates() {
+        assert_eq!(interpolate(&[0.0, 1.0], &[1.0, 2.0], &[-1.0, 0.5, 9.0]), [1.0, 1.5, 2.0]);
+        for period in [0.0, -1.0, f64::NAN, 1e-12, 10.0] {
+            assert!(uniform_clock(&[0.0, 1.0], period).is_none(), "{period}");
+        }
+        assert_eq!(uniform_clock(&[0.0, 0.3], 0.1).unwrap().len(), 4);
+    }
+}

@@ -1,0 +1,285 @@
+//! From the signals of a log to states: filtered positions, velocities, accelerations and torques.
+//!
+//! q, tau -> zero-phase low-pass (`butterworth`); dq the measured velocity, filtered alike, or the
+//! central difference of q; ddq the central difference of dq; then every `decimate`-th sample,
+//! without the ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true
+//! to the first order [Gautier 1997]. Where a joint stands still its row is dropped: stiction is
+//! not in the model.
+//!
+//! Default cut-off: `cutoff::rule`. Not here: transmissions (`transmission`), friction (`friction`).
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::butterworth::Butterworth;
+use crate::cutoff;
+use crate::log::{Effort, GAP, Log};
+use crate::resample::{interpolate, uniform_clock};
+
+/// How signals become states.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Signal {
+    /// Hz, of the low-pass on positions and velocities; without it the rule of `cutoff`.
+    pub cutoff: Option<f64>,
+    /// Hz, of the low-pass on the torques; without it that of the positions.
+    pub effort_cutoff: Option<f64>,
+    /// Order of the low-pass; 0: no filter.
+    pub order: usize,
+    /// Keep every n-th sample; without it ten samples a period of the cut-off.
+    pub decimate: Option<usize>,
+    /// Hz, of the uniform clock to resample to; without it that of the log when it is not uniform.
+    pub rate: Option<f64>,
+    /// Keep the log's own clock even where it is not uniform.
+    pub own_clock: bool,
+    pub velocity: Velocity,
+    pub acceleration: Velocity,
+    /// s dropped at each end; without it one period of the cut-off.
+    pub border: Option<f64>,
+    /// Use samples in this interval only.
+    pub window: Option<Window>,
+    /// rad/s: rows of a joint slower than this are dropped.
+    pub standstill: f64,
+    /// s by which the torques lag the positions.
+    pub delay: f64,
+}
+
+impl Default for Signal {
+    fn default() -> Signal {
+        Signal {
+            cutoff: None,
+            effort_cutoff: None,
+            order: 4,
+            decimate: None,
+            rate: None,
+            own_clock: false,
+            velocity: Velocity::Auto,
+            acceleration: Velocity::Auto,
+            border: None,
+            window: None,
+            standstill: 0.0,
+            delay: 0.0,
+        }
+    }
+}
+
+/// Where a derivative comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Velocity {
+    /// Measured where the log has it.
+    #[default]
+    Auto,
+    Measured,
+    Differentiated,
+}
+
+/// An interval of a log, ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Window {
+    /// s, in the log's time.
+    Seconds(f64, f64),
+    /// Rows of the file, from 1.
+    Rows(usize, usize),
+}
+
+/// Samples ready for the regressor: row r of each n-column array is one instant.
+#[derive(Clone, Debug, Default)]
+pub struct States {
+    /// Coordinates.
+    pub n: usize,
+    pub t: Vec<f64>,
+    /// rad, rad/s, rad/s^2, N m (A); sample by sample, n each.
+    pub q: Vec<f64>,
+    pub dq: Vec<f64>,
+    pub ddq: Vec<f64>,
+    pub tau: Vec<f64>,
+    /// Whether the row of joint j at sample r counts.
+    pub used: Vec<bool>,
+    /// Hz, the cut-offs in force; 0: none.
+    pub cutoff: f64,
+    pub effort_cutoff: f64,
+    /// s between samples.
+    pub period: f64,
+}
+
+impl States {
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+}
+
+/// Signals of a log as joint torques and joint positions: `Log` after its transmission.
+pub struct JointSignals<'a> {
+    pub log: &'a Log,
+    pub q: Vec<Vec<f64>>,
+    pub dq: Option<Vec<Vec<f64>>>,
+    pub ddq: Option<Vec<Vec<f64>>>,
+    pub tau: Vec<Vec<f64>>,
+}
+
+impl<'a> JointSignals<'a> {
+    /// A log that is already on the joint side.
+    pub fn direct(log: &'a Log) -> Result<JointSignals<'a>, Error> {
+        if log.effort_is == Effort::Current {
+            let message = "the log holds motor currents; drive gains (N m/A) are needed to make torques of them";
+            return Err(Error::at(&log.name, 0, message));
+        }
+        let (q, dq, ddq, tau) = (log.q.clone(), log.dq.clone(), log.ddq.clone(), log.effort.clone());
+        Ok(JointSignals { log, q, dq, ddq, tau })
+    }
+
+    /// Filters, differentiates and decimates.
+    ///
+    /// Fails when a cut-off is not below half the rate, a measured signal is asked for that is not
+    /// there, or no sample is left.
+    pub fn states(mut self, signal: &Signal) -> Result<States, Error> {
+        let at = |message: String| Error::at(&self.log.name, 0, message);
+        let report = &self.log.report;
+        let mut t = self.log.t.clone();
+        if (!report.uniform && !signal.own_clock) || signal.rate.is_some() {
+            let period = signal.rate.map_or(report.period, |r| 1.0 / r);
+            let clock = uniform_clock(&t, period).ok_or_else(|| {
+                at(format!("a clock of {:.3} Hz over {:.3} s is not usable", 1.0 / period, report.duration))
+            })?;
+            let series = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut(), Some(&mut self.tau)];
+            for x in series.into_iter().flatten().flatten() {
+                *x = interpolate(&t, x, &clock);
+            }
+            t = clock;
+        }
+        if signal.delay != 0.0 {
+            let later: Vec<f64> = t.iter().map(|t| t + signal.delay).collect();
+            for x in &mut self.tau {
+                *x = interpolate(&t, x, &later);
+            }
+        }
+        let period = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
+        let cutoff = match (signal.order, signal.cutoff) {
+            (0, _) => 0.0,
+            (_, Some(f)) => f,
+            _ => cutoff::rule(&self.q, period).cutoff,
+        };
+        let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
+        let filter = |cutoff: f64| -> Result<Option<Butterworth>, Error> {
+            if signal.order == 0 {
+                return Ok(None);
+            }
+            let rate = 1.0 / period;
+            Butterworth::low_pass(signal.order, cutoff, rate).map(Some).ok_or_else(|| {
+                at(format!("a low-pass of order {} at {cutoff} Hz: the order is 1 to 20 and the cut-off between 0 and half the rate, {:.3} Hz", signal.order, 0.5 * rate))
+            })
+        };
+        let (low, low_effort) = (filter(cutoff)?, filter(effort_cutoff)?);
+        let pass = |f: &Option<Butterworth>, x: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            match f {
+                Some(f) => x.iter().map(|x| f.zero_phase(x)).collect(),
+                None => x,
+            }
+        };
+        let q = pass(&low, self.q);
+        let derivative =
+            |wish: Velocity, measured: Option<Vec<Vec<f64>>>, of: &[Vec<f64>], name: &str| match (wish, measured) {
+                (Velocity::Measured, None) => {
+                    Err(at(format!("the log has no measured {name}; differentiate it instead")))
+                }
+                (Velocity::Differentiated, _) | (_, None) => Ok(of.iter().map(|x| gradient(x, &t)).collect()),
+                (_, Some(x)) => Ok(pass(&low, x)),
+            };
+        let dq = derivative(signal.velocity, self.dq, &q, "velocity")?;
+        let ddq = derivative(signal.acceleration, self.ddq, &dq, "acceleration")?;
+        let tau = pass(&low_effort, self.tau);
+        let decimate = signal.decimate.unwrap_or(match cutoff {
+            0.0 => 1,
+            cutoff => (1.0 / (10.0 * cutoff * period)) as usize,
+        });
+        let border = signal.border.unwrap_or(if cutoff > 0.0 { 1.0 / cutoff } else { 0.0 });
+        let chosen = chosen_samples(self.log, &t, border, signal.window, decimate.max(1));
+        if chosen.is_empty() {
+            return Err(at(format!("no sample is left of {} between the ends and the window", t.len())));
+        }
+        let rows = |x: &[Vec<f64>]| chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect::<Vec<f64>>();
+        let (q, dq, ddq, tau) = (rows(&q), rows(&dq), rows(&ddq), rows(&tau));
+        Ok(States {
+            n: self.log.coordinates.len(),
+            t: chosen.iter().map(|&r| t[r]).collect(),
+            used: dq.iter().map(|dq| dq.abs() > signal.standstill || signal.standstill == 0.0).collect(),
+            q,
+            dq,
+            ddq,
+            tau,
+            cutoff,
+            effort_cutoff,
+            period: period * decimate.max(1) as f64,
+        })
+    }
+}
+
+/// Every `decimate`-th sample inside the window, away from the ends and from gaps of the log.
+fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, decimate: usize) -> Vec<usize> {
+    let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
+    match window {
+        Some(Window::Seconds(a, b)) => (first, last) = (first.max(a), last.min(b)),
+        Some(Window::Rows(a, b)) => {
+            let inside = |row: &usize| (a..=b).contains(row);
+            match (log.rows.iter().position(inside), log.rows.iter().rposition(inside)) {
+                (Some(a), Some(b)) => (first, last) = (first.max(log.t[a]), last.min(log.t[b])),
+                _ => return Vec::new(),
+            }
+        }
+        None => {}
+    }
+    let gap = GAP * log.report.period;
+    let gaps: Vec<(f64, f64)> = log.t.windows(2).filter(|w| w[1] - w[0] > gap).map(|w| (w[0], w[1])).collect();
+    let inside = |&r: &usize| t[r] >= first && t[r] <= last;
+    let whole = |&r: &usize| !gaps.iter().any(|g| t[r] > g.0 && t[r] < g.1);
+    (0..t.len()).filter(inside).step_by(decimate).filter(whole).collect()
+}
+
+/// dx/dt: central differences of second order on any clock, one-sided at the two ends.
+///
+/// With steps a before and b after: (a^2 x+ + (b^2 - a^2) x - b^2 x-) / (a b (a + b)), as
+/// `numpy.gradient(x, t)`.
+pub fn gradient(x: &[f64], t: &[f64]) -> Vec<f64> {
+    let n = x.len();
+    if n < 2 {
+        return vec![0.0; n];
+    }
+    let slope = |i: usize, j: usize| (x[j] - x[i]) / (t[j] - t[i]);
+    let mut d = Vec::with_capacity(n);
+    d.push(slope(0, 1));
+    for i in 1..n - 1 {
+        let (a, b) = (t[i] - t[i - 1], t[i + 1] - t[i]);
+        d.push((a * a * x[i + 1] + (b * b - a * a) * x[i] - b * b * x[i - 1]) / (a * b * (a + b)));
+    }
+    d.push(slope(n - 2, n - 1));
+    d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Figures of `numpy.gradient(z, t)`, NumPy 2.4.6.
+    #[test]
+    fn gradient_agrees_with_numpy() {
+        let d = gradient(&[1.0, 2.0, 0.0, 5.0, 3.0], &[0.0, 0.1, 0.25, 0.3, 0.5]);
+        for (d, e) in d.into_iter().zip([10.0, 0.6666666666666661, 71.66666666666669, 78.00000000000003, -10.0]) {
+            assert!((d - e).abs() < 1e-12, "{d} {e}");
+        }
+    }
+
+    #[test]
+    fn gradient_of_a_parabola_is_exact_inside() {
+        let t: Vec<f64> = (0..30).map(|i| (i as f64).powf(1.2)).collect();
+        let x: Vec<f64> = t.iter().map(|t| 3.0 * t * t - t).collect();
+        for (i, d) in gradient(&x, &t).into_iter().enumerate().take(29).skip(1) {
+            assert!((d - (6.0 * t[i] - 1.0)).abs() < 1e-9);
+        }
+    }
+}
