@@ -18,8 +18,11 @@ pub struct Compiled {
     pub parameters: &'static [&'static str],
     /// Tells this function from that of any other robot or geometry: `expr::Function::fingerprint`.
     pub fingerprint: u64,
-    fill: fn(&[f64], &[f64], &[f64], &mut [f64]) -> bool,
+    fill: Fill,
 }
+
+/// q, dq, ddq -> y; false when a length is wrong.
+type Fill = fn(&[f64], &[f64], &[f64], &mut [f64]) -> bool;
 
 impl Compiled {
     /// Writes Y, row by row: `y[i * p + c]`. False, and nothing written, when a length is wrong: n

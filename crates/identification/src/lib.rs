@@ -1,40 +1,67 @@
 //! From experiments to parameters.
 
 mod butterworth;
+mod candidates;
+mod certificate;
 mod columns;
 mod cutoff;
+mod dynamics;
 mod error;
 mod estimate;
+mod exciting_trajectory;
 mod friction;
+mod friction_law;
 mod header;
 mod identify;
+mod information_matrix;
 mod least_squares;
 mod log;
 mod observation;
+mod planning;
 mod random;
 mod regressor;
 mod remark;
 mod resample;
 mod signal;
+mod simulation;
+pub mod spectrum;
+mod spectrum_rows;
 mod table;
 mod transmission;
 mod triangle;
 
 pub use butterworth::Butterworth;
+pub use candidates::{Candidate, CandidateGrid, MotionLimits, candidates, swing};
+pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, condition_bound, determinant_bound};
 pub use columns::{ColumnNames, Columns, Names, Source};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
+pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use estimate::{Estimate, Identified, JointResidual, Status};
+pub use exciting_trajectory::{
+    ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
+};
 pub use friction::FrictionTerm;
+pub use friction_law::FrictionLaw;
 pub use header::Quantity;
 pub use identify::{Fit, Options, Weights, identify, identify_all};
+pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
 pub use observation::{Model, Observation, Parameter, weighted};
+pub use planning::{Criterion, Search, Selection, exchange, value_of};
 pub use random::Random;
 pub use regressor::Regressor;
 pub use resample::{interpolate, uniform_clock};
 pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
+pub use simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
+pub use spectrum_rows::{EquationBlock, MeasuredMotion, gravity_rows, spectral_rows};
 pub use table::Table;
 pub use transmission::{Coupling, Transmission};
 pub use triangle::{Block, Triangle};
+
+#[cfg(test)]
+extern crate self as identification;
+#[cfg(test)]
+#[path = "../tests/tree_robot/mod.rs"]
+mod tree_robot;
