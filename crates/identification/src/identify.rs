@@ -107,6 +107,8 @@ impl Fit {
         let joints = observation.joints(|_| true);
         let (solution, weights) = fit(&joints, options.weights);
         let mut estimate = report(&model, &joints, &observation, &solution);
+        let robust = crate::robust::robust(&model, &states, &solution, &weights);
+        widen(&mut estimate, &robust.sigma);
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
             Weights::None => "ordinary least squares".into(),
@@ -194,6 +196,17 @@ fn report(model: &Model, joints: &[Triangle], observation: &Observation, solutio
         rows: joints.iter().map(|t| t.rows).sum(),
         remarks: crate::remark::remarks(model, observation, solution),
         ..Estimate::default()
+    }
+}
+
+/// Puts the robust standard deviations beside the white ones; the larger of the two counts.
+fn widen(estimate: &mut Estimate, sigma: &[f64]) {
+    for (parameter, &robust) in estimate.parameters.iter_mut().zip(sigma) {
+        let (Some(value), Some(white)) = (parameter.value, parameter.sigma) else { continue };
+        parameter.robust_sigma = Some(robust);
+        let sigma = white.max(robust);
+        parameter.relative_sigma = Some(100.0 * sigma / value.abs());
+        parameter.status = if 2.0 * sigma >= value.abs() { Status::NotSignificant } else { Status::Identified };
     }
 }
 

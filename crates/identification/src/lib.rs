@@ -6,6 +6,7 @@ mod certificate;
 mod columns;
 mod compiled;
 mod cutoff;
+mod dataset;
 mod dynamics;
 mod error;
 mod estimate;
@@ -23,13 +24,16 @@ mod random;
 mod regressor;
 mod remark;
 mod resample;
+mod robust;
 mod signal;
 mod simulation;
 pub mod spectrum;
 mod spectrum_rows;
 mod table;
+mod test_arm;
 mod transmission;
 mod triangle;
+mod validation;
 
 pub use butterworth::Butterworth;
 pub use candidates::{Candidate, CandidateGrid, MotionLimits, candidates, swing};
@@ -37,6 +41,7 @@ pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, c
 pub use columns::{ColumnNames, Columns, Names, Source};
 pub use compiled::{Compiled, compiled};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
+pub use dataset::{Dataset, LogFile, Run, Score};
 pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use estimate::{Estimate, Identified, JointResidual, Status};
@@ -46,7 +51,7 @@ pub use exciting_trajectory::{
 pub use friction::FrictionTerm;
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
-pub use identify::{Fit, Options, Weights, identify, identify_all};
+pub use identify::{Fit, Options, Weights, identify, identify_all, states};
 pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
@@ -55,12 +60,14 @@ pub use planning::{Criterion, Search, Selection, exchange, value_of};
 pub use random::Random;
 pub use regressor::Regressor;
 pub use resample::{interpolate, uniform_clock};
+pub use robust::{Robust, robust};
 pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
 pub use simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
 pub use spectrum_rows::{EquationBlock, MeasuredMotion, gravity_rows, spectral_rows};
 pub use table::Table;
 pub use transmission::{Coupling, Transmission};
 pub use triangle::{Block, Triangle};
+pub use validation::{Validation, cross_validate, residuals, validate};
 
 #[cfg(test)]
 extern crate self as identification;
