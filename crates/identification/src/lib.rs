@@ -30,6 +30,7 @@ mod simulation;
 pub mod spectrum;
 mod spectrum_rows;
 mod table;
+#[cfg(test)]
 mod test_arm;
 mod transmission;
 mod triangle;
