@@ -76,8 +76,17 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         Some(node) => yaml_loop::loops(source, node, &names, &drafts)?,
         None => Vec::new(),
     };
-    let robot =
-        Robot { name, source: cited, symbols: names.symbols, coordinates, links, loops, gravity, notes: vec![] };
+    let robot = Robot {
+        name,
+        source: cited,
+        symbols: names.symbols,
+        coordinates,
+        passive: vec![],
+        links,
+        loops,
+        gravity,
+        notes: vec![],
+    };
     yaml_loop::check_closure(source, fields.get("loops"), &robot)?;
     Ok(robot)
 }
