@@ -18,6 +18,7 @@ mod names;
 mod rank;
 mod regressor;
 mod rigid_regrouping;
+mod robot_module;
 mod rule;
 #[cfg(test)]
 mod test_robots;
@@ -26,3 +27,4 @@ mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
 pub use derivation::Derivation;
+pub use robot_module::{regressor_module, robot_module};
