@@ -21,14 +21,17 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let robot = arguments.model.read()?;
-    let file = codegen::robot_file(&robot, &format!("rist generate {path}"))
-        .map_err(|unclear| Failure::new(format_args!("{path}: {unclear}")))?;
+    let module =
+        modeling::regressor_module(&robot).map_err(|unclear| Failure::new(format_args!("{path}: {unclear}")))?;
+    let text = codegen::rust_file(&module, &format!("rist generate {path}"));
     match &arguments.out {
-        None => print(&file.text),
+        None => print(&text),
         Some(out) => {
-            write_file(out, &file.text)?;
-            let c = file.count;
-            eprintln!("{}: {} mul, {} add, {} sin_cos a call", out.display(), c.mul, c.add, c.sin_cos);
+            write_file(out, &text)?;
+            for f in &module.functions {
+                let (name, c) = (&f.function.name, f.function.count());
+                eprintln!("{}: {name}: {} mul, {} add, {} sin_cos a call", out.display(), c.mul, c.add, c.sin_cos);
+            }
             Ok(())
         }
     }

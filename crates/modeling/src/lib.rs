@@ -23,6 +23,7 @@ mod pose;
 mod rank;
 mod regressor;
 mod rigid_regrouping;
+mod robot_module;
 mod rule;
 #[cfg(test)]
 mod test_robots;
@@ -31,3 +32,4 @@ mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
 pub use derivation::Derivation;
+pub use robot_module::{regressor_module, robot_module};
