@@ -1,1 +1,33 @@
-fn main() {}
+//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`.
+
+mod gen_task;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+Tasks of this repository.
+
+cargo xtask gen [MODEL..]           write generated/src/robots/ from models/ (all, without an argument)
+cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to run
+
+A MODEL is a path such as models/race.yaml.";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let outcome = match arguments.split_first() {
+        Some((task, rest)) if task == "gen" => gen_task::run(rest),
+        Some((task, _)) if task == "--help" || task == "-h" || task == "help" => {
+            println!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        Some((task, _)) => Err(format!("there is no task `{task}`\n\n{USAGE}")),
+        None => Err(USAGE.to_string()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -92,20 +92,10 @@ impl Function {
     /// `self` with its graph made anew from what it needs of `old`, named constants replaced where
     /// `value` gives a number. Symbols and inputs keep their places even where nothing reads them.
     fn rebuilt(mut self, old: &Graph, value: &dyn Fn(SymbolKind) -> Option<f64>) -> Function {
-        let mut needed = vec![false; old.nodes().len()];
-        for e in self.outputs.iter().flat_map(|o| &o.entries).chain(self.inputs.iter().flat_map(|i| &i.entries)) {
-            needed[e.node()] = true;
-        }
-        for n in (0..needed.len()).rev() {
-            if needed[n] {
-                for e in operands(old.nodes()[n]) {
-                    needed[e.node()] = true;
-                }
-            }
-        }
         let mut new = Graph::with_symbols(old.symbols().to_vec());
-        let mut map = vec![Expr::ZERO; needed.len()];
-        for (n, &node) in old.nodes().iter().enumerate().filter(|&(n, _)| needed[n]) {
+        let mut map = vec![Expr::ZERO; old.nodes().len()];
+        for n in self.schedule(old) {
+            let node = old.nodes()[n];
             let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());
             let made = match node {
                 Node::Constant(x) => new.constant(x),
@@ -131,6 +121,62 @@ impl Function {
         }
         self.graph = new;
         self
+    }
+
+    /// The nodes of `graph` that the outputs need, operands first, each just before it is first
+    /// wanted; outputs column by column, so that what belongs to one parameter stays together.
+    fn schedule(&self, graph: &Graph) -> Vec<usize> {
+        let mut order = Vec::new();
+        let mut seen = vec![false; graph.nodes().len()];
+        let by_column = |o: &Output| -> Vec<Expr> {
+            (0..o.columns).flat_map(|c| (0..o.rows).map(move |r| r * o.columns + c)).map(|i| o.entries[i]).collect()
+        };
+        let inputs = self.inputs.iter().flat_map(|i| i.entries.clone());
+        let wanted: Vec<Expr> = inputs.chain(self.outputs.iter().flat_map(by_column)).collect();
+        for e in wanted {
+            let mut stack = vec![(e.node(), false)];
+            while let Some((n, operands_done)) = stack.pop() {
+                if operands_done {
+                    order.push(n);
+                } else if !std::mem::replace(&mut seen[n], true) {
+                    stack.push((n, true));
+                    let mut below: Vec<usize> = operands(graph.nodes()[n]).map(Expr::node).collect();
+                    below.reverse();
+                    stack.extend(below.into_iter().map(|m| (m, false)));
+                }
+            }
+        }
+        order
+    }
+
+    /// A number that tells functions apart: FNV-1a over the graph, the inputs and the outputs. Equal
+    /// functions with equal constants have equal fingerprints, on every machine.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        let mut feed = |x: u64| {
+            for byte in x.to_le_bytes() {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+            }
+        };
+        for &node in self.graph.nodes() {
+            match node {
+                Node::Constant(x) => feed(x.to_bits()),
+                Node::Symbol(s) => feed(u64::from(s.0)),
+                Node::Sin(_) => feed(1),
+                Node::Cos(_) => feed(2),
+                Node::Add(..) => feed(3),
+                Node::Mul(..) => feed(4),
+                Node::Div(..) => feed(5),
+                Node::Sqrt(_) => feed(6),
+            }
+            for e in operands(node) {
+                feed(u64::from(e.bits()));
+            }
+        }
+        for e in self.inputs.iter().flat_map(|i| &i.entries).chain(self.outputs.iter().flat_map(|o| &o.entries)) {
+            feed(u64::from(e.bits()));
+        }
+        hash
     }
 
     /// Operations of one evaluation; what depends on no input is computed once and not counted.
@@ -182,7 +228,7 @@ impl Function {
 }
 
 /// What a node reads.
-pub(crate) fn operands(node: Node) -> impl Iterator<Item = Expr> {
+pub fn operands(node: Node) -> impl Iterator<Item = Expr> {
     let (a, b) = match node {
         Node::Constant(_) | Node::Symbol(_) => (None, None),
         Node::Sin(a) | Node::Cos(a) | Node::Sqrt(a) => (Some(a), None),

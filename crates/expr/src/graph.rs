@@ -21,6 +21,10 @@ impl Expr {
         Expr((node as u32) << 1 | u32::from(negative))
     }
 
+    pub(crate) fn bits(self) -> u32 {
+        self.0
+    }
+
     /// Position of the node in [`Graph::nodes`].
     pub fn node(self) -> usize {
         (self.0 >> 1) as usize

@@ -7,9 +7,8 @@
 
 mod function;
 mod graph;
-mod simplify;
 mod tape;
 
-pub use function::{Algebra, Count, Function, Input, Output};
+pub use function::{Algebra, Count, Function, Input, Output, operands};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
 pub use tape::{Tape, Workspace};

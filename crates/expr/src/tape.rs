@@ -60,11 +60,11 @@ impl Tape {
         let mut partner = vec![None; n];
         let mut angles = std::collections::BTreeMap::new();
         for (i, node) in nodes.iter().enumerate() {
-            if let Node::Sin(a) | Node::Cos(a) = node {
-                if let Some(first) = angles.insert(*a, i) {
-                    partner[first] = Some(i);
-                    partner[i] = Some(first);
-                }
+            if let Node::Sin(a) | Node::Cos(a) = node
+                && let Some(first) = angles.insert(*a, i)
+            {
+                partner[first] = Some(i);
+                partner[i] = Some(first);
             }
         }
 

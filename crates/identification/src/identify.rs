@@ -45,6 +45,15 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Reads options from a YAML file; what it does not name keeps its default.
+    pub fn read(path: &std::path::Path) -> Result<Options, Error> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::at(&file, 0, e.to_string()))?;
+        serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
+    }
+}
+
 /// What the rows weigh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

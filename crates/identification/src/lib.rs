@@ -1,19 +1,27 @@
 //! From experiments to parameters.
 
 mod butterworth;
+mod candidates;
+mod certificate;
 mod columns;
+mod compiled;
 mod cutoff;
 mod dataset;
+mod dynamics;
 mod error;
 mod estimate;
+mod exciting_trajectory;
 mod friction;
+mod friction_law;
 mod header;
 mod identify;
 mod identify_consistent;
+mod information_matrix;
 mod least_squares;
 mod log;
 mod observation;
 mod physical;
+mod planning;
 mod pseudo_inertia;
 mod random;
 mod regressor;
@@ -21,6 +29,9 @@ mod remark;
 mod resample;
 mod robust;
 mod signal;
+mod simulation;
+pub mod spectrum;
+mod spectrum_rows;
 mod table;
 #[cfg(test)]
 mod test_arm;
@@ -29,19 +40,29 @@ mod triangle;
 mod validation;
 
 pub use butterworth::Butterworth;
+pub use candidates::{Candidate, CandidateGrid, MotionLimits, candidates, swing};
+pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, condition_bound, determinant_bound};
 pub use columns::{ColumnNames, Columns, Names, Source};
+pub use compiled::{Compiled, compiled};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
 pub use dataset::{Dataset, LogFile, Run, Score, Subject};
+pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use estimate::{Estimate, Identified, JointResidual, Status};
+pub use exciting_trajectory::{
+    ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
+};
 pub use friction::FrictionTerm;
+pub use friction_law::FrictionLaw;
 pub use header::Quantity;
 pub use identify::{Fit, Options, Weights, identify, identify_all, states};
 pub use identify_consistent::{Consistency, ConsistentFit, bodies, identify_consistent, identity_map};
+pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
 pub use observation::{Model, Observation, Parameter, weighted};
 pub use physical::{Consistent, Outcome, Prior, StandardMap, consistent};
+pub use planning::{Criterion, Search, Selection, exchange, value_of};
 pub use pseudo_inertia::{
     Centroidal, Ten, centroidal, parameters as ten_parameters, pseudo_inertia, smallest_eigenvalue,
 };
@@ -50,7 +71,15 @@ pub use regressor::Regressor;
 pub use resample::{interpolate, uniform_clock};
 pub use robust::{Robust, robust};
 pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
+pub use simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
+pub use spectrum_rows::{EquationBlock, MeasuredMotion, gravity_rows, spectral_rows};
 pub use table::Table;
 pub use transmission::{Coupling, Transmission};
 pub use triangle::{Block, Triangle};
 pub use validation::{Validation, cross_validate, residuals, validate};
+
+#[cfg(test)]
+extern crate self as identification;
+#[cfg(test)]
+#[path = "../tests/tree_robot/mod.rs"]
+mod tree_robot;

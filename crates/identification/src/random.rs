@@ -1,8 +1,9 @@
-//! Random numbers that are the same on every machine: xoshiro256++ seeded by splitmix64.
+//! Random numbers that are the same on every machine: xoshiro256++ seeded through splitmix64.
 //!
-//! [Blackman, Vigna 2021, Scrambled linear pseudorandom number generators]
+//! [Blackman, Vigna 2021, "Scrambled linear pseudorandom number generators"]. Normal deviates by
+//! Marsaglia's polar method. Not for secrets.
 
-/// A seeded generator.
+/// A seeded stream of random numbers.
 #[derive(Clone, Debug)]
 pub struct Random {
     state: [u64; 4],
@@ -10,20 +11,30 @@ pub struct Random {
 }
 
 impl Random {
+    /// The stream of this seed.
     pub fn new(seed: u64) -> Random {
         let mut s = seed;
-        let mut split = || {
+        let mut next = || {
             s = s.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let z = (s ^ (s >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            let mut z = s;
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
             z ^ (z >> 31)
         };
-        Random { state: [split(), split(), split(), split()], spare: None }
+        Random { state: [next(), next(), next(), next()], spare: None }
     }
 
+    /// The stream of a seed and of a place in an enumeration: draw 17 is the same whichever
+    /// thread computes it.
+    pub fn stream(seed: u64, index: u64) -> Random {
+        let mixed = Random::new(seed ^ index.wrapping_mul(0xd134_2543_de82_ef95)).bits();
+        Random::new(mixed)
+    }
+
+    /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
         let s = &mut self.state;
-        let out = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
+        let result = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
         let t = s[1] << 17;
         s[2] ^= s[0];
         s[3] ^= s[1];
@@ -31,12 +42,12 @@ impl Random {
         s[0] ^= s[3];
         s[2] ^= t;
         s[3] = s[3].rotate_left(45);
-        out
+        result
     }
 
     /// Uniform in [0, 1).
     pub fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+        (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// Uniform in [low, high).
@@ -44,10 +55,16 @@ impl Random {
         low + (high - low) * self.uniform()
     }
 
-    /// Standard normal, by the polar method.
+    /// Uniform among 0 .. count; 0 when `count` is 0.
+    pub fn index(&mut self, count: usize) -> usize {
+        // The bias of a 64-bit product is below count / 2^64.
+        ((u128::from(self.bits()) * count as u128) >> 64) as usize
+    }
+
+    /// Normal, mean 0, variance 1.
     pub fn normal(&mut self) -> f64 {
-        if let Some(spare) = self.spare.take() {
-            return spare;
+        if let Some(z) = self.spare.take() {
+            return z;
         }
         loop {
             let (u, v) = (self.between(-1.0, 1.0), self.between(-1.0, 1.0));
@@ -66,20 +83,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moments() {
-        let mut random = Random::new(7);
-        let n = 100_000;
-        let x: Vec<f64> = (0..n).map(|_| random.normal()).collect();
-        let mean = x.iter().sum::<f64>() / n as f64;
-        let variance = x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n as f64;
-        // Five standard errors of the mean and of the variance.
-        assert!(mean.abs() < 5.0 / (n as f64).sqrt(), "{mean}");
-        assert!((variance - 1.0).abs() < 5.0 * (2.0 / n as f64).sqrt(), "{variance}");
+    fn a_seed_is_a_stream() {
+        let take = |mut r: Random| [r.bits(), r.bits(), r.bits()];
+        assert_eq!(take(Random::new(7)), take(Random::new(7)));
+        assert_ne!(take(Random::new(7)), take(Random::new(8)));
+        assert_ne!(take(Random::stream(7, 0)), take(Random::stream(7, 1)));
     }
 
     #[test]
-    fn a_seed_is_a_sequence() {
-        assert_eq!(Random::new(3).bits(), Random::new(3).bits());
-        assert_ne!(Random::new(3).bits(), Random::new(4).bits());
+    fn moments_of_the_normal() {
+        let mut r = Random::new(3);
+        let n = 200_000;
+        let (mut m1, mut m2, mut m4) = (0.0, 0.0, 0.0);
+        for _ in 0..n {
+            let z = r.normal();
+            m1 += z;
+            m2 += z * z;
+            m4 += z * z * z * z;
+        }
+        let n = f64::from(n);
+        // Five standard errors: sqrt(1/n), sqrt(2/n), sqrt(96/n).
+        assert!((m1 / n).abs() < 5.0 * (1.0 / n).sqrt());
+        assert!((m2 / n - 1.0).abs() < 5.0 * (2.0 / n).sqrt());
+        assert!((m4 / n - 3.0).abs() < 5.0 * (96.0 / n).sqrt());
     }
 }

@@ -191,12 +191,12 @@ pub(crate) fn base_parameters(
         let mut formula = vec![(column, rule::Factor::one())];
         for (&dropped, row) in &betas {
             if let Some((_, beta)) = row.iter().find(|(k, _)| *k == column) {
-                let factor = match beta {
-                    Beta::Exact(c) => rule::Factor::exact(c, graph),
-                    Beta::Number(x) => rule::Factor::number(*x),
+                let (symbolic, factors) = match beta {
+                    Beta::Exact(c) => (c.display(graph).to_string(), rule::Factor::summands(c, graph)),
+                    Beta::Number(x) => (x.to_string(), vec![rule::Factor::number(*x)]),
                 };
-                terms.push(Term { parameter: dropped, coefficient: number(beta), symbolic: factor.text() });
-                formula.push((dropped, factor));
+                terms.push(Term { parameter: dropped, coefficient: number(beta), symbolic });
+                formula.extend(factors.into_iter().map(|factor| (dropped, factor)));
             }
         }
         let bare = names::regrouped(robot, standard[column], terms.len() > 1);

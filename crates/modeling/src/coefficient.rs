@@ -149,11 +149,15 @@ impl Coefficient {
         Displayed { coefficient: self, graph }
     }
 
-    /// -D2 rather than D2: one product with a minus sign before it.
-    pub fn is_negative_product(&self) -> bool {
-        self.terms.len() == 1 && self.terms.values().all(|r| r.0 < 0)
+    /// The summands, each alone, unless together they are the square or the double of an angle.
+    pub fn summands(&self, graph: &Graph) -> Vec<Coefficient> {
+        if double_angle(&self.terms, graph).is_some() {
+            return vec![self.clone()];
+        }
+        self.terms.iter().map(|(m, &r)| Coefficient { terms: BTreeMap::from([(m.clone(), r)]) }).collect()
     }
 
+    #[cfg(test)]
     pub fn is_one(&self) -> bool {
         *self == Coefficient::one()
     }

@@ -8,7 +8,7 @@ use crate::coefficient::Coefficient;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Factor {
     negative: bool,
-    /// `1`, `D2^2`, `(D4 - D2)`.
+    /// `1`, `D2^2`, `cos(2*DEL)`.
     magnitude: String,
 }
 
@@ -17,34 +17,21 @@ impl Factor {
         Factor { negative: false, magnitude: "1".into() }
     }
 
-    pub fn exact(c: &Coefficient, graph: &Graph) -> Factor {
-        let text = c.display(graph).to_string();
-        match text.strip_prefix('-') {
-            Some(rest) if !is_sum(rest) => Factor { negative: true, magnitude: rest.to_string() },
-            _ if is_sum(&text) => {
-                let minus = c.negated().display(graph).to_string();
-                // The sign that lets the same sum serve both ways.
-                if minus < text {
-                    Factor { negative: true, magnitude: format!("({minus})") }
-                } else {
-                    Factor { negative: false, magnitude: format!("({text})") }
-                }
+    /// The factors of a coefficient, one a summand.
+    pub fn summands(c: &Coefficient, graph: &Graph) -> Vec<Factor> {
+        let factor = |c: Coefficient| {
+            let text = c.display(graph).to_string();
+            match text.strip_prefix('-') {
+                Some(rest) => Factor { negative: true, magnitude: rest.to_string() },
+                None => Factor { negative: false, magnitude: text },
             }
-            _ => Factor { negative: false, magnitude: text },
-        }
+        };
+        c.summands(graph).into_iter().map(factor).collect()
     }
 
     pub fn number(x: f64) -> Factor {
         Factor { negative: x < 0.0, magnitude: format!("{}", x.abs()) }
     }
-
-    pub fn text(&self) -> String {
-        format!("{}{}", if self.negative { "-" } else { "" }, self.magnitude)
-    }
-}
-
-fn is_sum(text: &str) -> bool {
-    text.contains(" + ") || text.contains(" - ")
 }
 
 /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, own first.

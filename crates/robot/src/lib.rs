@@ -14,10 +14,11 @@ pub mod kinematics;
 mod link;
 mod parameter;
 pub mod value;
+mod vector;
 
 pub use affine::Affine;
 pub use error::{Error, Place};
-pub use inertial::{Matrix3, Part, Pose};
+pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
 pub use link::{
     Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, Robot,
     RotorInertia,

@@ -44,6 +44,8 @@ fn race_is_what_its_file_says() {
     assert_eq!(q4.geometry.theta.as_multiple_of_pi(&race.symbols), Some((-5, 6)));
     let last = StandardParameter::all(&race).pop().unwrap().display(&race).to_string();
     assert_eq!(last, "M10");
+    let known: Vec<f64> = StandardParameter::all(&race).into_iter().filter_map(|p| p.value(&race)).collect();
+    assert_eq!((known.len(), known[9], known[10]), (103, 12.0, 0.02));
 }
 
 #[test]
@@ -63,4 +65,26 @@ fn degrees_become_radians_and_offsets_join_the_geometry() {
     assert!((limits.position.unwrap().1 - 133.5f64.to_radians()).abs() < 1e-15);
     assert_eq!(tx40.links[1].geometry.theta.as_multiple_of_pi(&[]), Some((-1, 2)));
     assert_eq!(model("stanford.yaml").links[2].joint.kind, JointKind::Prismatic);
+}
+
+/// Both UR5 files describe the same motion: link by link, the two frames keep their distance.
+#[test]
+fn the_two_ur5_move_alike() {
+    let (yaml, urdf) = (model("ur5.yaml"), model("ur5.urdf"));
+    let between = |q: &[f64]| -> Vec<robot::Pose> {
+        let pairs = yaml.link_poses(q).into_iter().zip(urdf.link_poses(q)).zip(&urdf.links);
+        pairs.map(|((a, b), link)| a.inverse().compose(&b.compose(&link.file_frame))).collect()
+    };
+    for (pose, j) in between(&[0.3, -1.1, 0.7, 2.0, -0.4, 1.3]).iter().zip(0..) {
+        for i in 0..3 {
+            assert!(pose.position[i].abs() < 1e-14, "{j}: {pose:?}");
+            assert!((pose.rotation[i][i] - 1.0).abs() < 1e-14, "{j}: {pose:?}");
+        }
+    }
+    for (a, b) in yaml.links.iter().zip(&urdf.links) {
+        let x = robot::transform_inertial(&b.inertial.unwrap(), &b.file_frame.inverse());
+        for (x, y) in x.iter().zip(a.inertial.unwrap()) {
+            assert!((x - y).abs() < 1e-12, "{} {x} {y}", a.label);
+        }
+    }
 }

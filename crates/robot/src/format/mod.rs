@@ -5,7 +5,12 @@
 
 mod expression;
 mod node;
+mod reframe;
+mod snap;
 mod suggestion;
+mod urdf;
+mod urdf_text;
+mod urdf_tree;
 mod yaml;
 mod yaml_link;
 mod yaml_loop;
@@ -16,12 +21,14 @@ use std::path::Path;
 
 use crate::error::{Error, Place};
 use crate::link::Robot;
+pub use urdf::read_urdf;
 pub use yaml::read_yaml;
 
 /// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
 const MAX_BYTES: u64 = 16 << 20;
 
-/// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`).
+/// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
+/// YAML; `urdf`, `xml`: URDF).
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, is not UTF-8, or does not describe
 /// a robot.
@@ -30,6 +37,7 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let reader = match extension.as_str() {
         "yaml" | "yml" => read_yaml,
+        "urdf" | "xml" => read_urdf,
         _ => {
             let message = format!("a robot is described by a .yaml, .yml, .urdf or .xml file, not by `.{extension}`");
             return Err(whole_file(&file_name, message));
@@ -39,7 +47,10 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
 }
 
 fn read_text(path: &Path, file_name: &str) -> Result<String, Error> {
-    let fail = |e: std::io::Error| whole_file(file_name, format!("the file cannot be read: {e}"));
+    let fail = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
+        _ => whole_file(file_name, format!("the file cannot be read: {e}")),
+    };
     let mut bytes = Vec::new();
     File::open(path).map_err(fail)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
     if bytes.len() as u64 > MAX_BYTES {

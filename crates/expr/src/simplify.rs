@@ -1,1 +1,0 @@
-//! Fewer operations for the same function.

@@ -1,0 +1,52 @@
+//! Three-vectors and three-by-three matrices in f64.
+
+/// Three rows of three.
+pub type Matrix3 = [[f64; 3]; 3];
+pub(crate) type Vector3 = [f64; 3];
+
+pub(crate) fn dot(a: Vector3, b: Vector3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: Vector3, b: Vector3) -> Vector3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(crate) fn norm(a: Vector3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+pub(crate) fn scaled(a: Vector3, factor: f64) -> Vector3 {
+    a.map(|x| x * factor)
+}
+
+/// a + factor b.
+pub(crate) fn plus(a: Vector3, b: Vector3, factor: f64) -> Vector3 {
+    [0, 1, 2].map(|i| a[i] + factor * b[i])
+}
+
+/// m v.
+pub(crate) fn turn(m: &Matrix3, v: Vector3) -> Vector3 {
+    m.map(|row| dot(row, v))
+}
+
+/// a b.
+pub(crate) fn product(a: &Matrix3, b: &Matrix3) -> Matrix3 {
+    a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
+}
+
+pub(crate) fn transposed(m: &Matrix3) -> Matrix3 {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[j][i]))
+}
+
+/// The rotation by `angle`, rad, about the unit vector `axis` (Rodrigues).
+pub(crate) fn rotation_about(axis: Vector3, angle: f64) -> Matrix3 {
+    let (s, c) = angle.sin_cos();
+    let [x, y, z] = axis;
+    let v = 1.0 - c;
+    [
+        [c + x * x * v, x * y * v - z * s, x * z * v + y * s],
+        [y * x * v + z * s, c + y * y * v, y * z * v - x * s],
+        [z * x * v - y * s, z * y * v + x * s, c + z * z * v],
+    ]
+}

@@ -1,0 +1,141 @@
+//! `gen`: the models of models/ as Rust source in generated/src/robots/.
+//!
+//! Everything is rendered to a map of path -> text first; then the map is written, or compared. The
+//! folder is machine-owned: a file that no model makes is removed.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Where the repository is.
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+const FOLDER: &str = "generated/src/robots";
+
+pub fn run(arguments: &[String]) -> Result<(), String> {
+    let (flags, models): (Vec<&String>, Vec<&String>) = arguments.iter().partition(|a| a.starts_with('-'));
+    if let Some(flag) = flags.iter().find(|f| **f != "--check") {
+        return Err(format!("gen has no flag `{flag}`; it has --check"));
+    }
+    let check = !flags.is_empty();
+    let rendered = render(&models)?;
+    if check { compare(&rendered) } else { write(&rendered) }
+}
+
+/// Path below the root -> text; all models, since the index lists all of them.
+struct Rendered {
+    files: BTreeMap<PathBuf, String>,
+    /// The files that the user asked for.
+    asked: Vec<PathBuf>,
+}
+
+fn render(models: &[&String]) -> Result<Rendered, String> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(root().join("models"))
+        .map_err(|e| format!("models/: {e}"))?
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| matches!(path.extension().and_then(|e| e.to_str()), Some("yaml" | "urdf" | "par")))
+        .collect();
+    paths.sort();
+    let wanted: Vec<PathBuf> = models
+        .iter()
+        .map(|m| {
+            let here = Path::new(m.as_str());
+            let path = if here.exists() { here.to_path_buf() } else { root().join(here) };
+            let path = path.canonicalize().map_err(|e| format!("{m}: {e}"))?;
+            if paths.iter().any(|p| p.canonicalize().is_ok_and(|p| p == path)) {
+                Ok(path)
+            } else {
+                Err(format!(
+                    "{m} is not in models/: the generated package holds the models of this repository. For your own \
+                     project run `rist generate {m} --out FILE`"
+                ))
+            }
+        })
+        .collect::<Result<_, String>>()?;
+
+    let mut files = Vec::new();
+    let mut rendered = Rendered { files: BTreeMap::new(), asked: Vec::new() };
+    for path in &paths {
+        let robot = robot::format::read(path).map_err(|e| e.to_string())?;
+        let model = path.strip_prefix(root()).unwrap_or(path).display();
+        let file =
+            codegen::robot_file(&robot, &format!("cargo xtask gen {model}")).map_err(|e| format!("{model}: {e}"))?;
+        let target = Path::new(FOLDER).join(format!("{}.rs", file.module));
+        if wanted.is_empty() || path.canonicalize().is_ok_and(|p| wanted.contains(&p)) {
+            rendered.asked.push(target.clone());
+        }
+        if rendered.files.insert(target, file.text.clone()).is_some() {
+            return Err(format!(
+                "{model}: another model is also called `{}`; give one of them another name",
+                robot.name
+            ));
+        }
+        files.push(file);
+    }
+    let index = Path::new(FOLDER).join("mod.rs");
+    rendered.files.insert(index.clone(), codegen::index_file(&files));
+    rendered.asked.push(index);
+    Ok(rendered)
+}
+
+/// Files of the folder that nothing makes.
+fn orphans(rendered: &Rendered) -> Result<Vec<PathBuf>, String> {
+    let folder = root().join(FOLDER);
+    let mut orphans: Vec<PathBuf> = match std::fs::read_dir(&folder) {
+        Ok(entries) => entries
+            .filter_map(|entry| entry.ok().map(|entry| Path::new(FOLDER).join(entry.file_name())))
+            .filter(|path| !rendered.files.contains_key(path))
+            .collect(),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        Err(e) => return Err(format!("{}: {e}", folder.display())),
+    };
+    orphans.sort();
+    Ok(orphans)
+}
+
+fn write(rendered: &Rendered) -> Result<(), String> {
+    let failed = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
+    let folder = root().join(FOLDER);
+    std::fs::create_dir_all(&folder).map_err(|e| failed(&folder, e))?;
+    for path in &rendered.asked {
+        let (target, text) = (root().join(path), &rendered.files[path]);
+        if std::fs::read_to_string(&target).is_ok_and(|old| old == *text) {
+            println!("{}: as it was", path.display());
+            continue;
+        }
+        std::fs::write(&target, text).map_err(|e| failed(&target, e))?;
+        println!("{}: written", path.display());
+    }
+    for path in orphans(rendered)? {
+        let target = root().join(&path);
+        std::fs::remove_file(&target).map_err(|e| failed(&target, e))?;
+        println!("{}: removed, no model makes it", path.display());
+    }
+    Ok(())
+}
+
+fn compare(rendered: &Rendered) -> Result<(), String> {
+    for path in &rendered.asked {
+        let new = &rendered.files[path];
+        let old = std::fs::read_to_string(root().join(path)).unwrap_or_default();
+        if old != *new {
+            let line = old.lines().zip(new.lines()).take_while(|(a, b)| a == b).count();
+            let show = |text: &str| text.lines().nth(line).unwrap_or("(the file ends)").to_string();
+            return Err(format!(
+                "{}:{}: not what the models give\n  found:    {}\n  expected: {}\nRun `cargo xtask gen` and commit what it writes.",
+                path.display(),
+                line + 1,
+                show(&old),
+                show(new)
+            ));
+        }
+    }
+    match orphans(rendered)?.first() {
+        Some(path) => Err(format!("{}: no model makes this file\nRun `cargo xtask gen`.", path.display())),
+        None => {
+            println!("generated/ is what models/ gives: {} files", rendered.asked.len());
+            Ok(())
+        }
+    }
+}
