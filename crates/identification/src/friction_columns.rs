@@ -5,13 +5,17 @@
 //!
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
+//! The viscous columns are max(v, 0) and min(v, 0) with the same softness: w/2 ln(1 + exp(2 v/w)) and
+//! the rest. w is wider than rest itself where the controller makes the joint chatter: the mean
+//! period of a sign that flips is a soft sign.
+//!
 //! A sign taken at the samples alone moves every reversal by up to half a sample, which turns
 //! Coulomb friction into the phase of the acceleration; the mean over the cell does not, and the
 //! recorded torque is the mean over the same cell.
 //!
 //! | columns | term |
 //! |---|---|
-//! | s+ v, s+, s- v, s- | asymmetric viscous and Coulomb friction, equation (5) of [Vandanjon, Gautier, Desbats 1995] |
+//! | v+, s+, v-, s- | asymmetric viscous and Coulomb friction, equation (5) of [Vandanjon, Gautier, Desbats 1995] |
 //! | s+ abs(tau), s- abs(tau) | Coulomb friction that grows with the load |
 //! | s+ exp(-(v/v_s)^2), s- exp(-(v/v_s)^2) | Stribeck |
 
@@ -51,9 +55,9 @@ impl FrictionShape {
         let share: Vec<f64> = v.iter().zip(a).map(|(&v, &a)| positive_share(v, a, h, self.rest_velocity)).collect();
         let column = |f: &dyn Fn(usize) -> f64| (0..v.len()).map(f).collect::<Vec<f64>>();
         let mut columns = vec![
-            column(&|i| share[i] * v[i]),
+            column(&|i| soft_plus(v[i], self.rest_velocity)),
             share.clone(),
-            column(&|i| (1.0 - share[i]) * v[i]),
+            column(&|i| v[i] - soft_plus(v[i], self.rest_velocity)),
             column(&|i| 1.0 - share[i]),
         ];
         if self.load {
@@ -78,6 +82,11 @@ fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
         return 0.5 * (1.0 + x.tanh());
     }
     0.5 + (log_cosh(x + half) - log_cosh(x - half)) / (4.0 * half)
+}
+
+/// w/2 ln(1 + exp(2 v/w)): max(v, 0) for small w.
+fn soft_plus(v: f64, w: f64) -> f64 {
+    v.max(0.0) + 0.5 * w * (-2.0 * v.abs() / w).exp().ln_1p()
 }
 
 fn log_cosh(x: f64) -> f64 {

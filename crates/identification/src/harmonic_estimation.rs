@@ -8,8 +8,12 @@
 //! u_ej is the drift of a joint's friction from experiment to experiment (temperature, grease). Its
 //! spread s is estimated with the rest by s^2 <- sum u^2 / sum(1 - var u / s^2)
 //! [MacKay 1992, the evidence iteration], so it costs nothing where there is no drift. Gauss-Newton
-//! on the product u f; the weights hold the noise of torque and position, both measured from
-//! the scatter between periods.
+//! on the product u f. The weights hold the noise of torque and position, both measured from the
+//! scatter between periods, and then what each joint's rows leave unexplained.
+//!
+//! A motion that does not quite repeat (a controller that chatters on its encoder) ends with another
+//! position and velocity than it began with; each adds a column of known shape to each joint's
+//! rows, and both are nuisance too.
 //!
 //! Which friction columns are used is chosen by BIC among equation (5) alone and with load and
 //! Stribeck terms. The paper's orthogonality is no longer needed: friction is in the model, and all
@@ -28,24 +32,34 @@ use crate::triangle::{Block, Triangle};
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOptions {
     pub band: Band,
-    /// The friction columns tried; the best by BIC is used.
-    pub shapes: Vec<FrictionShape>,
+    /// Velocities over which the sign of friction may turn, rad/s; the best by BIC is used.
+    pub rest_velocities: Vec<f64>,
+    /// Stribeck velocities tried, rad/s.
+    pub stribeck_velocities: Vec<f64>,
+    /// Coulomb friction that grows with the load is tried.
+    pub load: bool,
     /// Friction may differ from experiment to experiment.
     pub drift: bool,
-    /// Weights count the noise of the position.
-    pub position_noise: bool,
+    /// Weights count the noise of the position, and what each joint's rows leave unexplained.
+    pub weights: bool,
+    /// The motion may end otherwise than it began.
+    pub ends: bool,
     /// Estimate what is left of the delay between current and position.
     pub delay: bool,
 }
 
 impl Default for HarmonicOptions {
     fn default() -> HarmonicOptions {
-        let shape = |load, stribeck| FrictionShape { load, stribeck, ..FrictionShape::ASYMMETRIC };
-        let mut shapes = vec![shape(false, None), shape(true, None)];
-        for speed in [0.05, 0.1, 0.2] {
-            shapes.extend([shape(false, Some(speed)), shape(true, Some(speed))]);
+        HarmonicOptions {
+            band: Band::default(),
+            rest_velocities: vec![0.005, 0.02, 0.05, 0.1],
+            stribeck_velocities: vec![0.05, 0.1, 0.2],
+            load: true,
+            drift: true,
+            weights: true,
+            ends: true,
+            delay: false,
         }
-        HarmonicOptions { band: Band::default(), shapes, drift: true, position_noise: true, delay: false }
     }
 }
 
@@ -53,9 +67,12 @@ impl HarmonicOptions {
     /// Equation (5) alone, the same in all experiments, weights of the torque noise.
     pub fn plain() -> HarmonicOptions {
         HarmonicOptions {
-            shapes: vec![FrictionShape::ASYMMETRIC],
+            rest_velocities: vec![0.005],
+            stribeck_velocities: vec![],
+            load: false,
             drift: false,
-            position_noise: false,
+            weights: false,
+            ends: false,
             ..HarmonicOptions::default()
         }
     }
@@ -80,8 +97,8 @@ pub struct HarmonicEstimate {
     pub chi_square: f64,
     /// Rows less unknowns.
     pub freedom: usize,
-    /// chi^2 + k ln(rows) of each shape tried.
-    pub criteria: Vec<f64>,
+    /// Each shape tried, with chi^2 + k ln(rows).
+    pub criteria: Vec<(FrictionShape, f64)>,
 }
 
 impl HarmonicEstimate {
@@ -142,18 +159,71 @@ impl HarmonicData {
         &self.sweeps
     }
 
-    /// The estimate with the best of the options' shapes.
+    /// The estimate with the best of the friction shapes; `None` without equations.
+    ///
+    /// The rest velocity is chosen for equation (5), then the further terms, then the rest velocity
+    /// again if there are any.
     pub fn estimate(&self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
-        let fits: Vec<Fit> = options.shapes.iter().map(|shape| self.fit(shape, options)).collect();
-        let criteria: Vec<f64> = fits.iter().map(Fit::criterion).collect();
-        let best = fits.into_iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
+        let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
+        let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
+        let start = self.fit(&shape(first, false, None), options, self.deviations(None));
+        let mut deviation = start.deviation.clone();
+        if options.weights {
+            deviation = self.deviations(Some(&start.x[..self.p]));
+            let fit = self.fit(&shape(first, false, None), options, deviation);
+            deviation = fit.calibrated(self);
+        }
+        let mut tried: Vec<Fit> = Vec::new();
+        let mut try_all = |shapes: Vec<FrictionShape>, tried: &mut Vec<Fit>| -> Option<FrictionShape> {
+            for s in shapes {
+                if tried.iter().all(|f| f.shape != s) {
+                    tried.push(self.fit(&s, options, deviation.clone()));
+                }
+            }
+            let best = tried.iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
+            if options.weights && tried.len() == options.rest_velocities.len() {
+                // The spread about the best sign is what the further terms are judged by.
+                let again = best.calibrated(self);
+                let shape = best.shape;
+                deviation = again;
+                tried.clear();
+                tried.push(self.fit(&shape, options, deviation.clone()));
+                return Some(shape);
+            }
+            Some(best.shape)
+        };
+        let rests = |load, stribeck| options.rest_velocities.iter().map(|&w| shape(w, load, stribeck)).collect();
+        let best = try_all(rests(false, None), &mut tried)?;
+        let mut further = Vec::new();
+        for load in [false, true].into_iter().take(1 + usize::from(options.load)) {
+            let speeds = options.stribeck_velocities.iter().map(|&v| Some(v));
+            further.extend(std::iter::once(None).chain(speeds).map(|s| shape(best.rest_velocity, load, s)));
+        }
+        let mut best = try_all(further, &mut tried)?;
+        if best.load || best.stribeck.is_some() {
+            best = try_all(rests(best.load, best.stribeck), &mut tried)?;
+        }
+        let criteria = tried.iter().map(|f| (f.shape, f.criterion())).collect();
+        let at = tried.iter().position(|f| f.shape == best)?;
+        Some(self.finished(tried.swap_remove(at), options, criteria))
+    }
+
+    fn finished(
+        &self,
+        mut best: Fit,
+        options: &HarmonicOptions,
+        criteria: Vec<(FrictionShape, f64)>,
+    ) -> HarmonicEstimate {
+        if options.weights {
+            best.deviation = best.calibrated(self);
+            best.solve(self, options);
+        }
         let solution = solve(&best.triangle(self, options));
-        let m = best.shape.columns();
-        let first_drift = self.p + self.n * m;
+        let first_drift = self.p + self.n * best.shape.columns();
         let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);
         let with_drift = best.has_drift();
         let delay = options.delay.then(|| solution.x.last().copied().unwrap_or(0.0));
-        Some(HarmonicEstimate {
+        HarmonicEstimate {
             parameters: self.p,
             shape: best.shape,
             drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },
@@ -163,27 +233,24 @@ impl HarmonicData {
             freedom: best.rows.saturating_sub(solution.rank),
             criteria,
             solution,
-        })
+        }
     }
 
-    fn fit(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Fit {
+    fn fit(&self, shape: &FrictionShape, options: &HarmonicOptions, deviation: Vec<Vec<f64>>) -> Fit {
         let friction = self.spectra.iter().map(|s| s.friction_rows(shape, self.gain[s.joint])).collect();
         let mut fit = Fit {
             shape: *shape,
             friction,
-            deviation: self.deviations(None),
+            deviation,
             x: vec![],
             drift: vec![0.0; self.spectra.len()],
             spread: 0.0,
+            squares: vec![],
             chi_square: 0.0,
             rows: 0,
             effective: 0.0,
         };
         fit.solve(self, options);
-        if options.position_noise {
-            fit.deviation = self.deviations(Some(&fit.x[..self.p]));
-            fit.solve(self, options);
-        }
         if options.drift {
             fit.spread = 0.1;
             for _ in 0..DRIFT_ITERATIONS {
@@ -220,6 +287,8 @@ struct Fit {
     x: Vec<f64>,
     drift: Vec<f64>,
     spread: f64,
+    /// Weighted squares each spectrum leaves.
+    squares: Vec<f64>,
     chi_square: f64,
     rows: usize,
     /// Unknowns that count: drifts by the share the data decide.
@@ -235,9 +304,51 @@ impl Fit {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
+    /// Deviations scaled, joint by joint, to what the rows leave unexplained.
+    fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
+        let share = 1.0 - self.effective / self.rows.max(1) as f64;
+        let factor = |joint: usize| {
+            let of_joint = || data.spectra.iter().zip(&self.squares).filter(|(s, _)| s.joint == joint);
+            let count: usize = of_joint().map(|(s, _)| s.rows.len()).sum();
+            let squares: f64 = of_joint().map(|(_, q)| q).sum();
+            let mean = squares / (count.max(1) as f64 * share.max(0.1));
+            if mean > 0.0 { mean.sqrt() } else { 1.0 }
+        };
+        let factors: Vec<f64> = (0..data.n).map(factor).collect();
+        let scaled = |(s, d): (&JointSpectrum, &Vec<f64>)| d.iter().map(|d| d * factors[s.joint]).collect();
+        data.spectra.iter().zip(&self.deviation).map(scaled).collect()
+    }
+
+    /// Weighted squares of the residuals, spectrum by spectrum.
+    fn residuals(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<f64> {
+        let (p, m) = (data.p, self.shape.columns());
+        let unknowns = self.unknowns(data, options);
+        let first_end = unknowns.saturating_sub(usize::from(options.delay) + 2 * data.spectra.len());
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let of = |(e, s): (usize, &JointSpectrum)| {
+            let friction = &self.x[p + s.joint * m..p + (s.joint + 1) * m];
+            let ends = s.end_columns();
+            let delays = if options.delay { s.delay_column() } else { vec![] };
+            let square = |r: usize| {
+                let mut model = dot(&s.rows[r], &self.x[..p]);
+                model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
+                if options.ends {
+                    model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
+                }
+                if options.delay {
+                    model -= data.gain[s.joint] * delays[r] * self.x[unknowns - 1];
+                }
+                ((data.gain[s.joint] * s.current[r] - model) / self.deviation[e][r]).powi(2)
+            };
+            (0..s.rows.len()).map(square).sum()
+        };
+        data.spectra.iter().enumerate().map(of).collect()
+    }
+
     fn unknowns(&self, data: &HarmonicData, options: &HarmonicOptions) -> usize {
         let drifts = if self.has_drift() { self.drift.len() } else { 0 };
-        data.p + data.n * self.shape.columns() + drifts + usize::from(options.delay)
+        let ends = if options.ends { 2 * data.spectra.len() } else { 0 };
+        data.p + data.n * self.shape.columns() + drifts + ends + usize::from(options.delay)
     }
 
     /// The linearised, weighted rows about the present friction and drift.
@@ -258,6 +369,7 @@ impl Fit {
         for (e, s) in data.spectra.iter().enumerate() {
             let gain = data.gain[s.joint];
             let first = p + s.joint * m;
+            let ends = s.end_columns();
             let delay = if options.delay { s.delay_column() } else { vec![] };
             for r in 0..s.rows.len() {
                 let w = 1.0 / self.deviation[e][r];
@@ -270,6 +382,11 @@ impl Fit {
                     let now: f64 = c.iter().zip(&self.x[first..first + m]).map(|(c, f)| c * f).sum();
                     row[first_drift + e] = w * now;
                     y += self.drift[e] * now;
+                }
+                if options.ends {
+                    let first = unknowns - usize::from(options.delay) - 2 * data.spectra.len() + 2 * e;
+                    row[first] = w * ends[r][0];
+                    row[first + 1] = w * ends[r][1];
                 }
                 if options.delay {
                     row[unknowns - 1] = -w * gain * delay[r];
@@ -313,6 +430,7 @@ impl Fit {
             self.spread = (squares / decided.max(1e-3)).sqrt();
         }
         self.x = x;
+        self.squares = self.residuals(data, options);
     }
 }
 

@@ -156,6 +156,21 @@ impl JointSpectrum {
         column
     }
 
+    /// What a motion that does not end as it began adds to each row, per unit of its two unknowns: the
+    /// jumps of the velocity and of the position from the end of the record to its start, seen by
+    /// this joint through the inertia. A jump of the momentum is the same at all frequencies, one of
+    /// the position grows with i f.
+    pub fn end_columns(&self) -> Vec<[f64; 2]> {
+        let count = self.frequency.len();
+        (0..count)
+            .map(|r| match r {
+                0 => [std::f64::consts::FRAC_1_SQRT_2, 0.0],
+                r if r % 2 == 1 => [1.0, 0.0],
+                r => [0.0, self.frequency[r]],
+            })
+            .collect()
+    }
+
     /// Standard deviation of each row, N m. `parameters` (where known) turn the noise of the position
     /// into torque; without them only the torque's own noise counts.
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
