@@ -1,1 +1,42 @@
-fn main() {}
+//! The program `rist`: reads the command line, calls the crates, prints.
+
+mod evaluate;
+mod failure;
+mod generate;
+mod identify;
+mod inspect;
+mod model;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
+/// identified on the machine.
+#[derive(Parser)]
+#[command(name = "rist", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Inspect(inspect::Arguments),
+    Evaluate(evaluate::Arguments),
+    Generate(generate::Arguments),
+    Identify(identify::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Generate(arguments) => generate::run(&arguments),
+        Command::Identify(arguments) => identify::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

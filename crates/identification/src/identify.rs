@@ -45,6 +45,15 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Reads options from a YAML file; what it does not name keeps its default.
+    pub fn read(path: &std::path::Path) -> Result<Options, Error> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::at(&file, 0, e.to_string()))?;
+        serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
+    }
+}
+
 /// What the rows weigh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -98,6 +107,8 @@ impl Fit {
         let joints = observation.joints(|_| true);
         let (solution, weights) = fit(&joints, options.weights);
         let mut estimate = report(&model, &joints, &observation, &solution);
+        let robust = crate::robust::robust(&model, &states, &solution, &weights);
+        widen(&mut estimate, &robust.sigma);
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
             Weights::None => "ordinary least squares".into(),
@@ -185,6 +196,17 @@ fn report(model: &Model, joints: &[Triangle], observation: &Observation, solutio
         rows: joints.iter().map(|t| t.rows).sum(),
         remarks: crate::remark::remarks(model, observation, solution),
         ..Estimate::default()
+    }
+}
+
+/// Puts the robust standard deviations beside the white ones; the larger of the two counts.
+fn widen(estimate: &mut Estimate, sigma: &[f64]) {
+    for (parameter, &robust) in estimate.parameters.iter_mut().zip(sigma) {
+        let (Some(value), Some(white)) = (parameter.value, parameter.sigma) else { continue };
+        parameter.robust_sigma = Some(robust);
+        let sigma = white.max(robust);
+        parameter.relative_sigma = Some(100.0 * sigma / value.abs());
+        parameter.status = if 2.0 * sigma >= value.abs() { Status::NotSignificant } else { Status::Identified };
     }
 }
 

@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::columns::{ColumnNames, Columns};
 use crate::header::Quantity;
+use crate::signal::Window;
 use crate::table::Table;
 
 /// What the effort columns of a log hold.
@@ -40,6 +41,8 @@ pub struct Log {
     pub effort_is: Effort,
     /// The row of the file, from 1, behind each sample.
     pub rows: Vec<usize>,
+    /// Use samples in this interval only, instead of that of the options.
+    pub window: Option<Window>,
     pub report: LogReport,
 }
 
@@ -110,6 +113,7 @@ impl Log {
             effort: series(&columns.effort),
             effort_is: if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque },
             rows: rows.iter().map(|r| r + 1).collect(),
+            window: None,
             report,
         };
         log.describe(table)?;

@@ -199,7 +199,7 @@ impl<'a> JointSignals<'a> {
             cutoff => (1.0 / (10.0 * cutoff * period)) as usize,
         });
         let border = signal.border.unwrap_or(if cutoff > 0.0 { 1.0 / cutoff } else { 0.0 });
-        let chosen = chosen_samples(self.log, &t, border, signal.window, decimate.max(1));
+        let chosen = chosen_samples(self.log, &t, border, self.log.window.or(signal.window), decimate.max(1));
         if chosen.is_empty() {
             return Err(at(format!("no sample is left of {} between the ends and the window", t.len())));
         }

@@ -162,6 +162,7 @@ mod tests {
             dq: Some(q.clone()),
             ddq: None,
             rows: vec![1],
+            window: None,
             report: LogReport::default(),
             q,
             effort,

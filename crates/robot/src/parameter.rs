@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::link::{LinkId, Robot};
+use crate::link::{LinkId, Robot, RotorInertia};
 
 /// The ten inertial parameters of a link and its rotor inertia, in the order of every vector.
 ///
@@ -70,6 +70,16 @@ impl StandardParameter {
             inertials.map(move |inertial| StandardParameter { link: LinkId(j), inertial })
         };
         robot.links.iter().enumerate().flat_map(of_link).collect()
+    }
+
+    /// Its value, where the description gives it.
+    pub fn value(self, robot: &Robot) -> Option<f64> {
+        let link = robot.link(self.link);
+        match (Inertial::BODY.iter().position(|i| *i == self.inertial), link.joint.rotor_inertia) {
+            (Some(k), _) => link.inertial.map(|x| x[k]),
+            (None, RotorInertia::Known(x)) => Some(x),
+            (None, _) => None,
+        }
     }
 
     /// The name with the label of its link: `XX4`, or `XX_elbow` where the label is a word.

@@ -44,6 +44,8 @@ fn race_is_what_its_file_says() {
     assert_eq!(q4.geometry.theta.as_multiple_of_pi(&race.symbols), Some((-5, 6)));
     let last = StandardParameter::all(&race).pop().unwrap().display(&race).to_string();
     assert_eq!(last, "M10");
+    let known: Vec<f64> = StandardParameter::all(&race).into_iter().filter_map(|p| p.value(&race)).collect();
+    assert_eq!((known.len(), known[9], known[10]), (103, 12.0, 0.02));
 }
 
 #[test]

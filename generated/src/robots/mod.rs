@@ -13,8 +13,9 @@ pub mod scara;
 pub mod stanford;
 pub mod tree;
 pub mod tx40;
+pub mod ur5_urdf;
 pub mod ur5;
 crate::compiled!(
     cartesian3p, cartpole, kuka_lwr, panda, planar2r, planar2r_vertical, puma560, race,
-    rx90, scara, stanford, tree, tx40, ur5
+    rx90, scara, stanford, tree, tx40, ur5_urdf, ur5
 );

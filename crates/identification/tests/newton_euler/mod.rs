@@ -60,6 +60,59 @@ impl Arm {
         Arm::new(&rows, [0.0, 0.0, -9.81], false)
     }
 
+    /// The arms of the measured sets, by the tables of their facts.md.
+    pub fn tx40() -> Arm {
+        let h = std::f64::consts::FRAC_PI_2;
+        let rows = [
+            Row(0.0, 0.0, 0.0, 0.0),
+            Row(-h, 0.0, -h, 0.0),
+            Row(0.0, 0.225, h, 0.035),
+            Row(h, 0.0, 0.0, 0.225),
+            Row(-h, 0.0, 0.0, 0.0),
+            Row(h, 0.0, 2.0 * h, 0.0),
+        ];
+        Arm::new(&rows, [0.0, 0.0, -9.81], true)
+    }
+
+    pub fn ur10e() -> Arm {
+        let h = std::f64::consts::FRAC_PI_2;
+        let rows = [
+            Row(0.0, 0.0, 0.0, 0.181),
+            Row(h, 0.0, 0.0, 0.0),
+            Row(0.0, -0.613, 0.0, 0.0),
+            Row(0.0, -0.571, 0.0, 0.174),
+            Row(h, 0.0, 0.0, 0.12),
+            Row(-h, 0.0, 0.0, 0.117),
+        ];
+        Arm::new(&rows, [0.0, 0.0, -9.81], true)
+    }
+
+    pub fn cobot6() -> Arm {
+        let h = std::f64::consts::FRAC_PI_2;
+        let rows = [
+            Row(0.0, 0.0, 0.0, 0.1181),
+            Row(h, 0.0, 0.0, 0.0),
+            Row(0.0, -0.416, 0.0, 0.0),
+            Row(0.0, -0.4208, 0.0, 0.1301),
+            Row(h, 0.0, 0.0, 0.1021),
+            Row(-h, 0.0, 0.0, 0.0568),
+        ];
+        Arm::new(&rows, [0.0, 0.0, -9.80665], false)
+    }
+
+    pub fn kr300() -> Arm {
+        let h = std::f64::consts::FRAC_PI_2;
+        let rows = [
+            Row(0.0, 0.0, 0.0, -0.675),
+            Row(h, 0.35, 0.0, -0.189),
+            Row(0.0, 1.15, h, 0.189),
+            Row(-h, 0.041, 0.0, -1.0),
+            Row(h, 0.0, 0.0, 0.0),
+            Row(-h, 0.0, 0.0, -0.24),
+        ];
+        Arm::new(&rows, [0.0, 0.0, 9.81], false)
+    }
+
     fn per(&self) -> usize {
         if self.rotor { 11 } else { 10 }
     }

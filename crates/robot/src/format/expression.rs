@@ -50,7 +50,11 @@ impl Names {
         if x.is_finite() {
             return Ok(());
         }
-        Err(source.at(node, format!("{what} is not a finite number: {} gives {x}", node.kind())))
+        let found = match node.content {
+            Content::Number(x) => x.to_string(),
+            _ => format!("{} gives {x}", node.kind()),
+        };
+        Err(source.at(node, format!("{what} is not a finite number: {found}")))
     }
 
     fn value(&self, source: Source, what: &str, node: &Node, coordinates: &[String]) -> Result<Value, Error> {
@@ -70,17 +74,18 @@ impl Names {
             return Err(source.at(node, format!("{what} is an expression of more than {MAX_LENGTH} characters")));
         }
         let value = parse(text, &find).map_err(|e| {
-            let hint = match identifiers(text).find(|w| find(w).is_none()) {
+            let refusal = match identifiers(text).find(|w| find(w).is_none()) {
                 Some(w) if self.coordinates.iter().any(|c| c == w) => format!(
-                    ": `{w}` is a coordinate; coordinates move the theta of a revolute joint or the r of a prismatic one, nothing else"
+                    "`{w}` is a coordinate, and coordinates move the theta of a revolute joint or the r of a prismatic \
+                     one, nothing else"
                 ),
                 Some(w) => {
                     let symbols = self.symbols.iter().map(|s| s.name.as_str());
-                    did_you_mean(w, symbols.chain(coordinates.iter().map(String::as_str)))
+                    e + &did_you_mean(w, symbols.chain(coordinates.iter().map(String::as_str)))
                 }
-                None => String::new(),
+                None => e,
             };
-            source.at(node, format!("{what}: {e}{hint}"))
+            source.at(node, format!("{what}: {refusal}"))
         })?;
         if self.cost(&value) > MAX_COST {
             let message = format!("{what} takes more than {MAX_COST} operations with its symbols written out");

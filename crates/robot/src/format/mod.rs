@@ -47,7 +47,10 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
 }
 
 fn read_text(path: &Path, file_name: &str) -> Result<String, Error> {
-    let fail = |e: std::io::Error| whole_file(file_name, format!("the file cannot be read: {e}"));
+    let fail = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
+        _ => whole_file(file_name, format!("the file cannot be read: {e}")),
+    };
     let mut bytes = Vec::new();
     File::open(path).map_err(fail)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
     if bytes.len() as u64 > MAX_BYTES {

@@ -47,6 +47,10 @@ impl Source<'_> {
         Error { place: Place { file: self.file.into(), line, column }, message: message.into() }
     }
 
+    pub fn place(self, at: (usize, usize), message: impl Into<String>) -> Error {
+        self.error(at.0, at.1, message)
+    }
+
     pub fn at(self, node: &Node, message: impl Into<String>) -> Error {
         self.error(node.line, node.column, message)
     }
@@ -57,10 +61,21 @@ impl Source<'_> {
 
     /// Parses the text.
     pub fn parse(self, text: &str) -> Result<Node, Error> {
-        let options = serde_yaml::options! { strict_booleans: true, with_snippet: false };
+        let options = serde_yaml::options! {
+            strict_booleans: true,
+            with_snippet: false,
+            // Refused where the number is used, with the name of what it stands for.
+            non_finite_float_policy: serde_yaml::NonFiniteFloatPolicy::PassThrough,
+        };
         serde_yaml::from_str_with_options(text, options).map_err(|e| {
             let (line, column) = e.location().map_or((0, 0), |l| (place(l.line()), place(l.column())));
-            self.error(line, column, format!("not valid YAML: {}", without_place(&e.to_string())))
+            let message = match &e {
+                serde_yaml::Error::DuplicateMappingKey { key: Some(key), .. } => {
+                    format!("the key `{key}` stands twice")
+                }
+                e => format!("not valid YAML: {}", without_place(&e.to_string())),
+            };
+            self.error(line, column, message)
         })
     }
 }
@@ -258,7 +273,7 @@ mod tests {
     fn what_is_not_a_tree_is_refused() {
         let deep = "[".repeat(20_000);
         let laughs = "a: &a [1]\nb: &b [*a, *a]\na: 2\n";
-        for (text, part) in [("a: 1\na: 2", "f:2:1: not valid YAML: duplicate"), (&deep, "f:"), (laughs, "f:3:1")] {
+        for (text, part) in [("a: 1\na: 2", "f:2:1: the key `a` stands twice"), (&deep, "f:"), (laughs, "f:3:1")] {
             let message = SOURCE.parse(text).unwrap_err().to_string();
             assert!(message.contains(part) && message.len() < 200, "{message}");
         }

@@ -27,7 +27,7 @@ pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a s
     if word.chars().count() > 64 {
         return None;
     }
-    let near = |c: &str| 1 + word.chars().count().max(c.chars().count()) / 3;
+    let near = |c: &str| (word.chars().count().max(c.chars().count()) + 1) / 3;
     let scored = candidates.into_iter().filter(|c| c.len() <= 256).map(|c| (distance(word, c), c));
     scored.filter(|(d, c)| *d <= near(c)).min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }
@@ -48,6 +48,7 @@ mod tests {
         assert_eq!(nearest("aplha", keys), Some("alpha"));
         assert_eq!(nearest("Theta", keys), Some("theta"));
         assert_eq!(nearest("colour", keys), None);
+        assert_eq!(nearest("a", keys), None);
         assert_eq!(nearest(&"x".repeat(100_000), keys), None);
     }
 }

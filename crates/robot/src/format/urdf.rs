@@ -13,12 +13,14 @@ use urdf_rs::JointType;
 use super::node::Source;
 use super::reframe::{Framed, Given, frames};
 use super::snap;
+use super::suggestion::did_you_mean;
 use super::urdf_text::{Checked, check, shown};
 use super::urdf_tree::{Moving, moving_links};
 use crate::affine::Affine;
 use crate::closure::{configurations, distance};
 use crate::error::Error;
 use crate::inertial::{Part, Pose};
+use crate::kinematics::sin_cos;
 use crate::link::{Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
@@ -35,7 +37,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
     let source = Source { file };
     let checked = check(source, text)?;
     let model = urdf_rs::read_from_string(&checked.text)
-        .map_err(|e| source.error(checked.line, 0, format!("not a URDF: {}", shown(&e.to_string()))))?;
+        .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
     let mut notes = Vec::new();
     let moving = moving_links(source, &checked, &model, &mut notes)?;
     let given: Vec<Given> = moving.iter().map(|m| m.given.clone()).collect();
@@ -47,6 +49,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
         let joint = &model.joints[moving.joint];
         check_mimic(source, &checked, joint, &mut notes)?;
         coordinates.push(Coordinate { name: joint.name.clone(), limits: limits(joint, &checked, &mut notes) });
+        notes.extend(nearly_parallel(joint, &framed));
         links.push(link(&model, &checked, moving, framed, CoordinateId(k), &mut notes));
     }
     let robot = Robot {
@@ -61,6 +64,19 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
     };
     check_frames(source, &checked, &robot, &given)?;
     Ok(robot)
+}
+
+/// Axes that are parallel but for a hair meet their common normal far away, and figures about
+/// frames out there lose digits.
+fn nearly_parallel(joint: &urdf_rs::Joint, framed: &Framed) -> Option<Note> {
+    const HAIR: f64 = 0.01;
+    let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
+    let text = format!(
+        "its axis is parallel to the one before it but for {sine:.1e} rad, so its frame lies {:.3} m along the axis; \
+         if they are meant to be parallel, say so in the file",
+        framed.geometry.r.number(&[]).abs()
+    );
+    (sine > 0.0 && sine < HAIR).then(|| Note { subject: joint.name.clone(), text })
 }
 
 fn link(
@@ -173,8 +189,10 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
 fn check_mimic(source: Source, checked: &Checked, joint: &urdf_rs::Joint, notes: &mut Vec<Note>) -> Result<(), Error> {
     let Some(mimic) = &joint.mimic else { return Ok(()) };
     if !checked.joints.contains_key(&mimic.joint) {
-        let message = format!("joint `{}` mimics `{}`, which is no joint", shown(&joint.name), shown(&mimic.joint));
-        return Err(source.error(checked.joints.get(&joint.name).map_or(0, |m| m.mimic_line), 0, message));
+        let meant = did_you_mean(&mimic.joint, checked.joints.keys().map(String::as_str));
+        let (name, other) = (shown(&joint.name), shown(&mimic.joint));
+        let message = format!("joint `{name}` mimics `{other}`, which is no joint{meant}");
+        return Err(source.place(checked.joints.get(&joint.name).map_or((0, 0), |m| m.mimic_at), message));
     }
     let text = format!("mimics `{}` in the file; here it is a coordinate of its own", mimic.joint);
     notes.push(Note { subject: joint.name.clone(), text });
@@ -201,7 +219,7 @@ fn check_frames(source: Source, checked: &Checked, robot: &Robot, given: &[Given
                      from the file's; its axis is too nearly parallel to a neighbour's, or its lengths are not in m",
                     shown(name)
                 );
-                return Err(source.error(checked.joints.get(name).map_or(0, |m| m.line), 0, message));
+                return Err(source.place(checked.joints.get(name).map_or((0, 0), |m| m.at), message));
             }
             file.push(wanted);
         }

@@ -55,10 +55,13 @@ const ELEMENTS: [Element; 13] = [
 const REQUIRED: [(&str, &str); 4] =
     [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
 
+/// Line and column of an element.
+pub(super) type At = (usize, usize);
+
 /// Where a link stands and what it has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinkMark {
-    pub line: usize,
+    pub at: At,
     pub has_inertial: bool,
     /// A visual or a collision: something of substance.
     pub has_shape: bool,
@@ -67,11 +70,11 @@ pub(super) struct LinkMark {
 /// Where a joint stands and what it has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JointMark {
-    pub line: usize,
-    pub axis_line: usize,
-    pub parent_line: usize,
-    pub child_line: usize,
-    pub mimic_line: usize,
+    pub at: At,
+    pub axis_at: At,
+    pub parent_at: At,
+    pub child_at: At,
+    pub mimic_at: At,
     pub has_limit: bool,
     pub has_damping: bool,
     pub has_friction: bool,
@@ -82,7 +85,7 @@ pub(super) struct JointMark {
 pub(super) struct Checked {
     /// The mechanism alone, as XML.
     pub text: String,
-    pub line: usize,
+    pub at: At,
     pub links: BTreeMap<String, LinkMark>,
     pub joints: BTreeMap<String, JointMark>,
 }
@@ -93,7 +96,11 @@ const MAX_NODES: u32 = 2_000_000;
 pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|e| {
-        let at = e.pos();
+        // What is never closed is missed at the end.
+        let at = match e {
+            roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
+            _ => e.pos(),
+        };
         let message = e.to_string();
         // The library ends its messages with the place, which stands in front here.
         let message = message.split(" at ").next().unwrap_or("").to_string();
@@ -113,8 +120,8 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     }
     reader.copy(root, "the robot")?;
     let (links, joints) = (reader.links(root)?, reader.joints(root)?);
-    let line = reader.line(root);
-    Ok(Checked { text: reader.out, line, links, joints })
+    let at = reader.at(root);
+    Ok(Checked { text: reader.out, at, links, joints })
 }
 
 struct Reader<'a, 'i> {
@@ -125,12 +132,13 @@ struct Reader<'a, 'i> {
 
 impl Reader<'_, '_> {
     fn error(&self, node: Node, message: String) -> Error {
-        let at = self.document.text_pos_at(node.range().start);
-        self.source.error(at.row as usize, at.col as usize, message)
+        let at = self.at(node);
+        self.source.error(at.0, at.1, message)
     }
 
-    fn line(&self, node: Node) -> usize {
-        self.document.text_pos_at(node.range().start).row as usize
+    fn at(&self, node: Node) -> At {
+        let at = self.document.text_pos_at(node.range().start);
+        (at.row as usize, at.col as usize)
     }
 
     /// Checks an element and what it holds, and writes it out; `owner` names its link or joint.
@@ -211,12 +219,12 @@ impl Reader<'_, '_> {
             let name = node.attribute("name").unwrap_or("").to_string();
             let has = |tag: &str| first(node, tag).is_some();
             let mark = LinkMark {
-                line: self.line(node),
+                at: self.at(node),
                 has_inertial: has("inertial"),
                 has_shape: has("visual") || has("collision"),
             };
             if let Some(first) = links.get(&name) {
-                let message = format!("link `{}` stands twice, first on line {}", shown(&name), first.line);
+                let message = format!("link `{}` stands twice, first on line {}", shown(&name), first.at.0);
                 return Err(self.error(node, message));
             }
             links.insert(name, mark);
@@ -243,20 +251,20 @@ impl Reader<'_, '_> {
                 );
                 return Err(self.error(node, message));
             }
-            let line = |tag: &str| first(node, tag).map_or(self.line(node), |n| self.line(n));
+            let at = |tag: &str| self.at(first(node, tag).unwrap_or(node));
             let has = |tag: &str, a: &str| first(node, tag).is_some_and(|n| n.has_attribute(a));
             let mark = JointMark {
-                line: self.line(node),
-                axis_line: line("axis"),
-                parent_line: line("parent"),
-                child_line: line("child"),
-                mimic_line: line("mimic"),
+                at: self.at(node),
+                axis_at: at("axis"),
+                parent_at: at("parent"),
+                child_at: at("child"),
+                mimic_at: at("mimic"),
                 has_limit: first(node, "limit").is_some(),
                 has_damping: has("dynamics", "damping"),
                 has_friction: has("dynamics", "friction"),
             };
             if let Some(first) = joints.get(&name) {
-                let message = format!("joint `{}` stands twice, first on line {}", shown(&name), first.line);
+                let message = format!("joint `{}` stands twice, first on line {}", shown(&name), first.at.0);
                 return Err(self.error(node, message));
             }
             joints.insert(name, mark);

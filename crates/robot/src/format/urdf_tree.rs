@@ -11,7 +11,7 @@ use super::node::Source;
 use super::reframe::Given;
 use super::snap;
 use super::suggestion::did_you_mean;
-use super::urdf_text::{Checked, JointMark, shown};
+use super::urdf_text::{At, Checked, JointMark, shown};
 use crate::error::Error;
 use crate::inertial::Pose;
 use crate::link::Note;
@@ -59,7 +59,7 @@ pub(super) fn moving_links(
         }
         let axis = snap::unit_axis(*joint.axis.xyz).ok_or_else(|| {
             let message = format!("the axis of joint `{}` is zero: it needs a direction", shown(&joint.name));
-            source.error(mark(checked, joint).map_or(0, |m| m.axis_line), 0, message)
+            source.place(mark(checked, joint).map_or((0, 0), |m| m.axis_at), message)
         })?;
         note_axis(joint, axis, notes);
         let prismatic = joint.joint_type == JointType::Prismatic;
@@ -70,10 +70,10 @@ pub(super) fn moving_links(
     if let Some(j) = reached.iter().position(|r| !r) {
         let circle = tree.circle(model, j);
         let message = format!("the joints {} form a circle that hangs on nothing", circle.join(", "));
-        return Err(source.error(mark(checked, &model.joints[j]).map_or(0, |m| m.line), 0, message));
+        return Err(source.place(mark(checked, &model.joints[j]).map_or((0, 0), |m| m.at), message));
     }
     if moving.is_empty() {
-        return Err(source.error(checked.line, 0, "no joint of the robot moves"));
+        return Err(source.place(checked.at, "no joint of the robot moves"));
     }
     for link in &mut moving {
         link.carried.sort_by_key(|c| c.0);
@@ -102,16 +102,16 @@ impl Tree {
         let mut above: Vec<Option<usize>> = vec![None; model.links.len()];
         let (mut parents, mut children) = (Vec::new(), Vec::new());
         for (j, joint) in model.joints.iter().enumerate() {
-            let find = |role: &str, name: &str, line: fn(&JointMark) -> usize| {
+            let find = |role: &str, name: &str, at: fn(&JointMark) -> At| {
                 link_index.get(name).copied().ok_or_else(|| {
                     let meant = did_you_mean(name, link_index.keys().copied());
                     let message =
                         format!("the {role} of joint `{}` is no link: `{}`{meant}", shown(&joint.name), shown(name));
-                    source.error(mark(checked, joint).map_or(0, line), 0, message)
+                    source.place(mark(checked, joint).map_or((0, 0), at), message)
                 })
             };
-            let parent = find("parent", &joint.parent.link, |m| m.parent_line)?;
-            let child = find("child", &joint.child.link, |m| m.child_line)?;
+            let parent = find("parent", &joint.parent.link, |m| m.parent_at)?;
+            let child = find("child", &joint.child.link, |m| m.child_at)?;
             if let Some(first) = above[child].replace(j) {
                 let message = format!(
                     "link `{}` has two parents: it is the child of joint `{}` and of joint `{}`; a URDF is a tree",
@@ -119,7 +119,7 @@ impl Tree {
                     shown(&model.joints[first].name),
                     shown(&joint.name)
                 );
-                return Err(source.error(mark(checked, joint).map_or(0, |m| m.child_line), 0, message));
+                return Err(source.place(mark(checked, joint).map_or((0, 0), |m| m.child_at), message));
             }
             below[parent].push(j);
             parents.push(parent);
@@ -129,16 +129,16 @@ impl Tree {
             joints.sort_by_key(|&j| &model.joints[j].name);
         }
         let roots: Vec<usize> = (0..model.links.len()).filter(|&l| above[l].is_none()).collect();
-        let line = |l: usize| checked.links.get(&model.links[l].name).map_or(checked.line, |m| m.line);
+        let at = |l: usize| checked.links.get(&model.links[l].name).map_or(checked.at, |m| m.at);
         let tree = |root| Tree { root, below, parent: parents, child: children };
         match roots[..] {
             [root] => Ok(tree(root)),
-            [] if model.links.is_empty() => Err(source.error(checked.line, 0, "the robot has no link")),
+            [] if model.links.is_empty() => Err(source.place(checked.at, "the robot has no link")),
             [] => {
                 let circle = tree(0).circle(model, 0).join(", ");
                 let message =
                     format!("every link is a child, so the joints {circle} form a circle and there is no base");
-                Err(source.error(checked.line, 0, message))
+                Err(source.place(checked.at, message))
             }
             [first, second, ..] => {
                 let message = format!(
@@ -146,7 +146,7 @@ impl Tree {
                     shown(&model.links[first].name),
                     shown(&model.links[second].name)
                 );
-                Err(source.error(line(second), 0, message))
+                Err(source.place(at(second), message))
             }
         }
     }

@@ -31,12 +31,19 @@ const ROOT_KEYS: [&str; 10] = [
     "standard_parameters",
 ];
 
+/// Descriptions are written by hand; a longer one is an accident or an attack.
+const MAX_BYTES: usize = 1 << 20;
+const MAX_SYMBOLS: usize = 1000;
+
 /// Reads a robot from YAML; `file` is the name errors carry.
 ///
 /// Fails, with the line and column, on anything but a complete, consistent description whose
 /// loops close.
 pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
     let source = Source { file };
+    if text.len() > MAX_BYTES {
+        return Err(source.error(0, 0, "the description is larger than 1 MiB"));
+    }
     let root = source.parse(text)?;
     if matches!(root.content, Content::Null) {
         return Err(source.error(1, 1, "the file is empty; expected a robot with `convention: khalil-kleinfinger`"));
@@ -101,7 +108,11 @@ fn check_convention(source: Source, root: &Node) -> Result<(), Error> {
 fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
     let mut names = Names::default();
     let Some(node) = fields.get("symbols") else { return Ok(names) };
-    for (key, value) in node.map(source, "`symbols`")? {
+    let entries = node.map(source, "`symbols`")?;
+    if entries.len() > MAX_SYMBOLS {
+        return Err(source.at(node, format!("more than {MAX_SYMBOLS} symbols")));
+    }
+    for (key, value) in entries {
         if !is_name(&key.text) {
             let message = format!("`{}` cannot name a symbol: letters, digits and _, no digit first", key.text);
             return Err(source.at_key(key, message));
@@ -151,6 +162,7 @@ fn found_coordinates(source: Source, drafts: &[Draft], names: &Names) -> Result<
         let Content::Text(text) = &node.content else { continue };
         let mut unknown: Vec<&str> =
             identifiers(text).filter(|w| !names.symbols.iter().any(|s| s.name == *w)).collect();
+        unknown.sort_unstable();
         unknown.dedup();
         match unknown[..] {
             [] => {}

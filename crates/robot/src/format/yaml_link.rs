@@ -26,6 +26,9 @@ const LINK_KEYS: [&str; 15] = [
     "drive_gain",
 ];
 
+/// Names are looked up one by one; more of them would take a reader's time, and no robot has them.
+const MAX_LINKS: usize = 2000;
+
 /// A link whose keys are known, its values not yet read.
 #[derive(Clone, Debug)]
 pub(super) struct Draft<'a> {
@@ -43,6 +46,9 @@ pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node) -> Result<Vec<Draft
     if items.is_empty() {
         return Err(source.at(node, "a robot has one link at least; `links` is empty"));
     }
+    if items.len() > MAX_LINKS {
+        return Err(source.at(node, format!("more than {MAX_LINKS} links are no robot")));
+    }
     let mut drafts: Vec<Draft> = Vec::with_capacity(items.len());
     let mut seen = std::collections::BTreeMap::new();
     for (index, node) in items.iter().enumerate() {
@@ -58,14 +64,18 @@ pub(super) fn drafts<'a>(source: Source<'a>, node: &'a Node) -> Result<Vec<Draft
         }
         let kind = joint_kind(source, &fields, JointKind::Revolute)?;
         let drive = match fields.get("drive") {
+            // A fixed joint has nothing to drive.
+            None if kind == JointKind::Fixed => Drive::Locked,
             None => Drive::Actuated,
             Some(n) => {
                 let which = n.choice(source, "`drive`", &["actuated", "passive", "locked"])?;
-                [Drive::Actuated, Drive::Passive, Drive::Locked][which]
+                let drive = [Drive::Actuated, Drive::Passive, Drive::Locked][which];
+                if kind == JointKind::Fixed && drive != Drive::Locked {
+                    return Err(source.at(n, format!("the joint of link {label} is fixed: nothing drives it")));
+                }
+                drive
             }
         };
-        // A fixed joint has nothing to drive.
-        let drive = if kind == JointKind::Fixed { Drive::Locked } else { drive };
         drafts.push(Draft { label, node, fields, kind, drive, index });
     }
     Ok(drafts)
@@ -138,7 +148,10 @@ impl<'a> Draft<'a> {
     }
 
     pub fn antecedent(&self, source: Source, drafts: &[Draft]) -> Result<Option<LinkId>, Error> {
-        let node = self.fields.require("antecedent")?;
+        let node = self.fields.get("antecedent").ok_or_else(|| {
+            let message = format!("link {} has no `antecedent`: `base`, or the link that carries it", self.label);
+            source.at(self.node, message)
+        })?;
         let word = node.word(source, "`antecedent`")?;
         find_link(drafts, &word, self.index).map_err(|e| {
             let advice = match ancestors_return(source, drafts, self.index) {
@@ -230,12 +243,12 @@ impl<'a> Draft<'a> {
                 let [low, high] = node.list(source, "`position`")? else {
                     return Err(source.at(node, format!("`position` is [lowest, highest], found {}", node.kind())));
                 };
-                let low = factor * names.number(source, "`position`", low)?;
-                let high = factor * names.number(source, "`position`", high)?;
+                let low = names.number(source, "`position`", low)?;
+                let high = names.number(source, "`position`", high)?;
                 if low > high {
                     return Err(source.at(node, format!("`position` is [lowest, highest], found [{low}, {high}]")));
                 }
-                Some((low, high))
+                Some((factor * low, factor * high))
             }
         };
         let effort = fields.get("effort").map(|n| magnitude("effort", n)).transpose()?;

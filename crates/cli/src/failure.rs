@@ -1,0 +1,49 @@
+//! How a command ends when it does not succeed.
+
+use std::fmt;
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// A message for the user; exit code 2.
+pub struct Failure(String);
+
+impl Failure {
+    pub fn new(message: impl fmt::Display) -> Failure {
+        Failure(message.to_string())
+    }
+
+    pub fn report(&self) -> ExitCode {
+        eprintln!("rist: {}", self.0);
+        ExitCode::from(2)
+    }
+}
+
+impl From<robot::Error> for Failure {
+    fn from(e: robot::Error) -> Failure {
+        Failure::new(e)
+    }
+}
+
+impl From<identification::Error> for Failure {
+    fn from(e: identification::Error) -> Failure {
+        Failure::new(e)
+    }
+}
+
+/// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
+pub fn print(text: &str) -> Result<(), Failure> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a whole file or nothing: to a neighbour first, then in its place.
+pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+    let failed = |e: std::io::Error| Failure::new(format_args!("{}: {e}", path.display()));
+    let mut neighbour = path.as_os_str().to_owned();
+    neighbour.push(".part");
+    std::fs::write(&neighbour, text).map_err(failed)?;
+    std::fs::rename(&neighbour, path).map_err(failed)
+}

@@ -1,0 +1,110 @@
+//! `rist identify`: a log and a model -> parameters.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use identification::{FrictionTerm, Log, Options, Weights};
+
+use crate::failure::{Failure, print, write_file};
+use crate::model::{Derived, ModelArguments};
+
+/// Identify a robot's base parameters and friction from a log
+///
+/// The log is CSV (also .csv.gz) with a header: the time t, positions, torques and, where measured,
+/// velocities of every coordinate, found by their names (q1 or q_<coordinate>, dq.., tau..).
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The log
+    log: PathBuf,
+
+    /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
+    #[arg(long, value_name = "HZ")]
+    cutoff: Option<f64>,
+
+    /// Order of the Butterworth filter, 0 for none [default: 4]
+    #[arg(long)]
+    order: Option<usize>,
+
+    /// Keep every N-th filtered sample [default: by the cut-off]
+    #[arg(long, value_name = "N")]
+    decimate: Option<usize>,
+
+    /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
+    /// stribeck=V (V in rad/s), or none [default: viscous,coulomb,offset]
+    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction_term)]
+    friction: Option<Vec<Option<FrictionTerm>>>,
+
+    /// YAML with any option of an identification; flags override it
+    #[arg(long, value_name = "FILE")]
+    options: Option<PathBuf>,
+
+    /// Ordinary instead of weighted least squares
+    #[arg(long)]
+    ols: bool,
+
+    /// Write the estimate as YAML
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let robot = arguments.model.read()?;
+    let derived = Derived::new(&robot, &arguments.model.model)?;
+    let regressor = derived.regressor(&robot);
+
+    let mut options = match &arguments.options {
+        Some(path) => Options::read(path)?,
+        None => Options::default(),
+    };
+    options.model = robot.name.clone();
+    let signal = &mut options.signal;
+    signal.cutoff = arguments.cutoff.or(signal.cutoff);
+    signal.order = arguments.order.unwrap_or(signal.order);
+    signal.decimate = arguments.decimate.or(signal.decimate);
+    if arguments.ols {
+        options.weights = Weights::None;
+    }
+    if let Some(terms) = &arguments.friction {
+        options.friction = terms.iter().copied().flatten().collect();
+    }
+
+    let (log, columns) = Log::read(&arguments.log, regressor.coordinates(), &options.columns)?;
+    let estimate = identification::identify(regressor.as_ref(), &log, &options)?;
+    print(&format!("{columns}\n{}\n{estimate}", log.report))?;
+    match &arguments.out {
+        Some(out) => write_file(out, &estimate.to_yaml()?),
+        None => Ok(()),
+    }
+}
+
+/// `viscous`, `stribeck=0.1`; `none` is no term.
+fn friction_term(text: &str) -> Result<Option<FrictionTerm>, String> {
+    let (name, speed) = match text.split_once('=') {
+        Some((name, speed)) => (name, Some(speed)),
+        None => (text, None),
+    };
+    let speed = match speed.map(str::parse::<f64>) {
+        None => None,
+        Some(Ok(v)) if v.is_finite() && v > 0.0 => Some(v),
+        Some(_) => return Err(format!("the speed of `{name}` must be a positive number of rad/s")),
+    };
+    match (name, speed) {
+        ("none", None) => Ok(None),
+        ("viscous", None) => Ok(Some(FrictionTerm::Viscous)),
+        ("coulomb", None) => Ok(Some(FrictionTerm::Coulomb)),
+        ("offset", None) => Ok(Some(FrictionTerm::Offset)),
+        ("asymmetric", None) => Ok(Some(FrictionTerm::Asymmetric)),
+        ("load", None) => Ok(Some(FrictionTerm::Load)),
+        ("rotor", None) => Ok(Some(FrictionTerm::Rotor)),
+        ("smooth-coulomb", Some(v)) => Ok(Some(FrictionTerm::SmoothCoulomb(v))),
+        ("stribeck", Some(v)) => Ok(Some(FrictionTerm::Stribeck(v))),
+        ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
+        _ => Err(format!(
+            "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
+             smooth-coulomb=V, stribeck=V and none"
+        )),
+    }
+}

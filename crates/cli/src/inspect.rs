@@ -1,0 +1,158 @@
+//! `rist inspect`: the base parameters, their rules, the counts and the evidence.
+
+use std::fmt::Write;
+
+use clap::Args;
+use expr::Count;
+use robot::{JointKind, Robot};
+use serde_json::{Value, json};
+
+use crate::failure::{Failure, print};
+use crate::model::{Derived, ModelArguments};
+
+/// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let robot = arguments.model.read()?;
+    let derived = Derived::new(&robot, &arguments.model.model)?;
+    if arguments.json {
+        print(&(format!("{:#}\n", as_json(&robot, &derived))))
+    } else {
+        print(&as_text(&robot, &derived))
+    }
+}
+
+fn as_json(robot: &Robot, derived: &Derived) -> Value {
+    let parameters = &derived.parameters;
+    let name = |c: usize| parameters.standard[c].display(robot).to_string();
+    let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
+    let base = |b: &modeling::BaseParameter| {
+        let term = |t: &modeling::Term| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": t.symbolic});
+        json!({
+            "name": b.name,
+            "parameter": name(b.column),
+            "rule": b.rule,
+            "terms": b.terms.iter().map(term).collect::<Vec<_>>(),
+        })
+    };
+    let rank = &parameters.rank;
+    json!({
+        "robot": robot.name,
+        "source": robot.source,
+        "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "links": robot.links.iter().map(|l| json!({"name": l.name, "joint": l.joint.name, "label": l.label})).collect::<Vec<_>>(),
+        "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
+        "base": parameters.base.iter().map(base).collect::<Vec<_>>(),
+        "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
+        "rank": {
+            "numeric": rank.numeric,
+            // JSON has no infinity: nothing dropped leaves any distance at all.
+            "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
+            "smallest_kept": rank.smallest_kept,
+            "largest_dropped": rank.largest_dropped,
+            "exact_relations": rank.exact_relations,
+            "numeric_relations": rank.numeric_relations,
+        },
+        "ops": {
+            "regressor": count(derived.standard.count()),
+            "base_regressor": count(derived.base.count()),
+            "torque": count(derived.torque.count()),
+        },
+        "compiled": identification::compiled(derived.base.fingerprint()).is_some(),
+        "notes": robot.notes.iter().map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
+    })
+}
+
+fn as_text(robot: &Robot, derived: &Derived) -> String {
+    let parameters = &derived.parameters;
+    let name = |c: usize| parameters.standard[c].display(robot).to_string();
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    macro_rules! line {
+        ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
+    }
+    let loops = match robot.loops.len() {
+        0 => String::new(),
+        n => format!(", {n} loops"),
+    };
+    line!("{}: {} links, {} coordinates{loops}", robot.name, robot.links.len(), robot.n_coordinates());
+    if let Some(source) = &robot.source {
+        line!("source: {source}");
+    }
+    for note in &robot.notes {
+        line!("note: {}: {}", note.subject, note.text);
+    }
+    line!();
+    line!("{:<4} {:<24} {:<24} {:<10} {:<8} moves with", "link", "name", "joint", "kind", "label");
+    for (j, link) in robot.links.iter().enumerate() {
+        let kind = match link.joint.kind {
+            JointKind::Revolute => "revolute",
+            JointKind::Prismatic => "prismatic",
+            JointKind::Fixed => "fixed",
+        };
+        let terms: Vec<String> = link
+            .joint
+            .variable
+            .terms
+            .iter()
+            .map(|&(k, c)| {
+                let coordinate = &robot.coordinates[k.0].name;
+                match c {
+                    1.0 => format!("+ {coordinate}"),
+                    -1.0 => format!("- {coordinate}"),
+                    c if c < 0.0 => format!("- {}*{coordinate}", -c),
+                    c => format!("+ {c}*{coordinate}"),
+                }
+            })
+            .collect();
+        let moves = terms.join(" ");
+        let moves = moves.strip_prefix("+ ").unwrap_or(&moves);
+        let moves = if moves.is_empty() { "nothing" } else { moves };
+        line!("{:<4} {:<24} {:<24} {:<10} {:<8} {moves}", j + 1, link.name, link.joint.name, kind, link.label);
+    }
+    line!();
+    line!("{} base parameters of {} standard ones:", parameters.len(), parameters.standard.len());
+    for b in &parameters.base {
+        let rule = if b.terms.len() > 1 { b.rule.as_str() } else { "" };
+        line!("  {:<10} {rule}", b.name);
+    }
+    if !parameters.no_effect.is_empty() {
+        let names: Vec<String> = parameters.no_effect.iter().map(|&c| name(c)).collect();
+        line!("{} without effect: {}", names.len(), names.join(" "));
+    }
+    let rank = &parameters.rank;
+    line!();
+    line!(
+        "rank {}: every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} or less",
+        rank.numeric,
+        rank.smallest_kept,
+        rank.largest_dropped
+    );
+    match rank.numeric_relations {
+        0 => line!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
+        n => line!(
+            "{} relations between columns are proven in the robot's symbols; {n} hold only for these numbers",
+            rank.exact_relations
+        ),
+    }
+    line!();
+    line!("operations a call       mul    add  sin_cos");
+    let counts = [("regressor", &derived.standard), ("base regressor", &derived.base), ("torque", &derived.torque)];
+    for (name, function) in counts {
+        let c = function.count();
+        line!("  {name:<18} {:>6} {:>6} {:>8}", c.mul, c.add, c.sin_cos);
+    }
+    if identification::compiled(derived.base.fingerprint()).is_some() {
+        line!("the base regressor is compiled into this program");
+    }
+    text
+}

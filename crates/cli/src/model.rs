@@ -1,0 +1,121 @@
+//! A robot as the commands need it: read, derived, and with a base regressor to evaluate.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use expr::{Function, Tape, Workspace};
+use identification::Regressor;
+use modeling::{BaseParameters, Derivation};
+use robot::{Drive, Robot, RotorInertia};
+
+use crate::failure::Failure;
+
+/// The model and how to read it.
+#[derive(Args)]
+pub struct ModelArguments {
+    /// Robot description: .yaml (modified DH) or .urdf
+    pub model: PathBuf,
+
+    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says: a YAML's
+    /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
+    #[arg(long, value_name = "JOINTS")]
+    rotor_inertia: Option<RotorJoints>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum RotorJoints {
+    None,
+    Actuated,
+    All,
+}
+
+impl ModelArguments {
+    pub fn read(&self) -> Result<Robot, Failure> {
+        read(&self.model, self.rotor_inertia)
+    }
+}
+
+fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
+    let mut robot = robot::format::read(path)?;
+    let Some(rotors) = rotors else { return Ok(robot) };
+    for link in &mut robot.links {
+        let has = match rotors {
+            RotorJoints::None => false,
+            RotorJoints::Actuated => link.joint.drive == Drive::Actuated,
+            RotorJoints::All => link.joint.drive != Drive::Locked && link.joint.kind != robot::JointKind::Fixed,
+        };
+        link.joint.rotor_inertia = match (has, link.joint.rotor_inertia) {
+            (false, _) => RotorInertia::Absent,
+            (true, RotorInertia::Absent) => RotorInertia::Unknown,
+            (true, known) => known,
+        };
+    }
+    Ok(robot)
+}
+
+/// What follows from a robot, derived once.
+pub struct Derived {
+    /// Regressor of the standard parameters.
+    pub standard: Function,
+    /// Regressor of the base parameters.
+    pub base: Function,
+    pub torque: Function,
+    pub parameters: BaseParameters,
+}
+
+impl Derived {
+    /// Fails when the rank is not clear-cut.
+    pub fn new(robot: &Robot, model: &Path) -> Result<Derived, Failure> {
+        let mut derivation = Derivation::new(robot);
+        let standard = derivation.regressor();
+        let parameters = derivation
+            .base_parameters(&standard)
+            .map_err(|unclear| Failure::new(format_args!("{}: {unclear}", model.display())))?;
+        let base = parameters.regressor(&standard).bound();
+        Ok(Derived { standard: standard.bound(), base, torque: derivation.torque().bound(), parameters })
+    }
+
+    /// The compiled regressor where `generated` has this very one, a tape otherwise.
+    pub fn regressor(&self, robot: &Robot) -> Box<dyn Regressor> {
+        match identification::compiled(self.base.fingerprint()) {
+            Some(compiled) => Box::new(compiled),
+            None => Box::new(TapeRegressor {
+                tape: Tape::new(&self.base),
+                coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
+                parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
+            }),
+        }
+    }
+}
+
+/// A base regressor evaluated by tape.
+struct TapeRegressor {
+    tape: Tape,
+    coordinates: Vec<String>,
+    parameters: Vec<String>,
+}
+
+thread_local! {
+    /// Workspace and inputs of the tape last evaluated on this thread.
+    static SCRATCH: RefCell<Option<(Workspace, Vec<f64>)>> = const { RefCell::new(None) };
+}
+
+impl Regressor for TapeRegressor {
+    fn coordinates(&self) -> &[String] {
+        &self.coordinates
+    }
+
+    fn parameters(&self) -> &[String] {
+        &self.parameters
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+        SCRATCH.with_borrow_mut(|scratch| {
+            let (work, inputs) = scratch.get_or_insert_with(|| (self.tape.workspace(), Vec::new()));
+            inputs.clear();
+            inputs.extend(q.iter().chain(dq).chain(ddq));
+            self.tape.evaluate(inputs, work, y);
+        });
+    }
+}

@@ -1,0 +1,88 @@
+//! Broken descriptions and the whole message each must give.
+//!
+//! testdata/broken/messages.txt: `file: message` a line, the message after the path.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use robot::format;
+
+fn folder() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/broken")
+}
+
+/// What the reader says, without the path; `None` when it takes the file.
+fn message(file: &str) -> Option<String> {
+    let path = folder().join(file);
+    let error = format::read(&path).err()?;
+    let text = error.to_string();
+    let rest = text.strip_prefix(&path.display().to_string()).expect("a message begins with the file");
+    Some(rest.trim_start_matches(':').trim_start().to_string())
+}
+
+#[test]
+fn broken_descriptions_give_their_messages() {
+    let expected = std::fs::read_to_string(folder().join("messages.txt")).unwrap();
+    let mut listed = BTreeSet::new();
+    let mut wrong = Vec::new();
+    for line in expected.lines() {
+        let (file, wanted) = line.split_once(": ").expect("`file: message`");
+        listed.insert(file.to_string());
+        let found = message(file).unwrap_or_else(|| "(accepted)".into());
+        if found != wanted {
+            wrong.push(format!("{file}\n  expected {wanted}\n  found    {found}"));
+        }
+    }
+    let present: BTreeSet<String> = std::fs::read_dir(folder())
+        .unwrap()
+        .map(|f| f.unwrap().file_name().into_string().unwrap())
+        .filter(|f| f != "messages.txt")
+        .collect();
+    for file in present.difference(&listed) {
+        wrong.push(format!("{file} is not in messages.txt\n  found    {}", message(file).unwrap_or_default()));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(listed.len() >= 24);
+}
+
+/// Every shipped model, cut off after every byte or with a byte changed, is read or refused, and
+/// never brings the reader down.
+#[test]
+fn damaged_models_do_not_panic() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    for name in ["race.yaml", "ur5.urdf"] {
+        let text = std::fs::read_to_string(models.join(name)).unwrap();
+        let read = if name.ends_with("yaml") { format::read_yaml } else { format::read_urdf };
+        let mut state: u32 = 1995;
+        for round in 0..300 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let at = (state >> 8) as usize % text.len();
+            if !text.is_char_boundary(at) || !text.is_char_boundary(at + 1) {
+                continue;
+            }
+            let replacement = ["", "-", "{", "\"", "9", "<", " ", "\n", "*", ":"][round % 10];
+            let damaged = match round % 3 {
+                0 => text[..at].to_string(),
+                _ => format!("{}{replacement}{}", &text[..at], &text[at + 1..]),
+            };
+            if let Err(error) = read(&damaged, name) {
+                assert!(error.place.file == name && error.message.len() < 600, "{error}");
+            }
+        }
+    }
+}
+
+/// Texts made to exhaust a reader.
+#[test]
+fn hostile_texts_are_refused() {
+    let head = "convention: khalil-kleinfinger\nname: x\nlinks:\n  - {link: 1, antecedent: base, theta: q1, d: ";
+    let sum = "1+".repeat(100_000) + "1";
+    for text in [format!("{head}{sum}}}"), format!("{head}{}}}", "-".repeat(900)), "[".repeat(100_000)] {
+        assert!(format::read_yaml(&text, "x.yaml").is_err());
+    }
+    let deep = "<a>".repeat(100_000);
+    let laughs = "<!DOCTYPE r [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><robot name=\"&b;\"/>";
+    for text in [format!("<robot>{deep}"), format!("<robot>{deep}{}</robot>", "</a>".repeat(100_000)), laughs.into()] {
+        assert!(format::read_urdf(&text, "x.urdf").is_err());
+    }
+}

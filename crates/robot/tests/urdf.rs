@@ -1,0 +1,133 @@
+//! Re-framing: what comes out is where the file has it, and sparse.
+
+use std::fmt::Write;
+
+use robot::{JointKind, Robot, format};
+
+fn read(body: &str) -> Robot {
+    format::read_urdf(&format!("<robot name=\"t\">{body}</robot>"), "t.urdf").unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn links(names: &[&str]) -> String {
+    names.iter().map(|n| format!("<link name=\"{n}\"/>")).collect()
+}
+
+fn joint(name: &str, kind: &str, parent: &str, child: &str, place: [&str; 3]) -> String {
+    let [xyz, rpy, axis] = place;
+    format!(
+        "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+         <origin xyz=\"{xyz}\" rpy=\"{rpy}\"/><axis xyz=\"{axis}\"/></joint>"
+    )
+}
+
+/// gamma, b, alpha, d, theta, r of a link.
+fn geometry(robot: &Robot, j: usize) -> [f64; 6] {
+    let g = &robot.links[j].geometry;
+    [&g.gamma, &g.b, &g.alpha, &g.d, &g.theta, &g.r].map(|v| v.number(&robot.symbols))
+}
+
+/// The reader holds every re-framed robot against its file and refuses what does not agree: trees
+/// with generic, parallel, opposite, crossing and coincident axes all come through.
+#[test]
+fn random_trees_are_reframed() {
+    let mut state: u32 = 7;
+    let mut random = |n: u32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 16) % n
+    };
+    let lengths = ["0 0 0", "0.3 0 0", "0 -0.2 0", "0 0 0.4", "0.1 0.2 -0.3", "0 0.25 0.1"];
+    let angles = ["0 0 0", "1.5708 0 0", "0 -1.5708 0", "0.7854 0 1.5708", "0.3 -0.2 1.1", "0 3.14159 0"];
+    let axes = ["0 0 1", "0 0 -1", "1 0 0", "0 1 0", "1 1 0", "0.2 -0.7 0.4"];
+    let kinds = ["revolute", "revolute", "continuous", "prismatic", "fixed"];
+    for _ in 0..300 {
+        let n = 2 + random(8);
+        let mut body = String::from("<link name=\"l0\"/>");
+        for j in 1..=n {
+            let parent = format!("l{}", if random(3) == 0 { random(j) } else { j - 1 });
+            let place = [lengths[random(6) as usize], angles[random(6) as usize], axes[random(6) as usize]];
+            let kind = if j == 1 { "revolute" } else { kinds[random(5) as usize] };
+            let _ = write!(
+                body,
+                "<link name=\"l{j}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"
+            );
+            body += &joint(&format!("j{j}"), kind, &parent, &format!("l{j}"), place);
+        }
+        let robot = read(&body);
+        for link in &robot.links {
+            let mass: f64 = link.parts.iter().map(|p| p.mass).sum();
+            assert_eq!(link.inertial.unwrap()[9], mass);
+        }
+    }
+}
+
+#[test]
+fn angles_are_snapped_and_told() {
+    let body = links(&["a", "b", "c"])
+        + &joint("one", "continuous", "a", "b", ["0 0 0", "1.5707 0 0", "0 0 1"])
+        + &joint("two", "continuous", "b", "c", ["0.2 0 0", "1.57079632679 0 -0.7854", "0 1e-7 1"]);
+    let robot = read(&body);
+    let notes: Vec<String> = robot.notes.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    let told = |part: &str| notes.iter().any(|n| n.contains(part));
+    assert!(told("one: roll 1.5707 is taken as pi/2"), "{notes:?}");
+    assert!(told("two: yaw -0.7854 is taken as -pi/4") && told("two: axis"), "{notes:?}");
+    assert!(!told("two: roll"), "{notes:?}");
+}
+
+#[test]
+fn parallel_and_opposite_axes() {
+    let body = links(&["a", "b", "c", "d"])
+        + &joint("one", "continuous", "a", "b", ["0 0 0.1", "0 0 0", "0 0 1"])
+        + &joint("two", "continuous", "b", "c", ["0.3 0 0.05", "0 0 0", "0 0 -1"])
+        + &joint("three", "continuous", "c", "d", ["0 0 0.2", "0 0 0", "0 0 -1"]);
+    let robot = read(&body);
+    let pi = std::f64::consts::PI;
+    // The heights along parallel axes change no torque of the others: they are pushed to the end, and vanish.
+    assert_eq!(geometry(&robot, 0), [0.0; 6]);
+    assert_eq!(geometry(&robot, 1), [0.0, 0.0, pi, 0.3, 0.0, 0.0]);
+    assert_eq!(geometry(&robot, 2), [0.0; 6]);
+}
+
+#[test]
+fn the_ur5_comes_out_as_its_table() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/ur5.urdf");
+    let robot = format::read(&path).unwrap();
+    let right = std::f64::consts::FRAC_PI_2;
+    let table = [
+        [0.0, 0.0, 0.0, 0.0, 0.0, 0.089159],
+        [0.0, 0.0, right, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0, -0.425, 0.0, 0.0],
+        [0.0, 0.0, 0.0, -0.39225, 0.0, 0.10915],
+        [0.0, 0.0, right, 0.0, 0.0, 0.09465],
+        [0.0, 0.0, -right, 0.0, 0.0, 0.0],
+    ];
+    for (j, row) in table.iter().enumerate() {
+        assert_eq!(geometry(&robot, j), *row, "{j}");
+    }
+}
+
+#[test]
+fn fixed_links_are_lumped_and_absent_inertials_told() {
+    let inertial = "<inertial><origin xyz=\"0 0.1 0\" rpy=\"0.3 0 0\"/><mass value=\"2\"/>\
+                    <inertia ixx=\"0.1\" ixy=\"0.01\" ixz=\"0\" iyy=\"0.2\" iyz=\"0\" izz=\"0.25\"/></inertial>";
+    let body = links(&["a", "b", "e"])
+        + &format!("<link name=\"c\">{inertial}</link><link name=\"d\">{inertial}</link>")
+        + &joint("one", "continuous", "a", "b", ["0 0 0", "0 0 0", "0 0 1"])
+        + &joint("slide", "prismatic", "b", "c", ["0 0 0.3", "0 0 0", "1 0 0"])
+        + &joint("weld", "fixed", "c", "d", ["0.5 0 0", "0 0 1.5707963", "0 0 1"])
+        + &joint("tip", "fixed", "d", "e", ["0.5 0 0", "0 0 0", "0 0 1"]);
+    let robot = read(&body);
+    let labels: Vec<&str> = robot.links.iter().map(|l| l.label.as_str()).collect();
+    assert_eq!(labels, ["one", "slide"]);
+    assert_eq!((robot.links[0].inertial, robot.links[1].joint.kind), (None, JointKind::Prismatic));
+    assert_eq!(robot.links[1].parts.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["c", "d"]);
+    // About the joint frame of the file: both masses at (0, 0.1, 0) of c and (0.5 - 0.1, 0, 0) of d.
+    let link = &robot.links[1];
+    let x = robot::transform_inertial(&link.inertial.unwrap(), &link.file_frame.inverse());
+    for (found, wanted) in x[6..].iter().zip([0.8, 0.2, 0.0, 4.0]) {
+        assert!((found - wanted).abs() < 1e-6, "{x:?}");
+    }
+    assert!(robot.notes.iter().any(|n| n.subject == "b" && n.text.contains("no inertial")));
+    assert!(robot.notes.iter().any(|n| n.subject == "slide" && n.text.contains("no limit")));
+    let name = robot::StandardParameter::all(&robot)[0].display(&robot).to_string();
+    assert_eq!(name, "XX_one");
+}
