@@ -73,6 +73,11 @@ impl<'a> Derivation<'a> {
         forward_dynamics(self, &x)
     }
 
+    /// Power per unit of each standard parameter: inputs `q`, `dq`, `ddq`, output `power` (1 x p), W.
+    pub fn power_regressor(&mut self) -> Function {
+        crate::regressor::power_regressor(self)
+    }
+
     /// Energies per unit of each standard parameter: inputs `q`, `dq`, outputs `kinetic` and
     /// `potential` (1 x p), J.
     pub fn energy(&mut self) -> Function {

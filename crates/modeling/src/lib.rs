@@ -32,4 +32,4 @@ mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
 pub use derivation::Derivation;
-pub use robot_module::{regressor_module, robot_module};
+pub use robot_module::{RobotFunction, module};
