@@ -13,6 +13,7 @@ mod composite;
 mod constants;
 mod derivation;
 mod energy;
+mod exact_rank;
 mod field;
 mod forward_dynamics;
 mod inertia_matrix;
