@@ -61,7 +61,7 @@ fn cases() -> Vec<Case> {
         .map(|path| {
             let robot = robot::format::read(&path).unwrap();
             let base = {
-                let mut derivation = Derivation::new(&robot);
+                let mut derivation = Derivation::new(&robot).unwrap();
                 let regressor = derivation.regressor();
                 derivation.base_parameters(&regressor).unwrap()
             };
@@ -96,7 +96,7 @@ fn inverse_dynamics_in_base_parameters_is_the_torque() {
     let mut chance = Chance(1);
     for Case { robot, base, x, x_base } in &cases() {
         let n = robot.n_coordinates();
-        let mut derivation = Derivation::new(robot);
+        let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
         let torque = evaluate(&derivation.torque(), &[&q, &dq, &ddq, x]);
         let inverse = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
@@ -109,7 +109,7 @@ fn inertia_matrix_and_bias_make_the_torque() {
     let mut chance = Chance(2);
     for Case { robot, base, x_base, .. } in &cases() {
         let n = robot.n_coordinates();
-        let mut derivation = Derivation::new(robot);
+        let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
         let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
         let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
@@ -130,7 +130,7 @@ fn forward_dynamics_undoes_inverse_dynamics() {
     let mut chance = Chance(3);
     for Case { robot, base, x_base, .. } in &cases() {
         let n = robot.n_coordinates();
-        let mut derivation = Derivation::new(robot);
+        let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
         let tau = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
         let back = evaluate(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
@@ -144,7 +144,7 @@ fn energies_give_inertia_matrix_gravity_and_power() {
     let mut chance = Chance(4);
     for Case { robot, base, x, x_base } in &cases() {
         let n = robot.n_coordinates();
-        let mut derivation = Derivation::new(robot);
+        let mut derivation = Derivation::new(robot).unwrap();
         let energy = derivation.energy();
         let p = x.len();
         let energies = |q: &[f64], dq: &[f64]| -> (f64, f64) {
@@ -185,7 +185,7 @@ fn poses_and_jacobians_are_those_of_the_frames() {
     let mut chance = Chance(5);
     for Case { robot, .. } in &cases() {
         let n = robot.n_coordinates();
-        let mut derivation = Derivation::new(robot);
+        let mut derivation = Derivation::new(robot).unwrap();
         let (q, dq) = (chance.vector(n), chance.vector(n));
         let frames = robot.link_poses(&q);
         for j in (0..robot.links.len()).map(LinkId) {

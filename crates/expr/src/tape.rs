@@ -150,6 +150,7 @@ impl Tape {
 
     /// One evaluation: all inputs one after the other -> all outputs one after the other.
     pub fn evaluate(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
+        debug_assert_eq!((inputs.len(), outputs.len()), (self.n_inputs(), self.n_outputs()));
         self.run(&mut work.one, |lane_inputs, _| inputs[lane_inputs], |k, values| outputs[k] = values[0]);
     }
 

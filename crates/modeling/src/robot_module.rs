@@ -26,11 +26,17 @@ pub enum RobotFunction {
 /// The file of a robot's base regressor and of other functions of it. Refused when the rank is not
 /// clear-cut.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
-    let mut derivation = Derivation::new(robot);
+    let mut derivation = Derivation::new(robot)?;
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard)?;
     let mut module = robot_module(robot, &base, base.regressor(&standard));
     let d = &mut derivation;
+    if let Some(closure) = d.closure_function() {
+        module.function(
+            "Zero where the loops are closed, and its Jacobian for the passive joints: solve e = 0.",
+            closure,
+        );
+    }
     for &which in functions {
         use RobotFunction::*;
         let (doc, function) = match which {
