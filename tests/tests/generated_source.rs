@@ -12,6 +12,13 @@ use expr::{Algebra, Expr, Function, Graph, Input, Module, Output, Symbol, Symbol
 
 const STATES: usize = 50;
 
+/// Beside the base regressor; forward dynamics divides.
+const FUNCTIONS: &[modeling::RobotFunction] = &[
+    modeling::RobotFunction::Energy,
+    modeling::RobotFunction::InertiaMatrix,
+    modeling::RobotFunction::ForwardDynamics,
+];
+
 /// A value and a bound of its rounding error [Higham 2002, 3.3].
 #[derive(Clone, Copy)]
 struct Bounded(f64, f64);
@@ -103,7 +110,7 @@ fn modules() -> Vec<Module> {
     let models = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../models");
     let read = |name: &str| {
         let robot = robot::format::read(&models.join(name)).unwrap_or_else(|e| panic!("{e}"));
-        modeling::regressor_module(&robot).unwrap_or_else(|e| panic!("{e}"))
+        modeling::module(&robot, FUNCTIONS).unwrap_or_else(|e| panic!("{e}"))
     };
     vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml")]
 }

@@ -59,7 +59,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
     for path in &paths {
         let robot = robot::format::read(path).map_err(|e| e.to_string())?;
         let model = path.strip_prefix(root()).unwrap_or(path).display();
-        let module = modeling::regressor_module(&robot).map_err(|e| format!("{model}: {e}"))?;
+        let module = modeling::module(&robot, &[]).map_err(|e| format!("{model}: {e}"))?;
         let text = codegen::rust_file(&module, &format!("cargo xtask gen {model}"));
         let target = Path::new(FOLDER).join(format!("{}.rs", module.name));
         if wanted.is_empty() || path.canonicalize().is_ok_and(|p| wanted.contains(&p)) {

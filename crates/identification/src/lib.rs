@@ -15,11 +15,14 @@ mod friction;
 mod friction_law;
 mod header;
 mod identify;
+mod identify_consistent;
 mod information_matrix;
 mod least_squares;
 mod log;
 mod observation;
+mod physical;
 mod planning;
+mod pseudo_inertia;
 mod random;
 mod regressor;
 mod remark;
@@ -42,7 +45,7 @@ pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, c
 pub use columns::{ColumnNames, Columns, Names, Source};
 pub use compiled::{Compiled, compiled};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
-pub use dataset::{Dataset, LogFile, Run, Score};
+pub use dataset::{Dataset, LogFile, Run, Score, Subject};
 pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use estimate::{Estimate, Identified, JointResidual, Status};
@@ -53,11 +56,16 @@ pub use friction::FrictionTerm;
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
 pub use identify::{Fit, Options, Weights, identify, identify_all, states};
+pub use identify_consistent::{Consistency, ConsistentFit, bodies, identify_consistent, identity_map};
 pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
 pub use observation::{Model, Observation, Parameter, weighted};
+pub use physical::{Consistent, Outcome, Prior, StandardMap, consistent};
 pub use planning::{Criterion, Search, Selection, exchange, value_of};
+pub use pseudo_inertia::{
+    Centroidal, Ten, centroidal, parameters as ten_parameters, pseudo_inertia, smallest_eigenvalue,
+};
 pub use random::Random;
 pub use regressor::Regressor;
 pub use resample::{interpolate, uniform_clock};
@@ -69,6 +77,23 @@ pub use table::Table;
 pub use transmission::{Coupling, Transmission};
 pub use triangle::{Block, Triangle};
 pub use validation::{Validation, cross_validate, residuals, validate};
+
+// Identification by spectrum analysis, continued.
+mod friction_columns;
+mod harmonic_estimation;
+mod harmonic_rows;
+mod monte_carlo;
+mod paper_estimation;
+mod spectral_experiment;
+mod validation_trajectory;
+
+pub use friction_columns::FrictionShape;
+pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
+pub use harmonic_rows::{Band, JointSpectrum, joint_spectra};
+pub use monte_carlo::{BenchmarkArm, Comparison, Figures, Fixture, Method, Scenario, inverse_dynamics};
+pub use paper_estimation::{PaperWeights, paper_estimate, paper_rows};
+pub use spectral_experiment::{NoiseLevels, SpectralExperiment};
+pub use validation_trajectory::{ValidationMotion, validation_trajectory};
 
 #[cfg(test)]
 extern crate self as identification;

@@ -9,12 +9,17 @@
 mod angle;
 mod base_parameters;
 mod coefficient;
+mod composite;
 mod constants;
 mod derivation;
+mod energy;
 mod field;
+mod forward_dynamics;
+mod inertia_matrix;
 mod interpolation;
 mod kinematics;
 mod names;
+mod pose;
 mod rank;
 mod regressor;
 mod rigid_regrouping;
@@ -27,4 +32,4 @@ mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
 pub use derivation::Derivation;
-pub use robot_module::{regressor_module, robot_module};
+pub use robot_module::{RobotFunction, module};

@@ -1,22 +1,69 @@
 //! What a generated file says of its robot: head, names, and the base regressor with its rules.
 
 use expr::{Function, Module, Value};
-use robot::Robot;
+use robot::{LinkId, Robot};
 
 use crate::base_parameters::{BaseParameters, UnclearRank};
 use crate::derivation::Derivation;
 
-/// The file of a robot's base regressor. Refused when the rank is not clear-cut.
-pub fn regressor_module(robot: &Robot) -> Result<Module, UnclearRank> {
+/// A model of a robot that a file may hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RobotFunction {
+    BaseRegressor,
+    Regressor,
+    PowerRegressor,
+    Energy,
+    InverseDynamics,
+    InertiaMatrix,
+    Bias,
+    Gravity,
+    ForwardDynamics,
+    Pose(LinkId),
+    Jacobian(LinkId),
+    ExternalTorque(LinkId),
+}
+
+/// The file of a robot's base regressor and of other functions of it. Refused when the rank is not
+/// clear-cut.
+pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
     let mut derivation = Derivation::new(robot);
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard)?;
-    Ok(robot_module(robot, &base, base.regressor(&standard)))
+    let mut module = robot_module(robot, &base, base.regressor(&standard));
+    let d = &mut derivation;
+    for &which in functions {
+        use RobotFunction::*;
+        let (doc, function) = match which {
+            BaseRegressor => continue,
+            Regressor => ("The regressor of the standard parameters, row by row.".to_string(), standard.clone()),
+            PowerRegressor => ("dq^T D: the power per unit of each standard parameter, W.".into(), d.power_regressor()),
+            Energy => ("Kinetic and potential energy per unit of each standard parameter, J.".into(), d.energy()),
+            InverseDynamics => ("The torques from the base parameters x, N m (N).".into(), d.inverse_dynamics(&base)),
+            InertiaMatrix => ("The inertia matrix from the base parameters x, kg m^2.".into(), d.inertia_matrix(&base)),
+            Bias => ("Coriolis, centrifugal and gravity torques from the base parameters x.".into(), d.bias(&base)),
+            Gravity => ("Gravity torques from the base parameters x.".into(), d.gravity(&base)),
+            ForwardDynamics => ("The accelerations from the torques and x.".into(), d.forward_dynamics(&base)),
+            Pose(j) => (format!("Orientation and position of {} in the base frame.", robot.link(j).name), d.pose(j)),
+            Jacobian(j) => {
+                let of = &robot.link(j).name;
+                (format!("Velocity of the origin of {of}, then its angular velocity, in its frame."), d.jacobian(j))
+            }
+            ExternalTorque(j) => {
+                let of = &robot.link(j).name;
+                let what = "what to add to the torques when it exerts this force and moment, in its frame.";
+                (format!("{of}: {what}"), d.external_torque(j))
+            }
+        };
+        let function = function.bound();
+        let c = function.count();
+        module.function(&format!("{doc}\n{} mul, {} add, {} sin_cos.", c.mul, c.add, c.sin_cos), function);
+    }
+    Ok(module)
 }
 
-/// The base regressor with the names of its rows and columns and how they came about; other
-/// functions of the robot may be pushed to it. Constants take their values.
-pub fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) -> Module {
+/// The base regressor with the names of its rows and columns and how they came about. Constants
+/// take their values.
+fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) -> Module {
     let mut regressor = base_regressor.bound();
     regressor.name = "base_regressor".into();
     let count = regressor.count();

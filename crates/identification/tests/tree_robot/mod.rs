@@ -5,6 +5,8 @@
 
 use identification::{Dynamics, Regressor};
 
+pub mod benchmark;
+
 type V = [f64; 3];
 
 /// XX XY XZ YY YZ ZZ MX MY MZ M IA of a link, about the origin of its frame.
