@@ -38,6 +38,7 @@ mod test_arm;
 mod transmission;
 mod triangle;
 mod validation;
+mod write_back;
 
 pub use butterworth::Butterworth;
 pub use candidates::{Candidate, CandidateGrid, MotionLimits, candidates, swing};
@@ -77,6 +78,7 @@ pub use table::Table;
 pub use transmission::{Coupling, Transmission};
 pub use triangle::{Block, Triangle};
 pub use validation::{Validation, cross_validate, residuals, validate};
+pub use write_back::{JointDynamics, WrittenBack, mjcf_joints, write_back};
 
 #[cfg(test)]
 extern crate self as identification;
