@@ -6,6 +6,7 @@
 //!   ones: unbiased although W is noisy, whatever the band-pass filter [Janot, Vandanjon, Gautier 2014].
 //! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states: needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
+//!
 //! Rows are weighed by joint with the residual of the start. The simulator is handed in: what it
 //! integrates, and with which controller, is its own affair; it must give states at the samples of
 //! the measured record.

@@ -16,6 +16,7 @@ use crate::observation::{Model, Observation, weighted};
 use crate::signal::{Signal, States};
 use crate::transmission::Transmission;
 use crate::triangle::Triangle;
+use crate::validation::cross_validate;
 use crate::{Error, Regressor};
 
 /// How an identification is done; every part has a default.
@@ -72,7 +73,7 @@ pub enum Weights {
 const REWEIGHTINGS: usize = 3;
 
 /// Contiguous parts a log is kept in.
-const PARTS: usize = 10;
+pub const PARTS: usize = 10;
 
 /// Identifies a robot from one log.
 ///
@@ -122,6 +123,11 @@ impl Fit {
             if parameter.status == Status::Identified && crate::remark::weak(&model, &still, c) {
                 parameter.status = Status::Weak;
             }
+        }
+        let held_out = cross_validate(&model, &observation, options.weights);
+        estimate.cross_validation = Some(held_out.total);
+        for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
+            joint.held_out = Some(out.relative);
         }
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
@@ -200,6 +206,7 @@ fn report(model: &Model, joints: &[Triangle], observation: &Observation, solutio
         rms: (residual / joints[j].rows.max(1) as f64).sqrt(),
         relative: relative(total, residual),
         rows: joints[j].rows,
+        held_out: None,
     };
     let (total, left) = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     Estimate {

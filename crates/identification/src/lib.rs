@@ -24,6 +24,7 @@ mod information_matrix;
 mod least_squares;
 mod log;
 mod observation;
+mod payload;
 mod physical;
 mod planning;
 mod pseudo_inertia;
@@ -32,6 +33,7 @@ mod regressor;
 mod remark;
 mod resample;
 mod robust;
+mod selection;
 mod signal;
 mod simulation;
 pub mod spectrum;
@@ -71,6 +73,7 @@ pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
 pub use observation::{Model, Observation, Parameter, row_residuals, weighted};
+pub use payload::{Payload, payload};
 pub use physical::{Consistent, Outcome, Prior, StandardMap, consistent};
 pub use planning::{Criterion, Search, Selection, exchange, value_of};
 pub use pseudo_inertia::{
@@ -80,6 +83,9 @@ pub use random::Random;
 pub use regressor::Regressor;
 pub use resample::{interpolate, uniform_clock};
 pub use robust::{Robust, robust};
+pub use selection::{
+    Delay, FrictionCandidate, FrictionSelection, estimate_delay, friction_candidates, select_friction,
+};
 pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
 pub use simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
 pub use spectrum_rows::{EquationBlock, MeasuredMotion, gravity_rows, spectral_rows};

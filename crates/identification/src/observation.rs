@@ -65,7 +65,7 @@ impl<'a> Model<'a> {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let at = r * n..(r + 1) * n;
         let (q, dq, ddq) = (&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at.clone()]);
-        let tau = &states.tau[at];
+        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
         self.regressor.fill(q, dq, ddq, y);
         w.fill(0.0);
         let per_joint: usize = self.friction.iter().map(|t| t.parameters().len()).sum();
@@ -75,12 +75,13 @@ impl<'a> Model<'a> {
             let mut c = base + j * per_joint;
             for term in self.friction {
                 let width = term.parameters().len();
-                term.fill(dq[j], ddq[j], tau[j], &mut row[c..c + width]);
+                term.fill(dq[j], ddq[j], tau[j], direction[j], &mut row[c..c + width]);
                 c += width;
             }
         }
         for (i, coupling) in self.couplings.iter().enumerate() {
-            coupling.fill(dq, ddq, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
+            let motor = states.motor_direction[r * self.couplings.len() + i];
+            coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
         }
     }
 }

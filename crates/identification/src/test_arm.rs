@@ -33,6 +33,7 @@ impl Pendulum {
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
+            states.direction.push(crate::friction::sign(dq));
             states.ddq.push(ddq);
             states.tau.push(y.iter().zip(self.truth).map(|(a, b)| a * b).sum());
             states.used.push(true);
@@ -79,6 +80,7 @@ impl crate::closed_loop::Simulator for Loop {
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
+            states.direction.push(crate::friction::sign(dq));
             states.ddq.push((tau - gravity(q)) / zz);
             states.tau.push(tau);
             states.used.push(true);
