@@ -38,6 +38,14 @@ impl ModelArguments {
 
 fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
     let mut robot = robot::format::read(path)?;
+    if !robot.passive.is_empty() {
+        let names: Vec<&str> = robot.passive.iter().map(|p| p.name.as_str()).collect();
+        return Err(Failure::new(format_args!(
+            "{}: no affine function of the coordinates gives {}; loops of that kind have no model yet",
+            path.display(),
+            names.join(", ")
+        )));
+    }
     let Some(rotors) = rotors else { return Ok(robot) };
     for link in &mut robot.links {
         let has = match rotors {

@@ -1,8 +1,7 @@
-//! A Function as Rust source, and a robot's functions as one file.
+//! A Module of Functions as source: one Rust file that needs no other.
 
-mod function;
 mod numbers;
-mod robot_file;
+mod rust_file;
+mod rust_function;
 
-pub use function::render;
-pub use robot_file::{RobotFile, index_file, robot_file};
+pub use rust_file::{index_file, rust_file};

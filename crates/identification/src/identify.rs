@@ -109,6 +109,12 @@ impl Fit {
         let mut estimate = report(&model, &joints, &observation, &solution);
         let robust = crate::robust::robust(&model, &states, &solution, &weights);
         widen(&mut estimate, &robust.sigma);
+        let still = crate::remark::little_motion(&observation);
+        for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
+            if parameter.status == Status::Identified && crate::remark::weak(&model, &still, c) {
+                parameter.status = Status::Weak;
+            }
+        }
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
             Weights::None => "ordinary least squares".into(),

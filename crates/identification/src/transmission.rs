@@ -26,6 +26,8 @@ pub struct Transmission {
     pub ratios: Option<Vec<f64>>,
     /// Entries of R beside the diagonal: (motor, joint, R), counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
+    /// The coupled motors have no inertia and friction of their own in the model.
+    pub rigid_couplings: bool,
     /// The positions and velocities in the log are already on the joint side; only torques are not.
     pub joint_side_positions: bool,
     /// rad (m): joint position in the model minus that in the log.
@@ -65,7 +67,7 @@ impl Transmission {
             let (motor, joint) = (m.checked_sub(1)?, k.checked_sub(1)?);
             Some(Coupling { motor, joint, ratio: r / ratio(motor) })
         };
-        self.couplings.iter().filter_map(coupling).collect()
+        self.couplings.iter().filter(|_| !self.rigid_couplings).filter_map(coupling).collect()
     }
 
     fn check(&self, n: usize) -> Result<(), Error> {

@@ -21,6 +21,7 @@ use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
 
 use crate::coefficient::Coefficient;
 use crate::derivation::Derivation;
+use crate::exact_rank::independent_columns;
 use crate::field::SplitMix;
 use crate::interpolation::{Question, interpolate};
 use crate::rank::{CLEAR_GAP, Scan, scan};
@@ -68,6 +69,8 @@ pub struct Term {
 pub struct Rank {
     /// Number of base parameters.
     pub numeric: usize,
+    /// The rank in a finite field, without a tolerance.
+    pub exact: usize,
     /// Smallest relative distance of a kept column from the span of those before it.
     pub smallest_kept: f64,
     /// Largest relative distance of a dropped one; zero columns count with their norm relative to
@@ -91,6 +94,8 @@ impl Rank {
 pub enum UnclearRank {
     /// Some columns are neither clearly independent nor clearly dependent.
     Gap { rank: Rank, doubtful: Vec<(String, f64)> },
+    /// The numbers and the finite field keep different columns: those that only one of them keeps.
+    Exact { numeric: usize, exact: usize, only_numeric: Vec<String>, only_exact: Vec<String> },
     /// The exact coefficient and the numeric one of a regrouping differ.
     Disagreement { dropped: String, kept: String, exact: f64, numeric: f64 },
 }
@@ -113,6 +118,21 @@ impl fmt::Display for UnclearRank {
                     write!(f, " {name} ({distance:.1e})")?;
                 }
                 write!(f, ". Look for a length or an angle that is almost, but not quite, zero or a right angle.")
+            }
+            UnclearRank::Exact { numeric, exact, only_numeric, only_exact } => {
+                write!(f, "the numeric rank is {numeric}, the exact one {exact}.")?;
+                if !only_exact.is_empty() {
+                    write!(
+                        f,
+                        " Independent for robots of this structure in general, but not at these numbers: {}. If two \
+                         lengths or angles are equal on purpose, give them one symbol.",
+                        only_exact.join(" ")
+                    )?;
+                }
+                if !only_numeric.is_empty() {
+                    write!(f, " Independent at these numbers only: {}.", only_numeric.join(" "))?;
+                }
+                Ok(())
             }
             UnclearRank::Disagreement { dropped, kept, exact, numeric } => write!(
                 f,
@@ -170,6 +190,18 @@ pub(crate) fn base_parameters(
         };
         let doubtful = (0..standard.len()).filter(in_doubt).map(|c| (name(c), scan.distance[c])).collect();
         return Err(UnclearRank::Gap { rank, doubtful });
+    }
+
+    let exact = independent_columns(regressor);
+    rank.exact = exact.len();
+    if exact != scan.kept {
+        let without = |a: &[usize], b: &[usize]| a.iter().filter(|c| !b.contains(c)).map(|&c| name(c)).collect();
+        return Err(UnclearRank::Exact {
+            numeric: scan.kept.len(),
+            exact: exact.len(),
+            only_numeric: without(&scan.kept, &exact),
+            only_exact: without(&exact, &scan.kept),
+        });
     }
 
     let betas = regrouping(derivation, regressor, &standard, &scan);
@@ -232,7 +264,14 @@ fn evidence(scan: &Scan) -> Rank {
     let smallest_kept = scan.kept.iter().map(|&c| scan.distance[c]).fold(1.0, f64::min);
     let dropped = scan.zero.iter().copied().chain(scan.dependent.iter().map(|d| d.0));
     let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
-    Rank { numeric: scan.kept.len(), smallest_kept, largest_dropped, exact_relations: 0, numeric_relations: 0 }
+    Rank {
+        numeric: scan.kept.len(),
+        exact: 0,
+        smallest_kept,
+        largest_dropped,
+        exact_relations: 0,
+        numeric_relations: 0,
+    }
 }
 
 /// For each dropped column, the kept columns it is made of.

@@ -39,9 +39,19 @@ impl Motion {
         Motion { q: inputs("q"), dq: inputs("dq"), ddq: inputs("ddq") }
     }
 
+    /// q, dq, ddq.
     pub fn inputs(&self) -> Vec<Input> {
-        let named = [("q", &self.q), ("dq", &self.dq), ("ddq", &self.ddq)];
-        named.map(|(name, entries)| Input { name: name.into(), entries: entries.clone() }).into()
+        vec![self.input("q"), self.input("dq"), self.input("ddq")]
+    }
+
+    /// One of `q`, `dq`, `ddq`.
+    pub fn input(&self, name: &str) -> Input {
+        let entries = match name {
+            "q" => &self.q,
+            "dq" => &self.dq,
+            _ => &self.ddq,
+        };
+        Input { name: name.into(), entries: entries.clone() }
     }
 }
 
@@ -71,9 +81,9 @@ pub(crate) struct LinkMotion {
 /// Where a link stands in its antecedent's frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement {
-    gamma: Turn,
-    alpha: Turn,
-    theta: Turn,
+    pub gamma: Turn,
+    pub alpha: Turn,
+    pub theta: Turn,
     /// O_j from O_i, in frame i.
     pub p: Vector,
 }
@@ -120,7 +130,6 @@ pub(crate) fn link_motions(
     motion: &Motion,
 ) -> Vec<LinkMotion> {
     let n = robot.n_coordinates();
-    let gravity = [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -constants.length(g, &robot.gravity[i], name));
     let at_rest = Parallel {
         w: NULL,
         dw: NULL,
@@ -134,7 +143,7 @@ pub(crate) fn link_motions(
     let base = LinkMotion {
         w: NULL,
         dw: NULL,
-        a: gravity,
+        a: constants.weight(g),
         U: [NULL; 3],
         jacobian: vec![None; n],
         joint_acceleration: Expr::ZERO,

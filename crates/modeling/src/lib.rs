@@ -9,15 +9,22 @@
 mod angle;
 mod base_parameters;
 mod coefficient;
+mod composite;
 mod constants;
 mod derivation;
+mod energy;
+mod exact_rank;
 mod field;
+mod forward_dynamics;
+mod inertia_matrix;
 mod interpolation;
 mod kinematics;
 mod names;
+mod pose;
 mod rank;
 mod regressor;
 mod rigid_regrouping;
+mod robot_module;
 mod rule;
 #[cfg(test)]
 mod test_robots;
@@ -26,3 +33,4 @@ mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
 pub use derivation::Derivation;
+pub use robot_module::{RobotFunction, module};

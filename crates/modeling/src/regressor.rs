@@ -19,7 +19,32 @@ use crate::vector::{NULL, Vector, cross, dot};
 /// D(q, dq, ddq), n x p: one row a coordinate, one column a parameter of
 /// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
 pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
+    let entries = entries(derivation);
+    let rows = derivation.robot.n_coordinates();
+    let columns = entries.len().checked_div(rows).unwrap_or(0);
+    let output = Output { name: "y".into(), rows, columns, entries };
+    Function::new("regressor", &derivation.graph, derivation.motion.inputs(), vec![output])
+}
+
+/// dq^T D, 1 x p: the power of the joints per unit of each parameter, the derivative of the energy
+/// [Gautier 1997]. Inputs `q`, `dq`, `ddq`; output `power`.
+pub(crate) fn power_regressor(derivation: &mut Derivation) -> Function {
+    let entries = entries(derivation);
+    let Derivation { robot, graph: g, motion, .. } = derivation;
+    let columns = entries.len().checked_div(robot.n_coordinates()).unwrap_or(0);
+    let mut power = vec![Expr::ZERO; columns];
+    for (row, &rate) in entries.chunks(columns.max(1)).zip(&motion.dq) {
+        for (sum, &entry) in power.iter_mut().zip(row) {
+            let term = g.mul(rate, entry);
+            *sum = g.add(*sum, term);
+        }
+    }
+    let output = Output { name: "power".into(), rows: 1, columns, entries: power };
+    Function::new("power_regressor", g, motion.inputs(), vec![output])
+}
+
+fn entries(derivation: &mut Derivation) -> Vec<Expr> {
+    let Derivation { robot, graph: g, links, .. } = derivation;
     let parameters = StandardParameter::all(robot);
     let n = robot.n_coordinates();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
@@ -39,8 +64,7 @@ pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
             }
         }
     }
-    let output = Output { name: "y".into(), rows: n, columns: parameters.len(), entries };
-    Function::new("regressor", g, motion.inputs(), vec![output])
+    entries
 }
 
 /// Force and moment at O_j per unit of one inertial parameter.

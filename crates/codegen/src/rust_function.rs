@@ -12,13 +12,12 @@ use expr::{Expr, Function, Graph, Node, SymbolKind, operands};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
-/// Tokens of `function`, generic over the trait `Real`; named constants take their values.
+/// Tokens of `bound`, which has no named constants left, generic over the trait `Real`.
 ///
 /// Inputs become `&[R; n]`, outputs `&mut [[R; columns]; rows]`, or `&mut [R; rows]` with one column.
-pub fn render(function: &Function) -> TokenStream {
-    let bound = function.bound();
+pub(crate) fn render(bound: &Function) -> TokenStream {
     let graph = bound.graph();
-    let writer = Writer { graph, names: names(&bound) };
+    let writer = Writer { graph, names: names(bound) };
 
     let name = Ident::new(&bound.name, Span::call_site());
     let inputs = bound.inputs.iter().map(|input| {
@@ -81,14 +80,17 @@ enum NodeName {
 
 fn names(function: &Function) -> Vec<NodeName> {
     let graph = function.graph();
-    let inputs: Vec<(Expr, TokenStream, usize)> = function
+    // The sine of the first input's entry i is s{i}, of another's s_{name}{i}.
+    let inputs: Vec<(Expr, TokenStream, String)> = function
         .inputs
         .iter()
-        .flat_map(|input| {
+        .enumerate()
+        .flat_map(|(k, input)| {
             let name = format_ident!("{}", input.name);
+            let of = if k == 0 { String::new() } else { format!("_{}", input.name) };
             input.entries.iter().enumerate().map(move |(i, &e)| {
                 let at = Literal::usize_unsuffixed(i);
-                (e, quote!(#name[#at]), i)
+                (e, quote!(#name[#at]), format!("{of}{i}"))
             })
         })
         .collect();
@@ -163,7 +165,15 @@ impl Writer<'_> {
                 let x = read(a);
                 quote!(let (#sine, #cosine) = (#x).sin_cos();)
             }
-            Node::Div(..) | Node::Sqrt(_) => unreachable!("only constants are divided or rooted, and these are folded"),
+            Node::Div(a, b) => {
+                let (x, y) = (read(a), read(b));
+                quote!(let #name = #x / #y;)
+            }
+            // A root is not odd: the sign of its argument stays.
+            Node::Sqrt(a) => {
+                let x = read(a);
+                if a.is_negative() { quote!(let #name = (-#x).sqrt();) } else { quote!(let #name = (#x).sqrt();) }
+            }
             Node::Constant(_) | Node::Symbol(_) => return None,
         })
     }
