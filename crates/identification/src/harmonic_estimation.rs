@@ -19,6 +19,7 @@
 //! Stribeck terms. The paper's orthogonality is no longer needed: friction is in the model, and all
 //! of its harmonics tell it apart.
 
+use crate::drive_gains::{JointEquations, without_nuisance};
 use crate::friction_columns::FrictionShape;
 use crate::harmonic_rows::{Band, JointSpectrum, joint_spectra};
 use crate::least_squares::{Solution, solve};
@@ -157,6 +158,41 @@ impl HarmonicData {
 
     pub fn sweeps(&self) -> &[EquationBlock] {
         &self.sweeps
+    }
+
+    /// Each joint's equations in currents with its friction and ends projected out; the data must have
+    /// been built with unit gains. What a joint's own best parameters leave sets its noise.
+    pub fn current_equations(&self, shape: &FrictionShape) -> Vec<JointEquations> {
+        let (p, m, deviations) = (self.p, shape.columns(), self.deviations(None));
+        let of_joint = |j: usize| {
+            let spectra: Vec<usize> = (0..self.spectra.len()).filter(|&e| self.spectra[e].joint == j).collect();
+            let nuisance = m + 2 * spectra.len();
+            let (mut rows, mut current) = (vec![], vec![]);
+            for (at, &e) in spectra.iter().enumerate() {
+                let s = &self.spectra[e];
+                let (friction, ends) = (s.friction_rows(shape, 1.0), s.end_columns());
+                for r in 0..s.rows.len() {
+                    let w = 1.0 / deviations[e][r];
+                    let mut row = vec![0.0; nuisance + p];
+                    row[..m].iter_mut().zip(&friction[r]).for_each(|(x, c)| *x = w * c);
+                    row[m + 2 * at..m + 2 * at + 2].iter_mut().zip(ends[r]).for_each(|(x, c)| *x = w * c);
+                    row[nuisance..].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
+                    rows.push(row);
+                    current.push(w * s.current[r]);
+                }
+            }
+            for sweep in &self.sweeps {
+                for (i, d) in sweep.rows.iter().enumerate().filter(|(i, _)| sweep.joint[*i] == j) {
+                    let w = 1.0 / sweep.deviation[i];
+                    let mut row = vec![0.0; nuisance + p];
+                    row[nuisance..].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
+                    rows.push(row);
+                    current.push(w * sweep.right[i]);
+                }
+            }
+            without_nuisance(&rows, &current, nuisance, true)
+        };
+        (0..self.n).map(of_joint).collect()
     }
 
     /// The estimate with the best of the friction shapes; `None` without equations.

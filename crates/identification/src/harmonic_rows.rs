@@ -2,10 +2,11 @@
 //!
 //! The record is averaged over its whole periods. At f_h = h f_P, h = 0 .. H,
 //!
-//! sinc(f_h h_s) D_j(f_h) X + G_j(f_h) = exp(2 pi i f_h delay) tau_j(f_h)
+//! (cos x / sinc x) D_j(f_h) X + (cos x / sinc^2 x) G_j(f_h) = exp(2 pi i f_h delay) tau_j(f_h)
 //!
-//! is two real rows (one at h = 0). sinc, h_s the sample time: the torque recorded is the mean over
-//! the sample's cell (zero-order hold, `simulation`), and so is G (`friction_columns`).
+//! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x: the torque
+//! held over each sample has the spectrum sinc x of its samples, the mean of two neighbours that is
+//! recorded (`simulation`) has cos x, and G is a mean over the cell (`friction_columns`).
 //!
 //! Fourier coefficients c_h = mean of x exp(-2 pi i h t/T) have Re and Im of variance sigma^2/(2N)
 //! for N samples recorded; the row h = 0 is divided by sqrt 2 to have the same. Noise of the
@@ -97,7 +98,7 @@ pub fn joint_spectra(
         for k in 0..=highest {
             let f = k as f64 / seconds;
             let turn = Complex::cis(std::f64::consts::TAU * f * band.delay);
-            let d: Vec<Complex<f64>> = columns[j].iter().map(|c| coefficient(c, k) * sinc(f * h)).collect();
+            let d: Vec<Complex<f64>> = columns[j].iter().map(|c| coefficient(c, k) * hold(f * h, 1)).collect();
             s.push(f, &d, coefficient(&current[j], k) * turn);
         }
         spectra.push(s);
@@ -133,7 +134,8 @@ impl JointSpectrum {
             let k = (f * period).round() as usize;
             let second = k == harmonic;
             if !second {
-                at = columns.iter().map(|c| self.bins.of(c, k) / count).collect();
+                let held = hold(f * self.sample_time, 2);
+                at = columns.iter().map(|c| self.bins.of(c, k) / count * held).collect();
                 harmonic = k;
             }
             rows.push(match (k, second) {
@@ -184,9 +186,10 @@ impl JointSpectrum {
     }
 }
 
-fn sinc(x: f64) -> f64 {
-    let a = std::f64::consts::PI * x;
-    if a.abs() < 1e-8 { 1.0 } else { a.sin() / a }
+/// cos x / sinc^power x for x = pi `cycles`, `cycles` a sample.
+fn hold(cycles: f64, power: i32) -> f64 {
+    let x = std::f64::consts::PI * cycles;
+    if x.abs() < 1e-8 { 1.0 } else { x.cos() * (x / x.sin()).powi(power) }
 }
 
 /// `[j][l][c]`: row j, parameter c of Y(q, 0, e_l) - Y(q, 0, 0).

@@ -97,6 +97,7 @@ pub use validation::{Validation, cross_validate, residuals, validate};
 pub use write_back::{JointDynamics, WrittenBack, mjcf_joints, write_back};
 
 // Identification by spectrum analysis, continued.
+mod drive_gains;
 mod friction_columns;
 mod harmonic_estimation;
 mod harmonic_rows;
@@ -105,6 +106,9 @@ mod paper_estimation;
 mod spectral_experiment;
 mod validation_trajectory;
 
+pub use drive_gains::{
+    GainEstimate, JointEquations, Scaling, maximum_likelihood, total_least_squares, without_nuisance,
+};
 pub use friction_columns::FrictionShape;
 pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
 pub use harmonic_rows::{Band, JointSpectrum, joint_spectra};
