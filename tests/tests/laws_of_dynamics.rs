@@ -22,7 +22,7 @@ struct Regressor {
 
 impl Regressor {
     fn new(robot: &Robot) -> Regressor {
-        let tape = Tape::new(&Derivation::new(robot).regressor());
+        let tape = Tape::new(&Derivation::new(robot).unwrap().regressor());
         let work = tape.workspace();
         Regressor { tape, work, n: robot.n_coordinates(), p: StandardParameter::all(robot).len() }
     }
@@ -64,7 +64,7 @@ fn regressor_times_parameters_is_the_torque_of_newton_and_euler_and_of_lagrange(
     for (file, robot) in models() {
         let mut random = Random(1);
         let mut regressor = Regressor::new(&robot);
-        let torque = Tape::new(&Derivation::new(&robot).torque());
+        let torque = Tape::new(&Derivation::new(&robot).unwrap().torque());
         let mut work = torque.workspace();
         for _ in 0..8 {
             let (state, x) = (random.state(&robot), random.parameters(&robot));
@@ -158,7 +158,7 @@ fn power_of_the_torques_is_the_rate_of_the_energy() {
 }
 
 fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot);
+    let mut derivation = Derivation::new(robot).unwrap();
     let regressor = derivation.regressor();
     derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name))
 }

@@ -20,7 +20,7 @@ struct Regrouped {
 }
 
 fn try_regroup(robot: &Robot) -> Result<Regrouped, UnclearRank> {
-    let mut derivation = Derivation::new(robot);
+    let mut derivation = Derivation::new(robot).unwrap();
     let standard = derivation.regressor();
     let parameters = derivation.base_parameters(&standard)?;
     let base = parameters.regressor(&standard);
