@@ -419,3 +419,26 @@ fn a_numeric_coincidence_is_no_rule() {
     let kept = |r: &Regrouped| r.parameters.base.iter().map(|b| b.column).collect::<Vec<_>>();
     assert_eq!(kept(&found), kept(&expected));
 }
+
+#[test]
+fn a_relation_that_only_these_numbers_make_is_refused_until_the_file_says_it_is_meant() {
+    // Gravity along a slanted rail: by chance, as far as the first file tells; by the second, on purpose.
+    let text = model_text("cartesian3p.yaml");
+    let slanted = |angle: &str, gravity: [String; 2], symbols: &str| {
+        let gravity = format!("gravity: [0, {}, {}]\n{symbols}links:\n", gravity[0], gravity[1]);
+        let rail = format!("joint: prismatic, alpha: {angle}, r: q1");
+        try_regroup(&edited(&text, &[("links:\n", &gravity), ("joint: prismatic, r: q1", &rail)]))
+    };
+    let (s, c) = 0.4f64.sin_cos();
+    match slanted("0.4", [9.81 * s, -9.81 * c].map(|g| g.to_string()), "") {
+        Err(unclear @ UnclearRank::Exact { .. }) => {
+            let UnclearRank::Exact { numeric, exact, only_exact, .. } = &unclear else { return };
+            assert!(*numeric == 4 && exact > numeric && !only_exact.is_empty(), "{unclear}");
+            assert!(only_exact.iter().all(|name| unclear.to_string().contains(name)), "{unclear}");
+        }
+        Err(other) => panic!("refused for another reason: {other}"),
+        Ok(regrouped) => panic!("not refused: {:?}", regrouped.base_names()),
+    }
+    let meant = slanted("A", ["9.81*sin(A)", "-9.81*cos(A)"].map(String::from), "symbols: {A: 0.4}\n");
+    assert_eq!(meant.map(|r| r.parameters.len()).ok(), Some(4));
+}
