@@ -10,6 +10,7 @@ pub mod pose;
 pub mod random;
 pub mod recursion;
 pub mod rules;
+pub mod running_error;
 
 use std::path::{Path, PathBuf};
 
