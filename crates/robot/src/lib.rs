@@ -11,9 +11,14 @@ mod error;
 pub mod format;
 mod inertial;
 pub mod kinematics;
+mod linear_angle;
 mod link;
 mod parameter;
+mod passive;
+mod polygon;
 pub mod value;
+mod value_parse;
+mod value_text;
 mod vector;
 
 pub use affine::Affine;
