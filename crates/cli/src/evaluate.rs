@@ -39,7 +39,7 @@ enum Quantity {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let robot = arguments.model.read()?;
+    let robot = arguments.model.read_with_values()?;
     let derived = Derived::new(&robot, &arguments.model.model)?;
     let states = States::read(&arguments.states, &robot, arguments.quantity)?;
     let parameters = &derived.parameters;

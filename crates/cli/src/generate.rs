@@ -20,7 +20,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
-    let robot = arguments.model.read()?;
+    let robot = arguments.model.read_with_values()?;
     let file = codegen::robot_file(&robot, &format!("rist generate {path}"))
         .map_err(|unclear| Failure::new(format_args!("{path}: {unclear}")))?;
     match &arguments.out {
