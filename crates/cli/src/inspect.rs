@@ -55,6 +55,7 @@ fn as_json(robot: &Robot, derived: &Derived) -> Value {
         "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "rank": {
             "numeric": rank.numeric,
+            "exact": rank.exact,
             // JSON has no infinity: nothing dropped leaves any distance at all.
             "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
             "smallest_kept": rank.smallest_kept,
@@ -132,7 +133,7 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
     let rank = &parameters.rank;
     line!();
     line!(
-        "rank {}: every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} or less",
+        "rank {}, exact: the same columns are independent in a finite field. In numbers, every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} or less",
         rank.numeric,
         rank.smallest_kept,
         rank.largest_dropped

@@ -96,6 +96,28 @@ pub use triangle::{Block, Triangle};
 pub use validation::{Validation, cross_validate, residuals, validate};
 pub use write_back::{JointDynamics, WrittenBack, mjcf_joints, write_back};
 
+// Identification by spectrum analysis, continued.
+mod drive_gains;
+mod friction_columns;
+mod harmonic_estimation;
+mod harmonic_rows;
+mod monte_carlo;
+mod paper_estimation;
+mod spectral_experiment;
+mod validation_trajectory;
+
+pub use drive_gains::{
+    GainEstimate, JointEquations, Scaling, maximum_likelihood, total_least_squares as gains_by_total_least_squares,
+    without_nuisance,
+};
+pub use friction_columns::FrictionShape;
+pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
+pub use harmonic_rows::{Band, JointSpectrum, joint_spectra};
+pub use monte_carlo::{BenchmarkArm, Comparison, Figures, Fixture, Method, Scenario, inverse_dynamics};
+pub use paper_estimation::{PaperWeights, paper_estimate, paper_rows};
+pub use spectral_experiment::{NoiseLevels, SpectralExperiment};
+pub use validation_trajectory::{ValidationMotion, validation_trajectory};
+
 #[cfg(test)]
 extern crate self as identification;
 #[cfg(test)]

@@ -17,7 +17,7 @@ pub(crate) fn serial(name: &str, rows: &[Row], rotor: RotorInertia) -> Robot {
         };
         let id = symbols.iter().position(|s| s.name == letters).unwrap_or_else(|| {
             let number = 0.2 + 0.07 * symbols.len() as f64;
-            symbols.push(Symbol { name: letters.into(), value: Value::Number(number) });
+            symbols.push(Symbol { name: letters.into(), value: Value::Number(number), generic: false });
             symbols.len() - 1
         });
         let symbol = Value::Symbol(SymbolId(id));
@@ -51,7 +51,17 @@ pub(crate) fn serial(name: &str, rows: &[Row], rotor: RotorInertia) -> Robot {
     let coordinates =
         (1..=rows.len()).map(|j| Coordinate { name: format!("q{j}"), limits: Limits::default() }).collect();
     let gravity = [Value::ZERO, Value::ZERO, Value::Number(-9.81)];
-    Robot { name: name.into(), source: None, symbols, coordinates, links, loops: vec![], gravity, notes: vec![] }
+    Robot {
+        name: name.into(),
+        source: None,
+        symbols,
+        coordinates,
+        passive: vec![],
+        links,
+        loops: vec![],
+        gravity,
+        notes: vec![],
+    }
 }
 
 pub(crate) fn ur5(rotor: RotorInertia) -> Robot {
@@ -91,4 +101,40 @@ pub(crate) fn lwr(rotor: RotorInertia) -> Robot {
         (-1, "0", "0", false),
     ];
     serial("lwr", &rows, rotor)
+}
+
+pub(crate) fn rx90(rotor: RotorInertia) -> Robot {
+    let rows = [
+        (0, "0", "0", false),
+        (1, "0", "0", false),
+        (0, "D3", "0", false),
+        (-1, "0", "RL4", false),
+        (1, "0", "0", false),
+        (-1, "0", "0", false),
+    ];
+    serial("rx90", &rows, rotor)
+}
+
+pub(crate) fn puma(rotor: RotorInertia) -> Robot {
+    let rows = [
+        (0, "0", "0", false),
+        (-1, "0", "0", false),
+        (0, "D3", "RL3", false),
+        (-1, "D4", "RL4", false),
+        (1, "0", "0", false),
+        (-1, "0", "0", false),
+    ];
+    serial("puma", &rows, rotor)
+}
+
+pub(crate) fn stanford(rotor: RotorInertia) -> Robot {
+    let rows = [
+        (0, "0", "0", false),
+        (-1, "0", "RL2", false),
+        (1, "0", "0", true),
+        (0, "0", "0", false),
+        (-1, "0", "0", false),
+        (1, "0", "0", false),
+    ];
+    serial("stanford", &rows, rotor)
 }

@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn splits_coordinates_from_the_rest() {
-        let symbols = [Symbol { name: "DEL".into(), value: Value::Number(0.5) }];
+        let symbols = [Symbol { name: "DEL".into(), value: Value::Number(0.5), generic: false }];
         let name = |w: &str| match w {
             "q1" => Some(Name::Coordinate(CoordinateId(0))),
             "q2" => Some(Name::Coordinate(CoordinateId(1))),

@@ -1,7 +1,8 @@
 //! Whether the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
 //!
 //! Both sides are trigonometric polynomials in the coordinates, so agreement at a few generic
-//! configurations is agreement everywhere.
+//! configurations is agreement everywhere. A loop with passive coordinates closes only where they
+//! have been solved for, so that its gap says nothing at other points.
 
 use crate::inertial::Pose;
 use crate::link::{Loop, Robot};
@@ -23,8 +24,8 @@ pub struct Gap {
 
 /// The largest gap of a loop over fixed pseudo-random configurations.
 pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
-    let mut worst = Gap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_coordinates()] };
-    for q in configurations(robot.n_coordinates(), CONFIGURATIONS) {
+    let mut worst = Gap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_variables()] };
+    for q in configurations(robot.n_variables(), CONFIGURATIONS) {
         let poses = robot.link_poses(&q);
         let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
         let twin = robot.loop_frame_pose(&one.twin, &poses, &q);

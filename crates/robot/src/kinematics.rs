@@ -42,7 +42,8 @@ pub fn sin_cos(angle: &Value, symbols: &[Symbol]) -> (f64, f64) {
 }
 
 impl Robot {
-    /// Pose of every link frame in the base frame at the coordinates `q`, in the order of the links.
+    /// Pose of every link frame in the base frame at the coordinates `q`, in the order of the links;
+    /// `q` has [`Robot::n_variables`] entries.
     pub fn link_poses(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
         for link in &self.links {

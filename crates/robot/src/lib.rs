@@ -20,8 +20,8 @@ pub use affine::Affine;
 pub use error::{Error, Place};
 pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
 pub use link::{
-    Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, Robot,
-    RotorInertia,
+    Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
+    PassiveCoordinate, Robot, RotorInertia,
 };
 pub use parameter::{Inertial, StandardParameter};
 pub use value::{CoordinateId, Symbol, SymbolId, Value};

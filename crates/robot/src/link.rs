@@ -18,6 +18,10 @@ pub struct Robot {
     pub symbols: Vec<Symbol>,
     /// The generalised coordinates q, in the order of every vector.
     pub coordinates: Vec<Coordinate>,
+    /// Joint variables that the loops determine and no affine function of the coordinates gives.
+    /// `CoordinateId(n + p)` names the p-th of them, n the number of coordinates: they come after
+    /// the coordinates in the q of the kinematics. Empty when every joint is affine.
+    pub passive: Vec<PassiveCoordinate>,
     /// Antecedents come before what they carry.
     pub links: Vec<Link>,
     pub loops: Vec<Loop>,
@@ -32,6 +36,14 @@ pub struct Robot {
 pub struct Coordinate {
     pub name: String,
     pub limits: Limits,
+}
+
+/// The variable of a passive joint or of a cut, left to the closure of the loops.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassiveCoordinate {
+    pub name: String,
+    /// Where a search for the closed robot begins, rad or m: it chooses among several assemblies.
+    pub start: f64,
 }
 
 /// Limits of a coordinate; `None` where the file gives none.
@@ -117,7 +129,7 @@ pub enum JointKind {
 pub enum Drive {
     /// A motor moves it.
     Actuated,
-    /// It follows the coordinates.
+    /// It follows the coordinates, or is a passive coordinate.
     Passive,
     /// Held at a constant value.
     Locked,
@@ -186,6 +198,31 @@ impl Robot {
 
     pub fn n_coordinates(&self) -> usize {
         self.coordinates.len()
+    }
+
+    /// The coordinates and, after them, the passive coordinates: the length of the q that
+    /// [`Robot::link_poses`] takes.
+    pub fn n_variables(&self) -> usize {
+        self.coordinates.len() + self.passive.len()
+    }
+
+    /// Name of a coordinate or of a passive coordinate.
+    pub fn coordinate_name(&self, k: CoordinateId) -> &str {
+        match k.0.checked_sub(self.coordinates.len()) {
+            None => &self.coordinates[k.0].name,
+            Some(p) => &self.passive[p].name,
+        }
+    }
+
+    /// Whether the loop closes only where its passive coordinates say so: a link or cut frame on
+    /// its way moves with one of them.
+    pub fn is_implicit(&self, one: &Loop) -> bool {
+        let n = self.coordinates.len();
+        let passive = |terms: &[(CoordinateId, f64)]| terms.iter().any(|(k, _)| k.0 >= n);
+        [&one.cut, &one.twin].into_iter().any(|frame| {
+            let above = std::iter::successors(frame.antecedent, |&j| self.link(j).antecedent);
+            passive(&frame.variable.terms) || above.into_iter().any(|j| passive(&self.link(j).joint.variable.terms))
+        })
     }
 
     /// Gravity in f64, m/s^2, in the base frame.

@@ -9,7 +9,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
 
-/// Index of a coordinate in [`crate::Robot::coordinates`].
+/// Index of a coordinate in [`crate::Robot::coordinates`], and beyond their number in
+/// [`crate::Robot::passive`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CoordinateId(pub usize);
 
@@ -19,6 +20,9 @@ pub struct Symbol {
     pub name: String,
     /// Its value, free of coordinates; may name symbols that stand before it.
     pub value: Value,
+    /// The file gives no value and this one only keeps apart what the symbols keep apart: ranks and
+    /// rules are right, figures mean nothing.
+    pub generic: bool,
 }
 
 /// An exact expression in numbers, pi, symbols and coordinates.

@@ -25,7 +25,7 @@ impl Names {
     pub fn define(&mut self, source: Source, name: String, node: &Node) -> Result<(), Error> {
         let value = self.constant(source, &format!("the symbol `{name}`"), node)?;
         self.costs.push(self.cost(&value));
-        self.symbols.push(Symbol { name, value });
+        self.symbols.push(Symbol { name, value, generic: false });
         Ok(())
     }
 

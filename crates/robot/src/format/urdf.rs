@@ -57,6 +57,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
         source: None,
         symbols: Vec::new(),
         coordinates,
+        passive: Vec::new(),
         links,
         loops: Vec::new(),
         gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],

@@ -9,6 +9,7 @@
 
 use super::expression::{Names, identifiers, is_name};
 use super::node::{Content, Fields, Node, Source};
+use super::snap::snap_angles;
 use super::suggestion::did_you_mean;
 use super::yaml_link::{self, Draft};
 use super::yaml_loop;
@@ -76,8 +77,18 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         Some(node) => yaml_loop::loops(source, node, &names, &drafts)?,
         None => Vec::new(),
     };
-    let robot =
-        Robot { name, source: cited, symbols: names.symbols, coordinates, links, loops, gravity, notes: vec![] };
+    let mut robot = Robot {
+        name,
+        source: cited,
+        symbols: names.symbols,
+        coordinates,
+        passive: vec![],
+        links,
+        loops,
+        gravity,
+        notes: vec![],
+    };
+    snap_angles(&mut robot);
     yaml_loop::check_closure(source, fields.get("loops"), &robot)?;
     Ok(robot)
 }
