@@ -1,6 +1,6 @@
 //! Broken logs, as data: each is refused with its message, and none panics.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use identification::{Log, Options, Regressor, Signal, identify};
 
@@ -46,7 +46,7 @@ fn expanded(text: &str) -> String {
     out
 }
 
-fn message(wheels: &Wheels, path: &PathBuf) -> String {
+fn message(wheels: &Wheels, path: &Path) -> String {
     let signal = Signal { cutoff: Some(40.0), ..Signal::default() };
     let options = Options { signal, ..Options::default() };
     let outcome =
