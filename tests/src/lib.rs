@@ -7,6 +7,7 @@
 pub mod lagrangian;
 pub mod number;
 pub mod pose;
+pub mod program;
 pub mod random;
 pub mod recursion;
 pub mod rules;
