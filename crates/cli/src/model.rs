@@ -22,6 +22,11 @@ pub struct ModelArguments {
     /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
     #[arg(long, value_name = "JOINTS")]
     rotor_inertia: Option<RotorJoints>,
+
+    /// Let the base float: six coordinates in front (base_x, base_y, base_z, base_yaw, base_pitch,
+    /// base_roll) and the base a link with parameters of its own
+    #[arg(long)]
+    floating_base: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -33,7 +38,8 @@ enum RotorJoints {
 
 impl ModelArguments {
     pub fn read(&self) -> Result<Robot, Failure> {
-        read(&self.model, self.rotor_inertia)
+        let robot = read(&self.model, self.rotor_inertia)?;
+        Ok(if self.floating_base { robot.floating() } else { robot })
     }
 }
 
