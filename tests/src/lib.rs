@@ -12,6 +12,7 @@ pub mod random;
 pub mod recursion;
 pub mod rules;
 pub mod running_error;
+pub mod urdf_text;
 
 use std::path::{Path, PathBuf};
 
