@@ -86,7 +86,7 @@ impl<'a> Model<'a> {
 }
 
 /// First moments in kg m, masses in kg, everything else (inertias, lengths times moments) in kg m^2.
-fn unit_of_inertial(name: &str) -> &'static str {
+pub(crate) fn unit_of_inertial(name: &str) -> &'static str {
     let mut letters = name.chars();
     match (letters.next(), letters.next()) {
         (Some('M' | 'm'), Some('X' | 'Y' | 'Z' | 'x' | 'y' | 'z')) => "kg m",
