@@ -1,28 +1,41 @@
-//! `rist generate`: a robot's functions as one file for a project of the user's own.
+//! `rist generate`: a robot's functions as source for a project of the user's own.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use expr::Module;
 use modeling::RobotFunction;
 use robot::{LinkId, Robot};
 
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;
 
-/// Write a robot's base regressor as one Rust file that needs no other
+/// Write a robot's base regressor, and other functions of it, as source that needs no other file
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
     /// Functions beside base-regressor: regressor, power-regressor, energy, inverse-dynamics,
-    /// inertia-matrix, bias, gravity, forward-dynamics, pose=LINK, jacobian=LINK, external-torque=LINK
+    /// inertia-matrix, bias, gravity, forward-dynamics, friction, pose=LINK, jacobian=LINK, external-torque=LINK
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     functions: Vec<String>,
 
-    /// File to write [default: standard output]
+    /// Language to write
+    #[arg(long, value_enum, default_value_t = Language::Rust)]
+    language: Language,
+
+    /// File to write [default: standard output]; C makes FILE.c and FILE.h
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Language {
+    /// One file, no_std, generic over f64, f32 and numbers of your own
+    Rust,
+    /// C99: a header and a source file that need math.h
+    C,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -32,18 +45,31 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         arguments.functions.iter().map(|name| robot_function(&robot, name)).collect::<Result<_, _>>()?;
     let module =
         modeling::module(&robot, &functions).map_err(|unclear| Failure::new(format_args!("{path}: {unclear}")))?;
-    let text = codegen::rust_file(&module, &format!("rist generate {path}"));
-    match &arguments.out {
-        None => print(&text),
-        Some(out) => {
-            write_file(out, &text)?;
-            for f in &module.functions {
-                let (name, c) = (&f.function.name, f.function.count());
-                eprintln!("{}: {name}: {} mul, {} add, {} sin_cos a call", out.display(), c.mul, c.add, c.sin_cos);
-            }
-            Ok(())
-        }
+    let mut made_by = format!("rist generate {path}");
+    if !arguments.functions.is_empty() {
+        made_by += &format!(" --functions {}", arguments.functions.join(","));
     }
+    match (arguments.language, &arguments.out) {
+        (Language::Rust, None) => return print(&codegen::rust_file(&module, &made_by)),
+        (Language::Rust, Some(out)) => write_file(out, &codegen::rust_file(&module, &made_by))?,
+        (Language::C, None) => {
+            return Err(Failure::new("C makes a header and a source file: say where with `--out FILE.c`"));
+        }
+        (Language::C, Some(out)) => write_c(&module, &format!("{made_by} --language c"), out)?,
+    }
+    for f in &module.functions {
+        let (name, c) = (&f.function.name, f.function.bound().count());
+        eprintln!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos);
+    }
+    Ok(())
+}
+
+fn write_c(module: &Module, made_by: &str, out: &Path) -> Result<(), Failure> {
+    let (header, source) = (out.with_extension("h"), out.with_extension("c"));
+    let name = header.file_name().unwrap_or_default().to_string_lossy();
+    let files = codegen::c_files(module, made_by, &name);
+    write_file(&header, &files.header)?;
+    write_file(&source, &files.source)
 }
 
 /// `inertia-matrix`, `pose=5`; a link is named by its name, its joint or its label.
@@ -73,12 +99,13 @@ fn robot_function(robot: &Robot, text: &str) -> Result<RobotFunction, Failure> {
         ("bias", None) => Ok(Bias),
         ("gravity", None) => Ok(Gravity),
         ("forward-dynamics", None) => Ok(ForwardDynamics),
+        ("friction", None) => Ok(Friction),
         ("pose", _) => of_link(Pose),
         ("jacobian", _) => of_link(Jacobian),
         ("external-torque", _) => of_link(ExternalTorque),
         _ => Err(Failure::new(format_args!(
             "there is no function `{text}`; there are base-regressor, regressor, power-regressor, energy, \
-             inverse-dynamics, inertia-matrix, bias, gravity, forward-dynamics, pose=LINK, jacobian=LINK and \
+             inverse-dynamics, inertia-matrix, bias, gravity, forward-dynamics, friction, pose=LINK, jacobian=LINK and \
              external-torque=LINK"
         ))),
     }

@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
-    let derived = Derived::new(&robot, &arguments.model.model)?;
+    let mut derived = Derived::new(&robot, &arguments.model.model)?;
     let regressor = derived.regressor(&robot);
 
     let mut options = match &arguments.options {

@@ -1,7 +1,10 @@
-//! A Module of Functions as source: one Rust file that needs no other.
+//! A Module of Functions as source: one Rust file that needs no other, or a C99 header and source.
 
+mod c;
 mod numbers;
 mod rust_file;
 mod rust_function;
+mod steps;
 
+pub use c::{CFiles, c_files};
 pub use rust_file::{index_file, rust_file};

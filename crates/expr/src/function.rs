@@ -231,6 +231,11 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
+                // A root is not odd: the sign of its argument stays.
+                Node::Sqrt(a) if a.is_negative() => {
+                    let argument = algebra.neg(&values[a.node()]);
+                    algebra.sqrt(&argument)
+                }
                 Node::Sqrt(a) => algebra.sqrt(&values[a.node()]),
             };
             values.push(value);

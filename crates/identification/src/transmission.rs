@@ -50,10 +50,15 @@ impl Coupling {
     pub const PARAMETERS: &'static [(&'static str, &'static str)] =
         &[("IAM", "kg m^2"), ("FVM", "N m s/rad"), ("FSM", "N m")];
 
-    /// Writes the three columns from `column` on into the n x p rows `w`.
-    pub fn fill(&self, dq: &[f64], ddq: &[f64], w: &mut [f64], p: usize, column: usize) {
+    /// The direction in which the motor turns: sign(dq_m + c dq_k).
+    pub fn direction(&self, dq_motor: f64, dq_joint: f64) -> f64 {
+        sign(dq_motor + self.ratio * dq_joint)
+    }
+
+    /// Writes the three columns from `column` on into the n x p rows `w`; `motor` is the direction in
+    /// which the motor turns.
+    pub fn fill(&self, dq: &[f64], ddq: &[f64], motor: f64, w: &mut [f64], p: usize, column: usize) {
         let (m, k, c) = (self.motor, self.joint, self.ratio);
-        let motor = sign(dq[m] + c * dq[k]);
         w[k * p + column..k * p + column + 3].copy_from_slice(&[c * ddq[m], c * dq[m], c * motor]);
         w[m * p + column..m * p + column + 3].copy_from_slice(&[c * ddq[k], c * dq[k], motor]);
     }
@@ -134,6 +139,7 @@ impl Transmission {
             dq: log.dq.as_ref().map(positions),
             ddq: log.ddq.as_ref().map(positions),
             tau: product(&matrix.transpose(), &motor),
+            couplings: self.coupled(),
         })
     }
 }

@@ -3,7 +3,7 @@
 
 mod newton_euler;
 
-use identification::{Dataset, Log, Regressor, Score, Status, Subject, identify};
+use identification::{Dataset, Log, Regressor, Score, Status, Subject, estimate_delay, identify};
 use newton_euler::{Arm, shared};
 
 fn arm(dataset: &str) -> Arm {
@@ -72,4 +72,18 @@ fn cobot6_from_its_poor_log() {
         assert_ne!(parameter.status, Status::Identified, "{parameter:?}");
     }
     assert!(estimate.remarks.iter().any(|r| r.contains("joint 4 (q4) moves 0.175 rad")), "{:?}", estimate.remarks);
+}
+
+/// facts.md of the set: torques and positions are 2 to 4 ms apart.
+#[test]
+fn tx40_delay() {
+    let Some(folder) = shared("data/tx40_staubli") else { return };
+    let dataset = Dataset::known().unwrap().into_iter().find(|d| d.name == "tx40_staubli").unwrap();
+    let arm = Arm::tx40();
+    let options = &dataset.runs[0].options;
+    let (log, _) = Log::read(&folder.join("run_5khz.csv.gz"), arm.coordinates(), &options.columns).unwrap();
+    let delay = estimate_delay(&arm, &[log], options).unwrap();
+    println!("{delay:?}");
+    assert!((0.001..0.005).contains(&delay.seconds.abs()), "{delay:?}");
+    assert!(delay.residual < 0.0525, "{delay:?}");
 }

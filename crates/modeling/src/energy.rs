@@ -44,7 +44,9 @@ pub(crate) fn energy(derivation: &mut Derivation) -> Function {
     }
     let row = |name: &str, entries| Output { name: name.into(), rows: 1, columns: parameters.len(), entries };
     let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
-    Function::new("energy", g, vec![motion.input("q"), motion.input("dq")], outputs)
+    let mut inputs = motion.configuration();
+    inputs.push(motion.input("dq"));
+    Function::new("energy", g, inputs, outputs)
 }
 
 fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Inertial) -> Expr {

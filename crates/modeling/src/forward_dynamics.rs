@@ -7,16 +7,13 @@ use expr::{Expr, Function, Input, Output, SymbolKind};
 
 use crate::derivation::Derivation;
 use crate::inertia_matrix;
-use crate::kinematics::{Motion, link_motions};
 use crate::torque::{self, ParameterInputs};
 
 /// Inputs `q`, `dq`, `tau`, `x`; output `ddq`.
 pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
     let n = derivation.robot.n_coordinates();
     let mut a = inertia_matrix::entries(derivation, x);
-    // h is the torque at zero acceleration, derived in the same graph.
-    let still = Motion { ddq: vec![Expr::ZERO; n], ..derivation.motion.clone() };
-    let links = link_motions(&mut derivation.graph, derivation.robot, &mut derivation.constants, &still);
+    let links = derivation.coasting_links();
     let bias = torque::entries(derivation, &links, x);
     let g = &mut derivation.graph;
     let tau: Vec<Expr> = (0..n).map(|k| g.symbol(&format!("tau[{k}]"), SymbolKind::Input)).collect();
@@ -51,7 +48,8 @@ pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs)
         ddq[r] = value;
     }
     let motion = &derivation.motion;
-    let inputs = vec![motion.input("q"), motion.input("dq"), Input { name: "tau".into(), entries: tau }, x.input()];
+    let mut inputs = motion.configuration();
+    inputs.extend([motion.input("dq"), Input { name: "tau".into(), entries: tau }, x.input()]);
     let output = Output { name: "ddq".into(), rows: n, columns: 1, entries: ddq };
     Function::new("forward_dynamics", g, inputs, vec![output])
 }

@@ -13,6 +13,7 @@ use robot::{Inertial, JointKind, LinkId, Robot};
 
 use crate::composite::{Body, composites};
 use crate::derivation::Derivation;
+use crate::implicit::reduced;
 use crate::torque::ParameterInputs;
 use crate::vector::{NULL, Vector, add, cross};
 
@@ -20,15 +21,16 @@ use crate::vector::{NULL, Vector, add, cross};
 pub(crate) fn inertia_matrix(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
     let entries = entries(derivation, x);
     let n = derivation.robot.n_coordinates();
-    let inputs = vec![derivation.motion.input("q"), x.input()];
+    let mut inputs = derivation.motion.configuration();
+    inputs.push(x.input());
     let output = Output { name: "a".into(), rows: n, columns: n, entries };
     Function::new("inertia_matrix", &derivation.graph, inputs, vec![output])
 }
 
 pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<Expr> {
-    let Derivation { robot, graph: g, links, .. } = derivation;
+    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
     let bodies = composites(g, robot, links, x);
-    let n = robot.n_coordinates();
+    let n = robot.n_variables();
     let mut a = vec![Expr::ZERO; n * n];
     for j in robot.link_ids() {
         if robot.link(j).joint.variable.terms.is_empty() {
@@ -55,12 +57,17 @@ pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<E
             k = link.antecedent;
         }
     }
-    a
+    let Some(implicit) = implicit else { return a };
+    // [1 G^T] A [1; G]: the rows, then, A being symmetric, the columns.
+    let rows: Vec<Vec<Expr>> = a.chunks(n).map(<[Expr]>::to_vec).collect();
+    let half = reduced(g, &implicit.G, &rows);
+    let transposed: Vec<Vec<Expr>> = (0..n).map(|c| half.iter().map(|row| row[c]).collect()).collect();
+    reduced(g, &implicit.G, &transposed).concat()
 }
 
 /// A_kj of joints, and A_jk with it, to the coordinates they follow.
 fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, LinkId), entry: Expr) {
-    let n = robot.n_coordinates();
+    let n = robot.n_variables();
     let terms = |link: LinkId| &robot.link(link).joint.variable.terms;
     for &(row, rc) in terms(k) {
         for &(column, cc) in terms(j) {
@@ -93,7 +100,7 @@ mod tests {
     fn counts() {
         for robot in [test_robots::rx90, test_robots::puma, test_robots::stanford, test_robots::ur5, test_robots::lwr] {
             let robot = robot(robot::RotorInertia::Unknown);
-            let mut d = Derivation::new(&robot);
+            let mut d = Derivation::new(&robot).unwrap();
             let standard = d.regressor();
             let base = d.base_parameters(&standard).unwrap();
             let x = ParameterInputs::base(&mut d, &base);

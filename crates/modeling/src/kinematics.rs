@@ -22,36 +22,52 @@ use crate::angle::Angle;
 use crate::constants::Constants;
 use crate::vector::{NULL, Turn, Vector, add, cross};
 
-/// The coordinates and their rates, as inputs of a function.
+/// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
+/// the coordinates'.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     pub q: Vec<Expr>,
     pub dq: Vec<Expr>,
     pub ddq: Vec<Expr>,
+    /// Number of coordinates.
+    pub n: usize,
 }
 
 impl Motion {
     pub fn new(g: &mut Graph, robot: &Robot) -> Motion {
-        let mut inputs = |prefix: &str| -> Vec<Expr> {
+        let n = robot.n_coordinates();
+        let mut inputs = |prefix: &str, count: usize| -> Vec<Expr> {
             let name = |k: usize| format!("{prefix}[{k}]");
-            (0..robot.n_coordinates()).map(|k| g.symbol(&name(k), SymbolKind::Input)).collect()
+            (0..count).map(|k| g.symbol(&name(k), SymbolKind::Input)).collect()
         };
-        Motion { q: inputs("q"), dq: inputs("dq"), ddq: inputs("ddq") }
+        let (mut q, mut dq, mut ddq) = (inputs("q", n), inputs("dq", n), inputs("ddq", n));
+        q.extend(inputs("passive", robot.passive.len()));
+        dq.resize(q.len(), Expr::ZERO);
+        ddq.resize(q.len(), Expr::ZERO);
+        Motion { q, dq, ddq, n }
     }
 
-    /// q, dq, ddq.
+    /// `q`, `passive` where there are such, `dq`, `ddq`.
     pub fn inputs(&self) -> Vec<Input> {
-        vec![self.input("q"), self.input("dq"), self.input("ddq")]
+        let names: &[&str] = if self.q.len() > self.n { &["q", "passive", "dq", "ddq"] } else { &["q", "dq", "ddq"] };
+        names.iter().map(|name| self.input(name)).collect()
     }
 
-    /// One of `q`, `dq`, `ddq`.
+    /// `q`, and `passive` where there are such.
+    pub fn configuration(&self) -> Vec<Input> {
+        let names: &[&str] = if self.q.len() > self.n { &["q", "passive"] } else { &["q"] };
+        names.iter().map(|name| self.input(name)).collect()
+    }
+
+    /// One of `q`, `passive`, `dq`, `ddq`.
     pub fn input(&self, name: &str) -> Input {
         let entries = match name {
-            "q" => &self.q,
-            "dq" => &self.dq,
-            _ => &self.ddq,
+            "q" => &self.q[..self.n],
+            "passive" => &self.q[self.n..],
+            "dq" => &self.dq[..self.n],
+            _ => &self.ddq[..self.n],
         };
-        Input { name: name.into(), entries: entries.clone() }
+        Input { name: name.into(), entries: entries.to_vec() }
     }
 }
 
@@ -129,7 +145,7 @@ pub(crate) fn link_motions(
     constants: &mut Constants,
     motion: &Motion,
 ) -> Vec<LinkMotion> {
-    let n = robot.n_coordinates();
+    let n = robot.n_variables();
     let at_rest = Parallel {
         w: NULL,
         dw: NULL,

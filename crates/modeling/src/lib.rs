@@ -8,6 +8,7 @@
 
 mod angle;
 mod base_parameters;
+mod closure;
 mod coefficient;
 mod composite;
 mod constants;
@@ -16,6 +17,8 @@ mod energy;
 mod exact_rank;
 mod field;
 mod forward_dynamics;
+mod friction;
+mod implicit;
 mod inertia_matrix;
 mod interpolation;
 mod kinematics;
@@ -32,5 +35,6 @@ mod torque;
 mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
-pub use derivation::Derivation;
+pub use closure::{Closure, Open};
+pub use derivation::{Derivation, NeverCloses};
 pub use robot_module::{RobotFunction, module};

@@ -10,6 +10,8 @@ use expr::{Expr, Function, Input, Output, SymbolKind};
 use robot::LinkId;
 
 use crate::derivation::Derivation;
+use crate::implicit::reduced;
+use crate::kinematics::Twist;
 use crate::vector::{NULL, add};
 
 /// Input `q`; output `t`, 3 x 4: orientation and position of the link's frame in the base frame.
@@ -26,7 +28,7 @@ pub(crate) fn pose(derivation: &mut Derivation, j: LinkId) -> Function {
     }
     let entries = (0..3).flat_map(|r| columns.map(|c| c[r])).collect();
     let output = Output { name: "t".into(), rows: 3, columns: 4, entries };
-    Function::new("pose", g, vec![motion.input("q")], vec![output])
+    Function::new("pose", g, motion.configuration(), vec![output])
 }
 
 /// Input `q`; output `j`, 6 x n.
@@ -34,7 +36,7 @@ pub(crate) fn jacobian(derivation: &mut Derivation, j: LinkId) -> Function {
     let rows = jacobian_rows(derivation, j);
     let n = derivation.robot.n_coordinates();
     let output = Output { name: "j".into(), rows: 6, columns: n, entries: rows.concat() };
-    Function::new("jacobian", &derivation.graph, vec![derivation.motion.input("q")], vec![output])
+    Function::new("jacobian", &derivation.graph, derivation.motion.configuration(), vec![output])
 }
 
 /// Inputs `q`, `wrench` (6); output `tau` (n): what to add to the torques when link j exerts the wrench.
@@ -50,19 +52,19 @@ pub(crate) fn external_torque(derivation: &mut Derivation, j: LinkId) -> Functio
             *tau = g.add(*tau, term);
         }
     }
-    let inputs = vec![derivation.motion.input("q"), Input { name: "wrench".into(), entries: wrench }];
+    let mut inputs = derivation.motion.configuration();
+    inputs.push(Input { name: "wrench".into(), entries: wrench });
     let output = Output { name: "tau".into(), rows: n, columns: 1, entries: tau };
     Function::new("external_torque", &derivation.graph, inputs, vec![output])
 }
 
-fn jacobian_rows(derivation: &Derivation, j: LinkId) -> Vec<Vec<Expr>> {
-    let twists = &derivation.links[j.0].jacobian;
-    (0..6)
-        .map(|row| {
-            let entry = |t: &Option<crate::kinematics::Twist>| {
-                t.map_or(Expr::ZERO, |t| if row < 3 { t.d[row] } else { t.z[row - 3] })
-            };
-            twists.iter().map(entry).collect()
-        })
-        .collect()
+fn jacobian_rows(derivation: &mut Derivation, j: LinkId) -> Vec<Vec<Expr>> {
+    let entry = |t: &Option<Twist>, row: usize| t.map_or(Expr::ZERO, |t| if row < 3 { t.d[row] } else { t.z[row - 3] });
+    let columns: Vec<Vec<Expr>> =
+        derivation.links[j.0].jacobian.iter().map(|t| (0..6).map(|row| entry(t, row)).collect()).collect();
+    let columns = match &derivation.implicit {
+        None => columns,
+        Some(implicit) => reduced(&mut derivation.graph, &implicit.G, &columns),
+    };
+    (0..6).map(|row| columns.iter().map(|c| c[row]).collect()).collect()
 }

@@ -13,6 +13,7 @@ use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::derivation::Derivation;
+use crate::implicit::reduced;
 use crate::kinematics::{LinkMotion, Twist};
 use crate::vector::{NULL, Vector, cross, dot};
 
@@ -44,9 +45,9 @@ pub(crate) fn power_regressor(derivation: &mut Derivation) -> Function {
 }
 
 fn entries(derivation: &mut Derivation) -> Vec<Expr> {
-    let Derivation { robot, graph: g, links, .. } = derivation;
+    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
     let parameters = StandardParameter::all(robot);
-    let n = robot.n_coordinates();
+    let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
     for (c, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];
@@ -64,7 +65,13 @@ fn entries(derivation: &mut Derivation) -> Vec<Expr> {
             }
         }
     }
-    entries
+    match implicit {
+        None => entries,
+        Some(implicit) => {
+            let rows: Vec<Vec<Expr>> = entries.chunks(parameters.len().max(1)).map(<[Expr]>::to_vec).collect();
+            reduced(g, &implicit.G, &rows).concat()
+        }
+    }
 }
 
 /// Force and moment at O_j per unit of one inertial parameter.
@@ -122,7 +129,7 @@ mod tests {
     fn counts() {
         for robot in [test_robots::ur5, test_robots::panda, test_robots::lwr] {
             let robot = robot(RotorInertia::Absent);
-            let f = Derivation::new(&robot).regressor().bound();
+            let f = Derivation::new(&robot).unwrap().regressor().bound();
             println!("{} standard {:?}", robot.name, f.count());
             let all = StandardParameter::all(&robot);
             use Inertial::*;

@@ -18,6 +18,7 @@ pub enum RobotFunction {
     Bias,
     Gravity,
     ForwardDynamics,
+    Friction,
     Pose(LinkId),
     Jacobian(LinkId),
     ExternalTorque(LinkId),
@@ -26,11 +27,17 @@ pub enum RobotFunction {
 /// The file of a robot's base regressor and of other functions of it. Refused when the rank is not
 /// clear-cut.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
-    let mut derivation = Derivation::new(robot);
+    let mut derivation = Derivation::new(robot)?;
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard)?;
     let mut module = robot_module(robot, &base, base.regressor(&standard));
     let d = &mut derivation;
+    if let Some(closure) = d.closure_function() {
+        module.function(
+            "Zero where the loops are closed, and its Jacobian for the passive joints: solve e = 0.",
+            closure,
+        );
+    }
     for &which in functions {
         use RobotFunction::*;
         let (doc, function) = match which {
@@ -43,6 +50,7 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
             Bias => ("Coriolis, centrifugal and gravity torques from the base parameters x.".into(), d.bias(&base)),
             Gravity => ("Gravity torques from the base parameters x.".into(), d.gravity(&base)),
             ForwardDynamics => ("The accelerations from the torques and x.".into(), d.forward_dynamics(&base)),
+            Friction => ("Friction torques: f is FV FS OFF of each coordinate.".into(), d.friction()),
             Pose(j) => (format!("Orientation and position of {} in the base frame.", robot.link(j).name), d.pose(j)),
             Jacobian(j) => {
                 let of = &robot.link(j).name;

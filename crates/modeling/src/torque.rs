@@ -14,6 +14,7 @@ use robot::{Inertial, JointKind, LinkId, StandardParameter};
 
 use crate::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
+use crate::implicit::reduced;
 use crate::kinematics::LinkMotion;
 use crate::vector::{NULL, Vector, add, cross, dot, sum};
 
@@ -67,8 +68,8 @@ pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInput
 
 /// The entries of tau for these link motions.
 pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Expr> {
-    let Derivation { robot, graph: g, .. } = derivation;
-    let mut tau = vec![Expr::ZERO; robot.n_coordinates()];
+    let Derivation { robot, graph: g, implicit, .. } = derivation;
+    let mut tau = vec![Expr::ZERO; robot.n_variables()];
     let mut from_children = vec![(NULL, NULL); robot.links.len()];
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
@@ -97,7 +98,10 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
             from_children[i.0] = (add(g, sum_f, f), add(g, sum_n, n));
         }
     }
-    tau
+    match implicit {
+        None => tau,
+        Some(implicit) => reduced(g, &implicit.G, &tau.into_iter().map(|t| vec![t]).collect::<Vec<_>>()).concat(),
+    }
 }
 
 /// Force and moment at O_j that move link j, from its ten parameters.
@@ -145,7 +149,7 @@ mod tests {
     fn counts() {
         for robot in [test_robots::rx90, test_robots::puma, test_robots::stanford, test_robots::ur5, test_robots::lwr] {
             let robot = robot(robot::RotorInertia::Unknown);
-            let mut d = Derivation::new(&robot);
+            let mut d = Derivation::new(&robot).unwrap();
             let standard = d.regressor();
             let base = d.base_parameters(&standard).unwrap();
             println!("{} {:?} {:?}", robot.name, d.torque().count(), d.inverse_dynamics(&base).count());

@@ -84,6 +84,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         coordinates,
         passive: vec![],
         links,
+        massless: 0,
         loops,
         gravity,
         notes: vec![],
