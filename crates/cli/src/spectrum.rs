@@ -20,7 +20,7 @@ pub struct Subject {
 impl Subject {
     pub fn read(arguments: &ModelArguments) -> Result<Subject, Failure> {
         let robot = arguments.read()?;
-        let derived = Derived::new(&robot, &arguments.model)?;
+        let mut derived = Derived::new(&robot, &arguments.model)?;
         let regressor = derived.regressor(&robot);
         let fingerprint = format!("{:016x}", derived.base.fingerprint());
         let reference = ModelReference { name: robot.name.clone(), fingerprint };

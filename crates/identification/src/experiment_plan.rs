@@ -284,6 +284,7 @@ fn in_order(
     };
     let (mut chosen, mut found): (Vec<usize>, Vec<PlannedExperiment>) = (vec![], vec![]);
     let mut known = vec![false; p];
+    let mut rank = 0;
     while !left.is_empty() {
         let with = |i: usize| value(&[chosen.as_slice(), &[i]].concat());
         let best = (0..left.len()).map(|at| (at, with(left[at]))).reduce(|a, b| if b.1 > a.1 { b } else { a });
@@ -297,7 +298,8 @@ fn in_order(
         let last = chosen[chosen.len() - 1];
         let mut e = planned(found.len(), &candidates[last].trajectory, regressor.coordinates());
         e.rank = solution.rank;
-        e.adds_log_det = before.is_finite().then_some(after - before);
+        e.adds_log_det = (rank == p).then_some(after - before);
+        rank = solution.rank;
         let new = |c: &usize| solution.determined[*c] && !known[*c];
         e.adds = (0..p).filter(new).map(|c| regressor.parameters()[c].clone()).collect();
         known = solution.determined;
@@ -351,16 +353,17 @@ impl fmt::Display for ExperimentPlan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tree_robot::{TreeRobot, benchmark};
+    use crate::robot_candidates::benchmark_candidates;
+    use crate::tree_robot::{NOISE, TreeRobot};
 
     fn plan(count: usize) -> ExperimentPlan {
         let robot = TreeRobot::r3(true);
         let model = ModelReference { name: "R3G".into(), fingerprint: "0123".into() };
-        let candidates: Vec<Candidate> = benchmark::benchmark_candidates(&robot, true).into_iter().step_by(3).collect();
+        let candidates: Vec<Candidate> = benchmark_candidates(&robot, true).into_iter().step_by(3).collect();
         let search = Search { starts: 4, ..Search::default() };
         let quiet = |_: usize, _: usize, _: f64| ();
         let criterion = Criterion::Determinant;
-        ExperimentPlan::choose(model, &robot, &candidates, &benchmark::NOISE, count, criterion, &search, &quiet)
+        ExperimentPlan::choose(model, &robot, &candidates, &NOISE, count, criterion, &search, &quiet)
     }
 
     #[test]

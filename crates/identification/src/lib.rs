@@ -136,5 +136,8 @@ pub use validation_trajectory::{ValidationMotion, validation_trajectory};
 #[cfg(test)]
 extern crate self as identification;
 #[cfg(test)]
+#[path = "../tests/tree_robot/candidates.rs"]
+mod robot_candidates;
+#[cfg(test)]
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;

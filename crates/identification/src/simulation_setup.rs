@@ -32,11 +32,15 @@ const QUANTUM: f64 = 1e-4;
 
 /// Limits of the coordinates, with a note on each default taken.
 pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
-    let mut notes = Vec::new();
+    let mut taken: Vec<(String, Vec<&str>)> = Vec::new();
     let limits = robot.coordinates.iter().map(|c| {
+        let mut note = |text: String| match taken.iter_mut().find(|t| t.0 == text) {
+            Some(t) => t.1.push(&c.name),
+            None => taken.push((text, vec![&c.name])),
+        };
         let mut or = |found: Option<f64>, value: f64, what: &str| {
             found.filter(|x| x.is_finite() && *x > 0.0).unwrap_or_else(|| {
-                notes.push(format!("{}: no {what} in the file, {value} assumed", c.name));
+                note(format!("no {what} in the file, {value} assumed"));
                 value
             })
         };
@@ -44,14 +48,14 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
         let acceleration = or(c.limits.acceleration, 30.0, "greatest acceleration (rad/s^2)");
         let position = c.limits.position.filter(|(low, high)| low < high && low.is_finite() && high.is_finite());
         let position = position.unwrap_or_else(|| {
-            notes.push(format!("{}: no limits of position in the file, +-1.5 rad assumed", c.name));
+            note("no limits of position in the file, +-1.5 rad assumed".into());
             (-1.5, 1.5)
         });
         let slow_velocity = 0.5_f64.min(0.1 * velocity);
         MotionLimits { position, velocity, acceleration, slow_velocity, bandwidth: BANDWIDTH, quantum: QUANTUM }
     });
     let limits = limits.collect();
-    (limits, notes)
+    (limits, taken.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", "))).collect())
 }
 
 impl SimulationSetup {

@@ -76,6 +76,11 @@ pub fn identify_spectrum(
             let found = maximum_likelihood(&equations, regressor.parameters().len(), *joint, *gain);
             with_gains(&mut estimate, regressor, &found, *joint);
             estimate.rows = equations.iter().map(|e| e.rows.len()).sum();
+            let row = |j: usize| {
+                let e = &equations[j];
+                e.rows.iter().cloned().zip(e.current.iter().map(|i| i * found.gain[j])).collect()
+            };
+            residuals(&mut estimate, regressor, &found.parameters, row);
         }
     }
     Ok(estimate)
@@ -130,7 +135,7 @@ fn with_paper_rows(
     estimate.condition_number = solution.condition_number;
     let rows = || blocks.iter().flat_map(|b| b.rows.iter().zip(b.right.iter().zip(&b.joint)));
     let at = |joint: usize| rows().filter(move |(_, (_, j))| **j == joint).map(|(d, (y, _))| (d.to_vec(), *y));
-    estimate.joints = residuals(regressor, &solution.x, |j| at(j).collect());
+    residuals(estimate, regressor, &solution.x, |j| at(j).collect());
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
     remark_unidentifiable(estimate);
 }
@@ -161,7 +166,7 @@ fn with_harmonics(
     estimate.rank = found.solution.rank;
     estimate.condition_number = found.solution.condition_number;
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
-    estimate.joints = harmonic_residuals(regressor, &data, &found, gain);
+    harmonic_residuals(estimate, regressor, &data, &found, gain);
     estimate.remarks.push(describe(&found));
     remark_unidentifiable(estimate);
     Ok(())
@@ -190,7 +195,8 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &GainEs
         let name = format!("KT{}", label(coordinate));
         estimate.parameters.push(identified(name, "N m/A", found.gain[j], found.gain_deviation[j], true));
     }
-    estimate.rank = found.determined.iter().filter(|d| **d).count() + found.gain.len() - 1;
+    estimate.rank = found.determined.iter().filter(|d| **d).count() + found.gain.len();
+    estimate.condition_number = found.condition_number;
     let coordinate = &regressor.coordinates()[reference];
     estimate.remarks.push(format!(
         "all of it stands on the gain of {coordinate}, {} N m/A: if that is wrong by a factor, everything is",
@@ -223,29 +229,40 @@ fn paper_equations(
     (0..n).map(of_joint).collect()
 }
 
-/// What parameters leave of the rows of each joint.
-fn residuals(regressor: &dyn Regressor, x: &[f64], rows: impl Fn(usize) -> Vec<(Vec<f64>, f64)>) -> Vec<JointResidual> {
-    let of_joint = |(j, coordinate): (usize, &String)| {
+/// What parameters leave of the rows of each joint, which are N m (over the noise of the joint where its rows
+/// are so weighted).
+fn residuals(
+    estimate: &mut Estimate,
+    regressor: &dyn Regressor,
+    x: &[f64],
+    rows: impl Fn(usize) -> Vec<(Vec<f64>, f64)>,
+) {
+    let (mut all, mut all_left) = (0.0, 0.0);
+    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let rows = rows(j);
         let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
         let total: f64 = rows.iter().map(|(_, y)| y * y).sum();
         let left: f64 = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
-        JointResidual {
+        all += total;
+        all_left += left;
+        estimate.joints.push(JointResidual {
             coordinate: coordinate.clone(),
             rms: (left / rows.len().max(1) as f64).sqrt(),
             relative: if total > 0.0 { (left / total).sqrt() } else { 0.0 },
             rows: rows.len(),
-        }
-    };
-    regressor.coordinates().iter().enumerate().map(of_joint).collect()
+            ..JointResidual::default()
+        });
+    }
+    estimate.total = if all > 0.0 { (all_left / all).sqrt() } else { 0.0 };
 }
 
 fn harmonic_residuals(
+    estimate: &mut Estimate,
     regressor: &dyn Regressor,
     data: &HarmonicData,
     found: &HarmonicEstimate,
     gain: &[f64],
-) -> Vec<JointResidual> {
+) {
     let drift = |e: usize| found.drift.get(e).map_or(1.0, |d| 1.0 + d.2);
     let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
     for (e, s) in data.spectra().iter().enumerate() {
@@ -255,5 +272,5 @@ fn harmonic_residuals(
             rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - drift(e) * f));
         }
     }
-    residuals(regressor, found.values(), |j| rows[j].clone())
+    residuals(estimate, regressor, found.values(), |j| rows[j].clone());
 }
