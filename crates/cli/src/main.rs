@@ -4,8 +4,14 @@ mod evaluate;
 mod failure;
 mod generate;
 mod identify;
+mod identify_spectrum;
 mod inspect;
 mod model;
+mod plan;
+mod report;
+mod simulate;
+mod spectrum;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -25,7 +31,11 @@ enum Command {
     Inspect(inspect::Arguments),
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
+    Plan(plan::Arguments),
+    Simulate(simulate::Arguments),
     Identify(identify::Arguments),
+    Validate(validate::Arguments),
+    Report(report::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -33,7 +43,11 @@ fn main() -> ExitCode {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Validate(arguments) => validate::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

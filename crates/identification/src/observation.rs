@@ -104,7 +104,7 @@ pub fn row_residuals(model: &Model, states: &States, x: &[f64]) -> Vec<f64> {
 }
 
 /// First moments in kg m, masses in kg, everything else (inertias, lengths times moments) in kg m^2.
-fn unit_of_inertial(name: &str) -> &'static str {
+pub(crate) fn unit_of_inertial(name: &str) -> &'static str {
     let mut letters = name.chars();
     match (letters.next(), letters.next()) {
         (Some('M' | 'm'), Some('X' | 'Y' | 'Z' | 'x' | 'y' | 'z')) => "kg m",
