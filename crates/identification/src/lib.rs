@@ -6,6 +6,8 @@ mod certificate;
 mod closed_loop;
 mod columns;
 mod compiled;
+#[cfg(test)]
+mod coverage;
 mod cutoff;
 mod dataset;
 mod drive_gain;
