@@ -17,7 +17,7 @@ pub struct Arguments {
     model: ModelArguments,
 
     /// Functions beside base-regressor: regressor, power-regressor, energy, inverse-dynamics,
-    /// inertia-matrix, bias, gravity, forward-dynamics, pose=LINK, jacobian=LINK, external-torque=LINK
+    /// inertia-matrix, bias, gravity, forward-dynamics, friction, pose=LINK, jacobian=LINK, external-torque=LINK
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     functions: Vec<String>,
 
@@ -40,7 +40,7 @@ enum Language {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
-    let robot = arguments.model.read()?;
+    let robot = arguments.model.read_with_values()?;
     let functions: Vec<RobotFunction> =
         arguments.functions.iter().map(|name| robot_function(&robot, name)).collect::<Result<_, _>>()?;
     let module =
@@ -99,12 +99,13 @@ fn robot_function(robot: &Robot, text: &str) -> Result<RobotFunction, Failure> {
         ("bias", None) => Ok(Bias),
         ("gravity", None) => Ok(Gravity),
         ("forward-dynamics", None) => Ok(ForwardDynamics),
+        ("friction", None) => Ok(Friction),
         ("pose", _) => of_link(Pose),
         ("jacobian", _) => of_link(Jacobian),
         ("external-torque", _) => of_link(ExternalTorque),
         _ => Err(Failure::new(format_args!(
             "there is no function `{text}`; there are base-regressor, regressor, power-regressor, energy, \
-             inverse-dynamics, inertia-matrix, bias, gravity, forward-dynamics, pose=LINK, jacobian=LINK and \
+             inverse-dynamics, inertia-matrix, bias, gravity, forward-dynamics, friction, pose=LINK, jacobian=LINK and \
              external-torque=LINK"
         ))),
     }

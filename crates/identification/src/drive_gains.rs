@@ -167,7 +167,7 @@ pub enum Scaling {
 /// (gains, parameters) by mixed least squares and total least squares.
 ///
 /// `None` when there are fewer equations than unknowns or no direction singles itself out.
-pub fn total_least_squares(
+pub fn gains_by_total_least_squares(
     joints: &[JointEquations],
     p: usize,
     known: usize,
@@ -256,7 +256,7 @@ mod tests {
     fn without_noise_the_gains_come_back() {
         let joints = joints(&mut Random::new(2), 1e-6);
         let ml = maximum_likelihood(&joints, 5, 2, 1.0);
-        let (gains, x) = total_least_squares(&joints, 5, 2, 1.0, Scaling::Noise).unwrap();
+        let (gains, x) = gains_by_total_least_squares(&joints, 5, 2, 1.0, Scaling::Noise).unwrap();
         assert!(ml.steps.is_some());
         for j in 0..3 {
             // Noise of 1e-6 beside torques of some hundred.
@@ -275,7 +275,7 @@ mod tests {
         for _ in 0..draws {
             let joints = joints(&mut random, 20.0);
             let ml = maximum_likelihood(&joints, 5, 2, 1.0);
-            let (gains, _) = total_least_squares(&joints, 5, 2, 1.0, Scaling::Noise).unwrap();
+            let (gains, _) = gains_by_total_least_squares(&joints, 5, 2, 1.0, Scaling::Noise).unwrap();
             let e = (ml.gain[0] - GAINS[0]) / ml.gain_deviation[0];
             chi += e * e / f64::from(draws);
             bias += e / f64::from(draws);

@@ -110,8 +110,7 @@ mod spectral_experiment;
 mod validation_trajectory;
 
 pub use drive_gains::{
-    GainEstimate, JointEquations, Scaling, maximum_likelihood, total_least_squares as gains_by_total_least_squares,
-    without_nuisance,
+    GainEstimate, JointEquations, Scaling, gains_by_total_least_squares, maximum_likelihood, without_nuisance,
 };
 pub use friction_columns::FrictionShape;
 pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};

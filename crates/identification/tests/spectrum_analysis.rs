@@ -5,7 +5,7 @@ mod tree_robot;
 use identification::{
     Band, Criterion, ExcitingTrajectory, Figures, Fixture, FrictionLaw, FrictionShape, HarmonicData, HarmonicOptions,
     Method, NoiseLevels, Record, Rows, Scaling, Scenario, Search, SpectralExperiment, certified_efficiency,
-    condition_bound, determinant_bound, exchange, maximum_likelihood, spectrum, total_least_squares, value_of,
+    condition_bound, determinant_bound, exchange, gains_by_total_least_squares, maximum_likelihood, spectrum, value_of,
 };
 use tree_robot::{TreeRobot, benchmark};
 
@@ -238,7 +238,7 @@ mod race {
             let joints = data.current_equations(&FrictionShape::ASYMMETRIC);
             let estimate = maximum_likelihood(&joints, 18, 2, 1.0);
             assert!(estimate.steps.is_some() && estimate.determined.iter().all(|&d| d));
-            let (by_tls, _) = total_least_squares(&joints, 18, 2, 1.0, Scaling::Noise).unwrap();
+            let (by_tls, _) = gains_by_total_least_squares(&joints, 18, 2, 1.0, Scaling::Noise).unwrap();
             for (j, truth) in [2.393, 0.870].into_iter().enumerate() {
                 assert!((estimate.gain[j] / truth - 1.0).abs() < 0.01, "{draw} {:?}", estimate.gain);
                 assert!((by_tls[j] / truth - 1.0).abs() < 0.01, "{draw} {by_tls:?}");

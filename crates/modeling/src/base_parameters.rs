@@ -38,6 +38,9 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that move nothing.
     pub no_effect: Vec<usize>,
+    /// Indices of the standard parameters that would be base parameters for robots of this structure in
+    /// general, but are not at these numbers: two lengths or angles agree, or gravity is along an axis.
+    pub coincident: Vec<usize>,
     pub rank: Rank,
 }
 
@@ -98,8 +101,8 @@ pub enum UnclearRank {
     Gap { rank: Rank, doubtful: Vec<(String, f64)> },
     /// The loops were never found closed.
     NeverCloses(NeverCloses),
-    /// The numbers and the finite field keep different columns: those that only one of them keeps.
-    Exact { numeric: usize, exact: usize, only_numeric: Vec<String>, only_exact: Vec<String> },
+    /// Columns that the numbers keep although they are dependent for every robot of this structure.
+    Exact { numeric: usize, exact: usize, only_numeric: Vec<String> },
     /// The exact coefficient and the numeric one of a regrouping differ.
     Disagreement { dropped: String, kept: String, exact: f64, numeric: f64 },
 }
@@ -124,21 +127,12 @@ impl fmt::Display for UnclearRank {
                 write!(f, ". Look for a length or an angle that is almost, but not quite, zero or a right angle.")
             }
             UnclearRank::NeverCloses(e) => e.fmt(f),
-            UnclearRank::Exact { numeric, exact, only_numeric, only_exact } => {
-                write!(f, "the numeric rank is {numeric}, the exact one {exact}.")?;
-                if !only_exact.is_empty() {
-                    write!(
-                        f,
-                        " Independent for robots of this structure in general, but not at these numbers: {}. If two \
-                         lengths or angles are equal on purpose, give them one symbol.",
-                        only_exact.join(" ")
-                    )?;
-                }
-                if !only_numeric.is_empty() {
-                    write!(f, " Independent at these numbers only: {}.", only_numeric.join(" "))?;
-                }
-                Ok(())
-            }
+            UnclearRank::Exact { numeric, exact, only_numeric } => write!(
+                f,
+                "the numeric rank is {numeric}, the exact one {exact}: rounding makes these look independent, which \
+                 they are not: {}",
+                only_numeric.join(" ")
+            ),
             UnclearRank::Disagreement { dropped, kept, exact, numeric } => write!(
                 f,
                 "the exact rule and the numbers disagree on what {kept} absorbs of {dropped}: {exact} and {numeric}"
@@ -205,15 +199,12 @@ pub(crate) fn base_parameters(
 
     let exact = if robot.passive.is_empty() { independent_columns(regressor) } else { scan.kept.clone() };
     rank.exact = robot.passive.is_empty().then_some(exact.len());
-    if exact != scan.kept {
-        let without = |a: &[usize], b: &[usize]| a.iter().filter(|c| !b.contains(c)).map(|&c| name(c)).collect();
-        return Err(UnclearRank::Exact {
-            numeric: scan.kept.len(),
-            exact: exact.len(),
-            only_numeric: without(&scan.kept, &exact),
-            only_exact: without(&exact, &scan.kept),
-        });
+    let (numeric, exact_rank) = (scan.kept.len(), exact.len());
+    if numeric > exact_rank {
+        let only_numeric = scan.kept.iter().filter(|c| !exact.contains(c)).map(|&c| name(c)).collect();
+        return Err(UnclearRank::Exact { numeric, exact: exact_rank, only_numeric });
     }
+    let coincident = exact.into_iter().filter(|c| !scan.kept.contains(c)).collect();
 
     let betas = regrouping(derivation, regressor, &standard, &scan);
     let (exact, numeric): (Vec<_>, Vec<_>) =
@@ -249,7 +240,7 @@ pub(crate) fn base_parameters(
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && betas.get(c).is_none_or(Vec::is_empty))
         .collect();
-    Ok(BaseParameters { standard, base, no_effect, rank })
+    Ok(BaseParameters { standard, base, no_effect, coincident, rank })
 }
 
 /// D at random states, one below the other; loops closed.

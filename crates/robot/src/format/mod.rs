@@ -5,6 +5,13 @@
 
 mod expression;
 mod node;
+mod par;
+mod par_generic;
+mod par_parameters;
+mod par_table;
+mod par_text;
+mod par_variables;
+mod par_write;
 mod reframe;
 mod snap;
 mod suggestion;
@@ -21,6 +28,9 @@ use std::path::Path;
 
 use crate::error::{Error, Place};
 use crate::link::Robot;
+pub use par::read_par;
+pub use par_write::write_par;
+pub(crate) use snap::computed_angle;
 pub use urdf::read_urdf;
 pub use yaml::read_yaml;
 
@@ -28,9 +38,9 @@ pub use yaml::read_yaml;
 const MAX_BYTES: u64 = 16 << 20;
 
 /// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
-/// YAML; `urdf`, `xml`: URDF).
+/// YAML; `urdf`, `xml`: URDF; `par`: SYMORO, in UTF-8 or Latin-1).
 ///
-/// Fails when the file cannot be read, is larger than 16 MiB, is not UTF-8, or does not describe
+/// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
 /// a robot.
 pub fn read(path: &Path) -> Result<Robot, Error> {
     let file_name = path.display().to_string();
@@ -38,15 +48,17 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
     let reader = match extension.as_str() {
         "yaml" | "yml" => read_yaml,
         "urdf" | "xml" => read_urdf,
+        "par" => read_par,
         _ => {
-            let message = format!("a robot is described by a .yaml, .yml, .urdf or .xml file, not by `.{extension}`");
+            let message =
+                format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
             return Err(whole_file(&file_name, message));
         }
     };
-    reader(&read_text(path, &file_name)?, &file_name)
+    reader(&read_text(path, &file_name, extension == "par")?, &file_name)
 }
 
-fn read_text(path: &Path, file_name: &str) -> Result<String, Error> {
+fn read_text(path: &Path, file_name: &str, may_be_latin: bool) -> Result<String, Error> {
     let fail = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
         _ => whole_file(file_name, format!("the file cannot be read: {e}")),
@@ -55,6 +67,10 @@ fn read_text(path: &Path, file_name: &str) -> Result<String, Error> {
     File::open(path).map_err(fail)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
+    }
+    if may_be_latin && std::str::from_utf8(&bytes).is_err() {
+        // A byte of Latin-1 is a character of the same number.
+        return Ok(bytes.iter().map(|&b| char::from(b)).collect());
     }
     String::from_utf8(bytes).map_err(|e| {
         let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();

@@ -59,6 +59,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
         coordinates,
         passive: Vec::new(),
         links,
+        massless: 0,
         loops: Vec::new(),
         gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],
         notes,
