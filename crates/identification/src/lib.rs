@@ -6,6 +6,8 @@ mod certificate;
 mod closed_loop;
 mod columns;
 mod compiled;
+#[cfg(test)]
+mod coverage;
 mod cutoff;
 mod dataset;
 mod drive_gain;
@@ -56,7 +58,7 @@ pub use columns::{ColumnNames, Columns, Names, Source};
 pub use compiled::{Compiled, compiled};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
 pub use dataset::{Dataset, LogFile, Run, Score, Subject};
-pub use drive_gain::{DriveGains, drive_gains};
+pub use drive_gain::{DriveGains, Gain, drive_gains, estimate_drive_gains};
 pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use essential::{Elimination, Essential, essential, select};
