@@ -1,1 +1,83 @@
-//! tests
+//! What several test files need: the models, random states, and mechanics of our own.
+//!
+//! The mechanics here are plain f64 in the base frame, from the formulas of textbooks and the fields of a
+//! [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that an
+//! error would have to be made twice.
+
+pub mod lagrangian;
+pub mod number;
+pub mod pose;
+pub mod random;
+pub mod recursion;
+pub mod rules;
+
+use std::path::{Path, PathBuf};
+
+use robot::{Inertial, LinkId, Robot, StandardParameter};
+
+/// The root of the workspace.
+pub fn workspace() -> PathBuf {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    manifest.parent().unwrap_or(manifest).to_path_buf()
+}
+
+/// Path of a model of models/: `race.yaml`.
+pub fn model_path(file: &str) -> PathBuf {
+    workspace().join("models").join(file)
+}
+
+/// The text of a model, to be edited.
+pub fn model_text(file: &str) -> String {
+    std::fs::read_to_string(model_path(file)).unwrap_or_else(|e| panic!("models/{file}: {e}"))
+}
+
+/// A model of models/.
+pub fn model(file: &str) -> Robot {
+    robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Every robot of models/, by file name.
+pub fn models() -> Vec<(String, Robot)> {
+    let folder = workspace().join("models");
+    let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut files: Vec<String> = entries
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|file| [".yaml", ".urdf", ".par"].iter().any(|e| file.ends_with(e)))
+        .collect();
+    files.sort();
+    assert!(files.len() >= 15, "models/ has lost models: {files:?}");
+    files.into_iter().map(|file| (file.clone(), model(&file))).collect()
+}
+
+/// The folder of reference material; `None`, and said so, where it is absent.
+pub fn shared() -> Option<PathBuf> {
+    let folder = std::env::var_os("RIST_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
+    if folder.join("facts").is_dir() {
+        return Some(folder);
+    }
+    println!("skipped: ../shared is absent");
+    None
+}
+
+/// Names of the standard parameters, in the order of the columns of D.
+pub fn standard_names(robot: &Robot) -> Vec<String> {
+    StandardParameter::all(robot).into_iter().map(|s| s.display(robot).to_string()).collect()
+}
+
+/// XX XY XZ YY YZ ZZ MX MY MZ M of each link and its rotor inertia, from the vector of standard parameters.
+pub fn by_link(robot: &Robot, x: &[f64]) -> Vec<([f64; 10], f64)> {
+    let mut links = vec![([0.0; 10], 0.0); robot.links.len()];
+    for (parameter, &value) in StandardParameter::all(robot).into_iter().zip(x) {
+        let LinkId(j) = parameter.link;
+        match parameter.inertial {
+            Inertial::Ia => links[j].1 = value,
+            inertial => links[j].0[inertial as usize] = value,
+        }
+    }
+    links
+}
+
+/// sum a_i b_i and sum |a_i b_i|: what rounding of the sum is measured against.
+pub fn dot(a: &[f64], b: &[f64]) -> (f64, f64) {
+    a.iter().zip(b).fold((0.0, 0.0), |(sum, size), (a, b)| (sum + a * b, size + (a * b).abs()))
+}

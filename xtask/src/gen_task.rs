@@ -54,27 +54,27 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
         })
         .collect::<Result<_, String>>()?;
 
-    let mut files = Vec::new();
+    let mut modules = Vec::new();
     let mut rendered = Rendered { files: BTreeMap::new(), asked: Vec::new() };
     for path in &paths {
         let robot = robot::format::read(path).map_err(|e| e.to_string())?;
         let model = path.strip_prefix(root()).unwrap_or(path).display();
-        let file =
-            codegen::robot_file(&robot, &format!("cargo xtask gen {model}")).map_err(|e| format!("{model}: {e}"))?;
-        let target = Path::new(FOLDER).join(format!("{}.rs", file.module));
+        let module = modeling::module(&robot, &[]).map_err(|e| format!("{model}: {e}"))?;
+        let text = codegen::rust_file(&module, &format!("cargo xtask gen {model}"));
+        let target = Path::new(FOLDER).join(format!("{}.rs", module.name));
         if wanted.is_empty() || path.canonicalize().is_ok_and(|p| wanted.contains(&p)) {
             rendered.asked.push(target.clone());
         }
-        if rendered.files.insert(target, file.text.clone()).is_some() {
+        if rendered.files.insert(target, text).is_some() {
             return Err(format!(
                 "{model}: another model is also called `{}`; give one of them another name",
                 robot.name
             ));
         }
-        files.push(file);
+        modules.push(module.name);
     }
     let index = Path::new(FOLDER).join("mod.rs");
-    rendered.files.insert(index.clone(), codegen::index_file(&files));
+    rendered.files.insert(index.clone(), codegen::index_file(&modules));
     rendered.asked.push(index);
     Ok(rendered)
 }

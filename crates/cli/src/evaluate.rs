@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape};
+use modeling::Closure;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
 use crate::failure::{Failure, print};
@@ -40,8 +41,8 @@ enum Quantity {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read_with_values()?;
-    let derived = Derived::new(&robot, &arguments.model.model)?;
-    let states = States::read(&arguments.states, &robot, arguments.quantity)?;
+    let mut derived = Derived::new(&robot, &arguments.model.model)?;
+    let states = States::read(&arguments.states, &robot, arguments.quantity, derived.closure.take())?;
     let parameters = &derived.parameters;
     let standard = || (0..parameters.standard.len()).map(|c| parameters.standard[c].display(&robot).to_string());
     let (function, columns): (&Function, Vec<String>) = match arguments.quantity {
@@ -84,7 +85,7 @@ enum Origin {
 }
 
 impl States {
-    fn read(path: &Path, robot: &Robot, quantity: Quantity) -> Result<States, Failure> {
+    fn read(path: &Path, robot: &Robot, quantity: Quantity, mut closure: Option<Closure>) -> Result<States, Failure> {
         let file = path.display();
         let failed = |e: csv::Error| Failure::new(format_args!("{file}: {e}"));
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(failed)?;
@@ -117,8 +118,9 @@ impl States {
         for record in reader.records() {
             let record = record.map_err(failed)?;
             let line = record.position().map_or(0, csv::Position::line);
+            let mut row: Vec<f64> = Vec::with_capacity(origins.len());
             for origin in &origins {
-                states.inputs.push(match origin {
+                row.push(match origin {
                     Origin::Number(x) => *x,
                     Origin::Column(c) => match record[*c].parse::<f64>() {
                         Ok(x) if x.is_finite() => x,
@@ -131,6 +133,15 @@ impl States {
                     },
                 });
             }
+            // Passive joints come after the coordinates.
+            if let Some(closure) = &mut closure {
+                let n = robot.n_coordinates();
+                let passive = closure
+                    .solve(&row[..n], None)
+                    .map_err(|open| Failure::new(format_args!("{file}:{line}: {open}")))?;
+                row.splice(n..n, passive);
+            }
+            states.inputs.extend(row);
             states.n_rows += 1;
         }
         if states.n_rows == 0 {

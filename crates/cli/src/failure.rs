@@ -5,17 +5,25 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// A message for the user; exit code 2.
-pub struct Failure(String);
+/// A message for the user and an exit code: 2 for what cannot be used, 1 for a verdict against what was.
+pub struct Failure {
+    message: String,
+    code: u8,
+}
 
 impl Failure {
     pub fn new(message: impl fmt::Display) -> Failure {
-        Failure(message.to_string())
+        Failure { message: message.to_string(), code: 2 }
+    }
+
+    /// The work is done and printed, and its outcome is a no.
+    pub fn verdict(message: impl fmt::Display) -> Failure {
+        Failure { message: message.to_string(), code: 1 }
     }
 
     pub fn report(&self) -> ExitCode {
-        eprintln!("rist: {}", self.0);
-        ExitCode::from(2)
+        eprintln!("rist: {}", self.message);
+        ExitCode::from(self.code)
     }
 }
 

@@ -52,7 +52,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read_with_values()?;
-    let derived = Derived::new(&robot, &arguments.model.model)?;
+    let mut derived = Derived::new(&robot, &arguments.model.model)?;
     let regressor = derived.regressor(&robot);
 
     let mut options = match &arguments.options {

@@ -25,10 +25,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     let derived = Derived::new(&robot, &arguments.model.model)?;
     if arguments.json {
-        print(&(format!("{:#}\n", as_json(&robot, &derived))))
+        print(&(format!("{:#}\n", as_json(&robot, &derived))))?;
     } else {
-        print(&as_text(&robot, &derived))
+        print(&as_text(&robot, &derived))?;
     }
+    let parameters = &derived.parameters;
+    if parameters.coincident.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<String> =
+        parameters.coincident.iter().map(|&c| parameters.standard[c].display(&robot).to_string()).collect();
+    Err(Failure::verdict(format_args!(
+        "{}: the numeric and the exact rank disagree. For robots of this structure in general {} would be base \
+         parameters; at these numbers they are not. If two lengths or angles are equal on purpose, give them one \
+         symbol; if gravity is along an axis on purpose, give the axis exactly",
+        arguments.model.model.display(),
+        names.join(" ")
+    )))
 }
 
 fn as_json(robot: &Robot, derived: &Derived) -> Value {
@@ -52,9 +65,11 @@ fn as_json(robot: &Robot, derived: &Derived) -> Value {
         "links": robot.links.iter().map(|l| json!({"name": l.name, "joint": l.joint.name, "label": l.label})).collect::<Vec<_>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
         "base": parameters.base.iter().map(base).collect::<Vec<_>>(),
+        "coincident": parameters.coincident.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "rank": {
             "numeric": rank.numeric,
+            "exact": rank.exact,
             // JSON has no infinity: nothing dropped leaves any distance at all.
             "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
             "smallest_kept": rank.smallest_kept,
@@ -131,9 +146,18 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
     }
     let rank = &parameters.rank;
     line!();
+    let certificate = match rank.exact {
+        Some(exact) if exact == rank.numeric => {
+            format!("rank {exact}, exact: the same columns are independent in a finite field.")
+        }
+        Some(exact) => {
+            format!("rank {} at these numbers, {exact} for robots of this structure in general.", rank.numeric)
+        }
+        None => format!("rank {}, numeric: the loops are closed by a search.", rank.numeric),
+    };
     line!(
-        "rank {}: every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} or less",
-        rank.numeric,
+        "{certificate} In numbers, every kept column stands {:.1e} or more out of the span of those before it, every \
+         dropped one {:.1e} or less",
         rank.smallest_kept,
         rank.largest_dropped
     );

@@ -2,11 +2,12 @@
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
 use identification::Regressor;
-use modeling::{BaseParameters, Derivation};
+use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::{Drive, Robot, RotorInertia};
 
 use crate::failure::Failure;
@@ -70,14 +71,6 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
 
 fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
     let mut robot = robot::format::read(path)?;
-    if !robot.passive.is_empty() {
-        let names: Vec<&str> = robot.passive.iter().map(|p| p.name.as_str()).collect();
-        return Err(Failure::new(format_args!(
-            "{}: no affine function of the coordinates gives {}; loops of that kind have no model yet",
-            path.display(),
-            names.join(", ")
-        )));
-    }
     let Some(rotors) = rotors else { return Ok(robot) };
     for link in &mut robot.links {
         let has = match rotors {
@@ -102,26 +95,29 @@ pub struct Derived {
     pub base: Function,
     pub torque: Function,
     pub parameters: BaseParameters,
+    /// Solves for passive joints that no affine function gives.
+    pub closure: Option<Closure>,
 }
 
 impl Derived {
     /// Fails when the rank is not clear-cut.
     pub fn new(robot: &Robot, model: &Path) -> Result<Derived, Failure> {
-        let mut derivation = Derivation::new(robot);
+        let refused = |unclear: UnclearRank| Failure::new(format_args!("{}: {unclear}", model.display()));
+        let mut derivation = Derivation::new(robot).map_err(|e| refused(e.into()))?;
         let standard = derivation.regressor();
-        let parameters = derivation
-            .base_parameters(&standard)
-            .map_err(|unclear| Failure::new(format_args!("{}: {unclear}", model.display())))?;
+        let parameters = derivation.base_parameters(&standard).map_err(refused)?;
         let base = parameters.regressor(&standard).bound();
-        Ok(Derived { standard: standard.bound(), base, torque: derivation.torque().bound(), parameters })
+        let (torque, closure) = (derivation.torque().bound(), derivation.closure());
+        Ok(Derived { standard: standard.bound(), base, torque, parameters, closure })
     }
 
     /// The compiled regressor where `generated` has this very one, a tape otherwise.
-    pub fn regressor(&self, robot: &Robot) -> Box<dyn Regressor> {
+    pub fn regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
         match identification::compiled(self.base.fingerprint()) {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),
+                closure: self.closure.take().map(|closure| Mutex::new((closure, None))),
                 coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
                 parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
             }),
@@ -132,6 +128,8 @@ impl Derived {
 /// A base regressor evaluated by tape.
 struct TapeRegressor {
     tape: Tape,
+    /// Where loops are closed numerically: the solver and its last answer, the next one's start.
+    closure: Option<Mutex<(Closure, Option<Vec<f64>>)>>,
     coordinates: Vec<String>,
     parameters: Vec<String>,
 }
@@ -151,10 +149,22 @@ impl Regressor for TapeRegressor {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+        let passive = match &self.closure {
+            None => Vec::new(),
+            Some(closure) => {
+                let mut closure = closure.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                let (solver, last) = &mut *closure;
+                match solver.solve(q, last.as_deref()).or_else(|_| solver.solve(q, None)) {
+                    Ok(passive) => last.insert(passive).clone(),
+                    // No torque is known where the loops do not close: not a number, which is refused later.
+                    Err(_) => return y.fill(f64::NAN),
+                }
+            }
+        };
         SCRATCH.with_borrow_mut(|scratch| {
             let (work, inputs) = scratch.get_or_insert_with(|| (self.tape.workspace(), Vec::new()));
             inputs.clear();
-            inputs.extend(q.iter().chain(dq).chain(ddq));
+            inputs.extend(q.iter().chain(&passive).chain(dq).chain(ddq));
             self.tape.evaluate(inputs, work, y);
         });
     }

@@ -1,8 +1,10 @@
-//! A Function as Rust source, and a robot's functions as one file.
+//! A Module of Functions as source: one Rust file that needs no other, or a C99 header and source.
 
-mod function;
+mod c;
 mod numbers;
-mod robot_file;
+mod rust_file;
+mod rust_function;
+mod steps;
 
-pub use function::render;
-pub use robot_file::{RobotFile, index_file, robot_file};
+pub use c::{CFiles, c_files};
+pub use rust_file::{index_file, rust_file};

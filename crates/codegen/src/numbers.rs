@@ -4,7 +4,16 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 /// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
-pub(crate) fn real_trait() -> TokenStream {
+/// Operations that not every file needs.
+#[derive(Clone, Copy)]
+pub(crate) struct Operations {
+    pub div: bool,
+    pub sqrt: bool,
+}
+
+pub(crate) fn real_trait(operations: Operations) -> TokenStream {
+    let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
+    let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     quote! {
         /// The numbers this file computes with: f64, f32, or lanes of them.
         pub trait Real:
@@ -12,12 +21,14 @@ pub(crate) fn real_trait() -> TokenStream {
             + core::ops::Add<Output = Self>
             + core::ops::Sub<Output = Self>
             + core::ops::Mul<Output = Self>
+            #div
             + core::ops::Neg<Output = Self>
         {
             /// The nearest number to `x`.
             fn from_f64(x: f64) -> Self;
             /// Sine and cosine.
             fn sin_cos(self) -> (Self, Self);
+            #sqrt
         }
 
         impl Real for f64 {
@@ -49,6 +60,8 @@ pub(crate) fn real_trait() -> TokenStream {
                 let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
                 (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
             }
+
+            #sqrt_f64
         }
 
         impl Real for f32 {
@@ -62,6 +75,52 @@ pub(crate) fn real_trait() -> TokenStream {
                 let (s, c) = Real::sin_cos(self as f64);
                 (s as f32, c as f32)
             }
+
+            #sqrt_f32
         }
     }
+}
+
+/// The method of the trait, of f64 and of f32; core has none.
+fn square_root(needed: bool) -> [TokenStream; 3] {
+    if !needed {
+        return Default::default();
+    }
+    let method = quote! {
+        /// Square root; NaN below zero.
+        fn sqrt(self) -> Self;
+    };
+    let of_f64 = quote! {
+        /// Within 0.51 ulp for 1e-290 < x < 1e290. Newton's method for 1/sqrt(x) from a guess in
+        /// the exponent, then one step with the exact residual x - y^2 (Dekker 1971).
+        #[inline(always)]
+        fn sqrt(self) -> f64 {
+            let mut r = f64::from_bits(0x5fe6eb50c7b537a9_u64.wrapping_sub(self.to_bits() >> 1));
+            let half = 0.5 * self;
+            r = r * (1.5 - half * r * r);
+            r = r * (1.5 - half * r * r);
+            r = r * (1.5 - half * r * r);
+            r = r * (1.5 - half * r * r);
+            let y = self * r;
+            let c = 134217729.0 * y;
+            let high = c - (c - y);
+            let low = y - high;
+            let residual = ((self - high * high) - 2.0 * high * low) - low * low;
+            let root = y + 0.5 * r * residual;
+            if self > 0.0 {
+                root
+            } else if self == 0.0 {
+                self
+            } else {
+                f64::NAN
+            }
+        }
+    };
+    let of_f32 = quote! {
+        #[inline(always)]
+        fn sqrt(self) -> f32 {
+            Real::sqrt(self as f64) as f32
+        }
+    };
+    [method, of_f64, of_f32]
 }

@@ -66,10 +66,27 @@ impl Function {
 
     /// The same function with every named constant replaced by its value, and folded.
     pub fn bound(&self) -> Function {
-        self.outline().rebuilt(&self.graph, &|kind| match kind {
+        self.outline().rebuilt(&self.graph, &|s| match self.graph.symbols()[s.0 as usize].1 {
             SymbolKind::Constant(x) => Some(x),
             SymbolKind::Input => None,
         })
+    }
+
+    /// The function where an input is zero: the input is gone, and what it made.
+    pub fn without(&self, name: &str, input: &str) -> Function {
+        let mut outline = self.outline();
+        outline.name = name.to_string();
+        let (gone, kept): (Vec<Input>, Vec<Input>) = outline.inputs.into_iter().partition(|i| i.name == input);
+        outline.inputs = kept;
+        let zero: Vec<Symbol> = gone
+            .iter()
+            .flat_map(|i| &i.entries)
+            .filter_map(|e| match self.graph.node(*e) {
+                Node::Symbol(s) => Some(s),
+                _ => None,
+            })
+            .collect();
+        outline.rebuilt(&self.graph, &|s| zero.contains(&s).then_some(0.0))
     }
 
     /// The same function with fewer outputs: `keep(output, row, column)`; a column or row that keeps
@@ -89,9 +106,9 @@ impl Function {
         Function { name, inputs, outputs, graph: Graph::new() }
     }
 
-    /// `self` with its graph made anew from what it needs of `old`, named constants replaced where
-    /// `value` gives a number. Symbols and inputs keep their places even where nothing reads them.
-    fn rebuilt(mut self, old: &Graph, value: &dyn Fn(SymbolKind) -> Option<f64>) -> Function {
+    /// `self` with its graph made anew from what it needs of `old`, symbols replaced where `value`
+    /// gives a number. Symbols and inputs keep their places even where nothing reads them.
+    fn rebuilt(mut self, old: &Graph, value: &dyn Fn(Symbol) -> Option<f64>) -> Function {
         let mut new = Graph::with_symbols(old.symbols().to_vec());
         let mut map = vec![Expr::ZERO; old.nodes().len()];
         for n in self.schedule(old) {
@@ -99,7 +116,7 @@ impl Function {
             let m = |e: Expr| Graph::negate_if(map[e.node()], e.is_negative());
             let made = match node {
                 Node::Constant(x) => new.constant(x),
-                Node::Symbol(s) => match value(old.symbols()[s.0 as usize].1) {
+                Node::Symbol(s) => match value(s) {
                     Some(x) => new.constant(x),
                     None => new.of_symbol(s),
                 },
@@ -214,6 +231,11 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
+                // A root is not odd: the sign of its argument stays.
+                Node::Sqrt(a) if a.is_negative() => {
+                    let argument = algebra.neg(&values[a.node()]);
+                    algebra.sqrt(&argument)
+                }
                 Node::Sqrt(a) => algebra.sqrt(&values[a.node()]),
             };
             values.push(value);

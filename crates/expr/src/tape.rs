@@ -35,6 +35,8 @@ enum Code {
     Mul,
     Div,
     Sqrt,
+    /// Of the negative of `a`.
+    SqrtOfNegative,
     /// Sine to `to`, cosine to `b`.
     SinCos,
 }
@@ -100,6 +102,7 @@ impl Tape {
                 Node::Add(a, b) => (Code::Add, at(a), at(b)),
                 Node::Mul(a, b) => (Code::Mul, at(a), at(b)),
                 Node::Div(a, b) => (Code::Div, at(a), at(b)),
+                Node::Sqrt(a) if a.is_negative() => (Code::SqrtOfNegative, at(a), at(a)),
                 Node::Sqrt(a) => (Code::Sqrt, at(a), at(a)),
                 Node::Sin(a) | Node::Cos(a) => {
                     if schedule.slot[i].is_some() {
@@ -150,6 +153,7 @@ impl Tape {
 
     /// One evaluation: all inputs one after the other -> all outputs one after the other.
     pub fn evaluate(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
+        debug_assert_eq!((inputs.len(), outputs.len()), (self.n_inputs(), self.n_outputs()));
         self.run(&mut work.one, |lane_inputs, _| inputs[lane_inputs], |k, values| outputs[k] = values[0]);
     }
 
@@ -193,6 +197,7 @@ impl Tape {
                 Code::Mul => std::array::from_fn(|l| a[l] * b[l]),
                 Code::Div => std::array::from_fn(|l| a[l] / b[l]),
                 Code::Sqrt => std::array::from_fn(|l| a[l].sqrt()),
+                Code::SqrtOfNegative => std::array::from_fn(|l| (-a[l]).sqrt()),
                 Code::SinCos => {
                     let pairs: [(f64, f64); B] = std::array::from_fn(|l| libm::sincos(a[l]));
                     slots[op.b as usize] = pairs.map(|p| p.1);

@@ -10,8 +10,11 @@ use std::time::Instant;
 use serde::Deserialize;
 
 use crate::identify::{Fit, Options, states};
+use crate::identify_consistent::{Consistency, identify_consistent};
 use crate::log::Log;
 use crate::observation::Model;
+use crate::physical::StandardMap;
+use crate::pseudo_inertia::Ten;
 use crate::signal::Window;
 use crate::validation::{Validation, validate};
 use crate::{Error, Regressor};
@@ -37,6 +40,9 @@ pub struct Run {
     pub title: String,
     #[serde(default)]
     pub options: Options,
+    /// Physically consistent estimation instead of plain least squares.
+    #[serde(default)]
+    pub consistency: Option<Consistency>,
     pub train: Vec<LogFile>,
     #[serde(default)]
     pub validate: Vec<LogFile>,
@@ -52,6 +58,15 @@ pub struct LogFile {
     pub file: String,
     #[serde(default)]
     pub window: Option<Window>,
+}
+
+/// A robot as the runs need it.
+pub struct Subject {
+    pub regressor: Box<dyn Regressor>,
+    /// For physically consistent runs.
+    pub map: Option<StandardMap>,
+    /// Known bodies, in the order of the map.
+    pub references: Vec<Option<Ten>>,
 }
 
 /// What one run reached.
@@ -89,12 +104,13 @@ impl Dataset {
     }
 
     /// Runs everything in the recipe on the logs of `folder`.
-    pub fn score(&self, folder: &Path, regressor: &dyn Regressor) -> Result<Vec<Score>, Error> {
-        self.runs.iter().map(|run| self.run(run, folder, regressor)).collect()
+    pub fn score(&self, folder: &Path, subject: &Subject) -> Result<Vec<Score>, Error> {
+        self.runs.iter().map(|run| self.run(run, folder, subject)).collect()
     }
 
     /// Runs one fit and its predictions.
-    pub fn run(&self, run: &Run, folder: &Path, regressor: &dyn Regressor) -> Result<Score, Error> {
+    pub fn run(&self, run: &Run, folder: &Path, subject: &Subject) -> Result<Score, Error> {
+        let regressor = subject.regressor.as_ref();
         let read = |log: &LogFile| -> Result<Log, Error> {
             let names = &run.options.columns;
             let (mut read, _) = Log::read(&folder.join(&log.file), regressor.coordinates(), names)?;
@@ -103,26 +119,39 @@ impl Dataset {
         };
         let start = Instant::now();
         let logs = run.train.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        let fit = Fit::of(regressor, &logs, &run.options)?;
+        let (estimate, x) = match run.consistency {
+            None => {
+                let fit = Fit::of(regressor, &logs, &run.options)?;
+                (fit.estimate, fit.solution.x)
+            }
+            Some(consistency) => {
+                let map = subject.map.as_ref().ok_or_else(|| {
+                    Error::new(format!("{}: no map to standard parameters is given for a consistent run", self.name))
+                })?;
+                let references = &subject.references;
+                let fit = identify_consistent(regressor, map, references, &logs, &run.options, &consistency)?;
+                (fit.estimate, fit.consistent.x)
+            }
+        };
         let seconds = start.elapsed().as_secs_f64();
         let couplings = run.options.transmission.coupled();
         let model = Model::new(regressor, &run.options.friction, &couplings);
-        let train = Validation { joints: fit.estimate.joints.clone(), total: fit.estimate.total };
+        let train = Validation { joints: estimate.joints.clone(), total: estimate.total };
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");
         let mut residuals = vec![(names(&run.train), train)];
         for log in &run.validate {
             let states = states(regressor, &read(log)?, &run.options)?;
-            residuals.push((log.file.clone(), validate(&model, &fit.solution.x, &states)));
+            residuals.push((log.file.clone(), validate(&model, &x, &states)));
         }
         Ok(Score {
             dataset: self.name.clone(),
             title: run.title.clone(),
-            parameters: fit.estimate.parameters.len(),
-            condition_number: fit.estimate.condition_number,
+            parameters: estimate.parameters.len(),
+            condition_number: estimate.condition_number,
             residuals,
             baseline: run.baseline.clone(),
             seconds,
-            remarks: fit.estimate.remarks,
+            remarks: estimate.remarks,
         })
     }
 }

@@ -19,6 +19,8 @@ pub struct Estimate {
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
+    /// `total` on tenths of the record predicted from the others.
+    pub cross_validation: Option<f64>,
     /// Of the columns scaled to unit norm.
     pub condition_number: f64,
     pub rank: usize,
@@ -73,6 +75,9 @@ pub struct JointResidual {
     /// |tau_j - W_j X| / |tau_j|.
     pub relative: f64,
     pub rows: usize,
+    /// `relative` on tenths of the record predicted from the others.
+    #[serde(default)]
+    pub held_out: Option<f64>,
 }
 
 impl Estimate {
@@ -117,11 +122,17 @@ impl fmt::Display for Estimate {
             writeln!(f, "  {:>9.2}  {}{status}", p.relative_sigma.unwrap_or(f64::NAN), p.unit)?;
         }
         let width = self.joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
-        writeln!(f, "\n{:<width$}  {:>10}  {:>8}  {:>8}", "joint", "rms N m", "relative", "rows")?;
+        writeln!(f, "\n{:<width$}  {:>10}  {:>8}  {:>8}  {:>8}", "joint", "rms N m", "relative", "held out", "rows")?;
+        let shown = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.4}"));
         for j in &self.joints {
-            writeln!(f, "{:<width$}  {:>10.4}  {:>8.4}  {:>8}", j.coordinate, j.rms, j.relative, j.rows)?;
+            let held_out = shown(j.held_out);
+            writeln!(
+                f,
+                "{:<width$}  {:>10.4}  {:>8.4}  {held_out:>8}  {:>8}",
+                j.coordinate, j.rms, j.relative, j.rows
+            )?;
         }
-        writeln!(f, "{:<width$}  {:>10}  {:>8.4}", "total", "", self.total)?;
+        writeln!(f, "{:<width$}  {:>10}  {:>8.4}  {:>8}", "total", "", self.total, shown(self.cross_validation))?;
         writeln!(
             f,
             "condition number {:.1} (columns scaled), rank {} of {}",
@@ -151,7 +162,7 @@ mod tests {
                 },
                 Identified { name: "FV1".into(), status: Status::NotIdentifiable, ..Identified::default() },
             ],
-            joints: vec![JointResidual { coordinate: "q1".into(), rms: 0.1, relative: 0.05, rows: 10 }],
+            joints: vec![JointResidual { coordinate: "q1".into(), rms: 0.1, relative: 0.05, rows: 10, held_out: None }],
             condition_number: f64::INFINITY,
             rank: 1,
             remarks: vec!["FV1 is not identifiable from this log: joint q1 moves 0.000 rad".into()],

@@ -263,6 +263,26 @@ impl ExcitingTrajectory {
         }
     }
 
+    /// The samples that are used: whole periods after the transients, or each direction's section of
+    /// constant velocity.
+    pub fn windows(&self) -> Vec<Range<usize>> {
+        match &self.motion {
+            Motion::Swing { period, transient_periods, periods, .. } => {
+                let start = transient_periods * period;
+                std::iter::once(start..start + periods * period).collect()
+            }
+            Motion::Sweep { range, velocity, acceleration, settling } => {
+                let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
+                let window = |start: f64| {
+                    let first = ((start + ramp + settling) / self.sample_time).floor() as usize + 1;
+                    let end = ((start + all - ramp) / self.sample_time).ceil() as usize;
+                    first..end.max(first)
+                };
+                vec![window(REST), window(3.0 * REST + all)]
+            }
+        }
+    }
+
     /// The reference at every sample.
     pub fn reference(&self) -> Reference {
         let (n, count, h) = (self.centre.len(), self.samples(), self.sample_time);
@@ -271,10 +291,10 @@ impl ExcitingTrajectory {
             q: self.centre.iter().map(|&c| vec![c; count]).collect(),
             dq: vec![vec![0.0; count]; n],
             ddq: vec![vec![0.0; count]; n],
-            windows: vec![],
+            windows: self.windows(),
         };
         match &self.motion {
-            Motion::Swing { profile, period, half_range, transient_periods, periods } => {
+            Motion::Swing { profile, period, half_range, .. } => {
                 let t = *period as f64 * h;
                 for i in 0..count {
                     let (p, dp, ddp) = profile.at((i % period) as f64 / *period as f64);
@@ -284,10 +304,8 @@ impl ExcitingTrajectory {
                         r.ddq[k][i] = half_range[k] * ddp / (t * t);
                     }
                 }
-                let start = transient_periods * period;
-                r.windows = std::iter::once(start..start + periods * period).collect();
             }
-            Motion::Sweep { range, velocity, acceleration, settling } => {
+            Motion::Sweep { range, velocity, acceleration, .. } => {
                 let k = self.fast;
                 let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
                 let cruise = all - 2.0 * ramp;
@@ -308,11 +326,6 @@ impl ExcitingTrajectory {
                     r.dq[k][i] = v - v_back;
                     r.ddq[k][i] = a - a_back;
                 }
-                let window = |start: f64| {
-                    let first = ((start + ramp + settling) / h).floor() as usize + 1;
-                    first..(((start + ramp + cruise) / h).ceil() as usize).max(first)
-                };
-                r.windows = vec![window(forth), window(back)];
             }
         }
         r

@@ -53,19 +53,20 @@ impl FrictionTerm {
         }
     }
 
-    /// The columns of one joint at one instant, in the order of `parameters`.
-    pub fn fill(self, dq: f64, ddq: f64, tau: f64, out: &mut [f64]) {
+    /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
+    /// or that sign after the filter of the torques, between -1 and 1.
+    pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
         match (self, out) {
             (Viscous, [v]) => *v = dq,
-            (Coulomb, [c]) => *c = sign(dq),
+            (Coulomb, [c]) => *c = direction,
             (Offset, [o]) => *o = 1.0,
             (SmoothCoulomb(width), [c]) => *c = (dq / width).tanh(),
             (Asymmetric, [vp, cp, vn, cn]) => {
-                let (forward, backward) = (f64::from(dq > 0.0), f64::from(dq < 0.0));
-                (*vp, *cp, *vn, *cn) = (forward * dq, forward, backward * dq, backward);
+                let (forward, backward) = (direction.max(0.0), (-direction).max(0.0));
+                (*vp, *cp, *vn, *cn) = (dq.max(0.0), forward, dq.min(0.0), backward);
             }
-            (Stribeck(speed), [s]) => *s = sign(dq) * (-(dq / speed).powi(2)).exp(),
-            (Load, [l]) => *l = sign(dq) * tau.abs(),
+            (Stribeck(speed), [s]) => *s = direction * (-(dq / speed).powi(2)).exp(),
+            (Load, [l]) => *l = direction * tau.abs(),
             (Rotor, [r]) => *r = ddq,
             _ => {}
         }
@@ -91,7 +92,7 @@ mod tests {
 
     fn columns(term: FrictionTerm, dq: f64) -> Vec<f64> {
         let mut out = vec![f64::NAN; term.parameters().len()];
-        term.fill(dq, 7.0, -3.0, &mut out);
+        term.fill(dq, 7.0, -3.0, sign(dq), &mut out);
         out
     }
 

@@ -1,19 +1,22 @@
 //! From logs to an estimate: the one way in.
 //!
 //! OLS weighs all rows alike; WLS multiplies the rows of joint j by 1 / std(residual of joint j),
-//! three times over [Gautier 1997]. Both come out of the same triangles.
+//! three times over [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`)
+//! need the rows again.
 
 use serde::{Deserialize, Serialize};
 
 use crate::columns::ColumnNames;
 use crate::estimate::{Estimate, Identified, JointResidual, Status};
 use crate::friction::FrictionTerm;
+use crate::huber::reweighted;
 use crate::least_squares::{Solution, solve};
 use crate::log::Log;
 use crate::observation::{Model, Observation, weighted};
 use crate::signal::{Signal, States};
 use crate::transmission::Transmission;
 use crate::triangle::Triangle;
+use crate::validation::cross_validate;
 use crate::{Error, Regressor};
 
 /// How an identification is done; every part has a default.
@@ -62,13 +65,15 @@ pub enum Weights {
     None,
     /// By the standard deviation of the joint's residual: weighted least squares.
     Joint,
+    /// As `Joint`, and rows that do not fit count less: robust regression.
+    Huber,
 }
 
 /// Reweightings of WLS.
 const REWEIGHTINGS: usize = 3;
 
 /// Contiguous parts a log is kept in.
-const PARTS: usize = 10;
+pub const PARTS: usize = 10;
 
 /// Identifies a robot from one log.
 ///
@@ -105,14 +110,30 @@ impl Fit {
         };
         observations.for_each(|o| observation.append(o));
         let joints = observation.joints(|_| true);
-        let (solution, weights) = fit(&joints, options.weights);
+        let (mut solution, mut weights) = fit(&joints, options.weights);
+        if options.weights == Weights::Huber {
+            let robust = reweighted(&model, &states, &solution, PARTS);
+            (solution, weights, observation.parts) = (robust.solution, robust.weights, robust.observation.parts);
+        }
         let mut estimate = report(&model, &joints, &observation, &solution);
         let robust = crate::robust::robust(&model, &states, &solution, &weights);
         widen(&mut estimate, &robust.sigma);
+        let still = crate::remark::little_motion(&observation);
+        for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
+            if parameter.status == Status::Identified && crate::remark::weak(&model, &still, c) {
+                parameter.status = Status::Weak;
+            }
+        }
+        let held_out = cross_validate(&model, &observation, options.weights);
+        estimate.cross_validation = Some(held_out.total);
+        for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
+            joint.held_out = Some(out.relative);
+        }
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
             Weights::None => "ordinary least squares".into(),
             Weights::Joint => "least squares weighted by joint".into(),
+            Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
         };
         estimate.logs = logs.iter().map(|l| l.name.clone()).collect();
         estimate.cutoff = states.first().map_or(0.0, |s| s.cutoff);
@@ -147,7 +168,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result
 pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
     let mut solution = solve(&weighted(joints, &w));
-    if weights == Weights::Joint {
+    if weights != Weights::None {
         for _ in 0..REWEIGHTINGS {
             w = joints.iter().map(|joint| inverse_std(joint, &solution.x)).collect();
             solution = solve(&weighted(joints, &w));
@@ -185,6 +206,7 @@ fn report(model: &Model, joints: &[Triangle], observation: &Observation, solutio
         rms: (residual / joints[j].rows.max(1) as f64).sqrt(),
         relative: relative(total, residual),
         rows: joints[j].rows,
+        held_out: None,
     };
     let (total, left) = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     Estimate {

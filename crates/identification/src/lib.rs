@@ -3,28 +3,37 @@
 mod butterworth;
 mod candidates;
 mod certificate;
+mod closed_loop;
 mod columns;
 mod compiled;
 mod cutoff;
 mod dataset;
+mod drive_gain;
 mod dynamics;
 mod error;
+mod essential;
 mod estimate;
 mod exciting_trajectory;
 mod friction;
 mod friction_law;
 mod header;
+mod huber;
 mod identify;
+mod identify_consistent;
 mod information_matrix;
 mod least_squares;
 mod log;
 mod observation;
+mod payload;
+mod physical;
 mod planning;
+mod pseudo_inertia;
 mod random;
 mod regressor;
 mod remark;
 mod resample;
 mod robust;
+mod selection;
 mod signal;
 mod simulation;
 pub mod spectrum;
@@ -32,19 +41,24 @@ mod spectrum_rows;
 mod table;
 #[cfg(test)]
 mod test_arm;
+mod total_least_squares;
 mod transmission;
 mod triangle;
 mod validation;
+mod write_back;
 
 pub use butterworth::Butterworth;
 pub use candidates::{Candidate, CandidateGrid, MotionLimits, candidates, swing};
 pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, condition_bound, determinant_bound};
+pub use closed_loop::{ClosedLoop, Simulated, Simulator, simulated};
 pub use columns::{ColumnNames, Columns, Names, Source};
 pub use compiled::{Compiled, compiled};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
-pub use dataset::{Dataset, LogFile, Run, Score};
+pub use dataset::{Dataset, LogFile, Run, Score, Subject};
+pub use drive_gain::{DriveGains, drive_gains};
 pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
+pub use essential::{Elimination, Essential, essential, select};
 pub use estimate::{Estimate, Identified, JointResidual, Status};
 pub use exciting_trajectory::{
     ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
@@ -52,23 +66,56 @@ pub use exciting_trajectory::{
 pub use friction::FrictionTerm;
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
+pub use huber::{Reweighted, reweighted};
 pub use identify::{Fit, Options, Weights, identify, identify_all, states};
+pub use identify_consistent::{Consistency, ConsistentFit, bodies, identify_consistent, identity_map};
 pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
-pub use observation::{Model, Observation, Parameter, weighted};
+pub use observation::{Model, Observation, Parameter, row_residuals, weighted};
+pub use payload::{Payload, payload};
+pub use physical::{Consistent, Outcome, Prior, StandardMap, consistent};
 pub use planning::{Criterion, Search, Selection, exchange, value_of};
+pub use pseudo_inertia::{
+    Centroidal, Ten, centroidal, parameters as ten_parameters, pseudo_inertia, smallest_eigenvalue,
+};
 pub use random::Random;
 pub use regressor::Regressor;
 pub use resample::{interpolate, uniform_clock};
 pub use robust::{Robust, robust};
+pub use selection::{
+    Delay, FrictionCandidate, FrictionSelection, estimate_delay, friction_candidates, select_friction,
+};
 pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
 pub use simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
 pub use spectrum_rows::{EquationBlock, MeasuredMotion, gravity_rows, spectral_rows};
 pub use table::Table;
+pub use total_least_squares::{TotalLeastSquares, total_least_squares};
 pub use transmission::{Coupling, Transmission};
 pub use triangle::{Block, Triangle};
 pub use validation::{Validation, cross_validate, residuals, validate};
+pub use write_back::{JointDynamics, WrittenBack, mjcf_joints, write_back};
+
+// Identification by spectrum analysis, continued.
+mod drive_gains;
+mod friction_columns;
+mod harmonic_estimation;
+mod harmonic_rows;
+mod monte_carlo;
+mod paper_estimation;
+mod spectral_experiment;
+mod validation_trajectory;
+
+pub use drive_gains::{
+    GainEstimate, JointEquations, Scaling, gains_by_total_least_squares, maximum_likelihood, without_nuisance,
+};
+pub use friction_columns::FrictionShape;
+pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
+pub use harmonic_rows::{Band, JointSpectrum, joint_spectra};
+pub use monte_carlo::{BenchmarkArm, Comparison, Figures, Fixture, Method, Scenario, inverse_dynamics};
+pub use paper_estimation::{PaperWeights, paper_estimate, paper_rows};
+pub use spectral_experiment::{NoiseLevels, SpectralExperiment};
+pub use validation_trajectory::{ValidationMotion, validation_trajectory};
 
 #[cfg(test)]
 extern crate self as identification;

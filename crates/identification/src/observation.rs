@@ -65,7 +65,7 @@ impl<'a> Model<'a> {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let at = r * n..(r + 1) * n;
         let (q, dq, ddq) = (&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at.clone()]);
-        let tau = &states.tau[at];
+        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
         self.regressor.fill(q, dq, ddq, y);
         w.fill(0.0);
         let per_joint: usize = self.friction.iter().map(|t| t.parameters().len()).sum();
@@ -75,14 +75,32 @@ impl<'a> Model<'a> {
             let mut c = base + j * per_joint;
             for term in self.friction {
                 let width = term.parameters().len();
-                term.fill(dq[j], ddq[j], tau[j], &mut row[c..c + width]);
+                term.fill(dq[j], ddq[j], tau[j], direction[j], &mut row[c..c + width]);
                 c += width;
             }
         }
         for (i, coupling) in self.couplings.iter().enumerate() {
-            coupling.fill(dq, ddq, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
+            let motor = states.motor_direction[r * self.couplings.len() + i];
+            coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
         }
     }
+}
+
+/// tau - W x of every row, in the order of `States::tau`; NaN for rows that are not used.
+pub fn row_residuals(model: &Model, states: &States, x: &[f64]) -> Vec<f64> {
+    let (n, p) = (model.n(), model.p());
+    let mut y = vec![0.0; n * model.regressor.parameters().len()];
+    let mut w = vec![0.0; n * p];
+    let mut out = Vec::with_capacity(states.tau.len());
+    for r in 0..states.len() {
+        model.rows(states, r, &mut y, &mut w);
+        for j in 0..n {
+            let fit: f64 = w[j * p..(j + 1) * p].iter().zip(x).map(|(a, b)| a * b).sum();
+            let at = r * n + j;
+            out.push(if states.used[at] { states.tau[at] - fit } else { f64::NAN });
+        }
+    }
+    out
 }
 
 /// First moments in kg m, masses in kg, everything else (inertias, lengths times moments) in kg m^2.
@@ -109,6 +127,11 @@ pub struct Observation {
 impl Observation {
     /// Streams the samples through the model, in `parts` contiguous parts of equal length.
     pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
+        Observation::of_rows(model, states, parts, &|_, _| 1.0)
+    }
+
+    /// As `of`, the row of joint j at sample r multiplied by `weight(r, j)`.
+    pub fn of_rows(model: &Model, states: &States, parts: usize, weight: &dyn Fn(usize, usize) -> f64) -> Observation {
         let (n, p, len) = (model.n(), model.p(), states.len());
         let parts = parts.clamp(1, len.max(1));
         let mut y = vec![0.0; n * model.regressor.parameters().len()];
@@ -123,7 +146,11 @@ impl Observation {
                     if !states.used[r * n + j] {
                         continue;
                     }
-                    blocks[j].push(&w[j * p..(j + 1) * p], states.tau[r * n + j]);
+                    let (row, factor) = (&mut w[j * p..(j + 1) * p], weight(r, j));
+                    if factor != 1.0 {
+                        row.iter_mut().for_each(|x| *x *= factor);
+                    }
+                    blocks[j].push(row, factor * states.tau[r * n + j]);
                     if blocks[j].is_full() {
                         triangles[j].fold(&mut blocks[j]);
                     }

@@ -6,8 +6,23 @@ use crate::observation::{Model, Observation};
 /// A joint that moves less than this, rad (m), explains why its parameters are badly known.
 const LITTLE_MOTION: f64 = 0.5;
 
+/// ... unless it is fast: this share of the fastest joint's speed.
+const SLOW: f64 = 0.2;
+
 /// Scaled condition numbers above this are worth a sentence.
 const ILL_CONDITIONED: f64 = 100.0;
+
+/// Joints that hardly move: a small range, and slow beside the fastest joint.
+pub fn little_motion(observation: &Observation) -> Vec<bool> {
+    let fastest = observation.speed.iter().copied().fold(0.0, f64::max);
+    let moves = observation.range.iter().zip(&observation.speed);
+    moves.map(|(r, &v)| r.1 - r.0 < LITTLE_MOTION && v < SLOW * fastest).collect()
+}
+
+/// Whether a parameter belongs to a joint that hardly moves.
+pub fn weak(model: &Model, still: &[bool], c: usize) -> bool {
+    joint_of(model, c).is_some_and(|j| still[j])
+}
 
 /// Sentences on missing and on weak directions.
 pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
@@ -38,11 +53,12 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
         let why = because(model, observation, &members);
         out.push(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio));
     }
+    let still = little_motion(observation);
     for (k, &(low, high)) in observation.range.iter().enumerate() {
-        if high - low < LITTLE_MOTION {
+        if still[k] {
             let name = &model.regressor.coordinates()[k];
             out.push(format!(
-                "joint {} ({name}) moves {:.3} rad at up to {:.3} rad/s only: what depends on its motion is poorly known",
+                "joint {} ({name}) moves {:.3} rad at up to {:.3} rad/s only: its parameters are not identifiable from this log, errors of the model decide them",
                 k + 1,
                 high - low,
                 observation.speed[k]

@@ -26,6 +26,8 @@ pub struct Transmission {
     pub ratios: Option<Vec<f64>>,
     /// Entries of R beside the diagonal: (motor, joint, R), counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
+    /// The coupled motors have no inertia and friction of their own in the model.
+    pub rigid_couplings: bool,
     /// The positions and velocities in the log are already on the joint side; only torques are not.
     pub joint_side_positions: bool,
     /// rad (m): joint position in the model minus that in the log.
@@ -48,10 +50,15 @@ impl Coupling {
     pub const PARAMETERS: &'static [(&'static str, &'static str)] =
         &[("IAM", "kg m^2"), ("FVM", "N m s/rad"), ("FSM", "N m")];
 
-    /// Writes the three columns from `column` on into the n x p rows `w`.
-    pub fn fill(&self, dq: &[f64], ddq: &[f64], w: &mut [f64], p: usize, column: usize) {
+    /// The direction in which the motor turns: sign(dq_m + c dq_k).
+    pub fn direction(&self, dq_motor: f64, dq_joint: f64) -> f64 {
+        sign(dq_motor + self.ratio * dq_joint)
+    }
+
+    /// Writes the three columns from `column` on into the n x p rows `w`; `motor` is the direction in
+    /// which the motor turns.
+    pub fn fill(&self, dq: &[f64], ddq: &[f64], motor: f64, w: &mut [f64], p: usize, column: usize) {
         let (m, k, c) = (self.motor, self.joint, self.ratio);
-        let motor = sign(dq[m] + c * dq[k]);
         w[k * p + column..k * p + column + 3].copy_from_slice(&[c * ddq[m], c * dq[m], c * motor]);
         w[m * p + column..m * p + column + 3].copy_from_slice(&[c * ddq[k], c * dq[k], motor]);
     }
@@ -65,7 +72,7 @@ impl Transmission {
             let (motor, joint) = (m.checked_sub(1)?, k.checked_sub(1)?);
             Some(Coupling { motor, joint, ratio: r / ratio(motor) })
         };
-        self.couplings.iter().filter_map(coupling).collect()
+        self.couplings.iter().filter(|_| !self.rigid_couplings).filter_map(coupling).collect()
     }
 
     fn check(&self, n: usize) -> Result<(), Error> {
@@ -132,6 +139,7 @@ impl Transmission {
             dq: log.dq.as_ref().map(positions),
             ddq: log.ddq.as_ref().map(positions),
             tau: product(&matrix.transpose(), &motor),
+            couplings: self.coupled(),
         })
     }
 }

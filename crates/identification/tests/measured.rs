@@ -3,7 +3,7 @@
 
 mod newton_euler;
 
-use identification::{Dataset, Log, Regressor, Score, identify};
+use identification::{Dataset, Log, Regressor, Score, Status, Subject, estimate_delay, identify};
 use newton_euler::{Arm, shared};
 
 fn arm(dataset: &str) -> Arm {
@@ -21,7 +21,9 @@ fn scores(name: &str) -> Vec<Score> {
     let dataset = Dataset::known().unwrap().into_iter().find(|d| d.name == name).unwrap();
     let arm = arm(name);
     println!("{} base parameters", arm.parameters().len());
-    let scores = dataset.score(&folder, &arm).unwrap();
+    let map = Some(arm.map());
+    let subject = Subject { regressor: Box::new(arm), map, references: Vec::new() };
+    let scores = dataset.score(&folder, &subject).unwrap();
     for score in &scores {
         println!("{score}");
         for (b, (log, residual)) in score.baseline.iter().zip(&score.residuals) {
@@ -65,5 +67,23 @@ fn cobot6_from_its_poor_log() {
     let arm = Arm::cobot6();
     let run = &dataset.runs[2];
     let (log, _) = Log::read(&folder.join("traj1.csv.gz"), arm.coordinates(), &run.options.columns).unwrap();
-    println!("{}", identify(&arm, &log, &run.options).unwrap());
+    let estimate = identify(&arm, &log, &run.options).unwrap();
+    for parameter in estimate.parameters.iter().filter(|p| p.name.ends_with('4')) {
+        assert_ne!(parameter.status, Status::Identified, "{parameter:?}");
+    }
+    assert!(estimate.remarks.iter().any(|r| r.contains("joint 4 (q4) moves 0.175 rad")), "{:?}", estimate.remarks);
+}
+
+/// facts.md of the set: torques and positions are 2 to 4 ms apart.
+#[test]
+fn tx40_delay() {
+    let Some(folder) = shared("data/tx40_staubli") else { return };
+    let dataset = Dataset::known().unwrap().into_iter().find(|d| d.name == "tx40_staubli").unwrap();
+    let arm = Arm::tx40();
+    let options = &dataset.runs[0].options;
+    let (log, _) = Log::read(&folder.join("run_5khz.csv.gz"), arm.coordinates(), &options.columns).unwrap();
+    let delay = estimate_delay(&arm, &[log], options).unwrap();
+    println!("{delay:?}");
+    assert!((0.001..0.005).contains(&delay.seconds.abs()), "{delay:?}");
+    assert!(delay.residual < 0.0525, "{delay:?}");
 }

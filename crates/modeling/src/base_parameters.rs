@@ -19,8 +19,10 @@ use expr::{Function, Tape};
 use nalgebra::DMatrix;
 use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
 
+use crate::closure::Closure;
 use crate::coefficient::Coefficient;
-use crate::derivation::Derivation;
+use crate::derivation::{Derivation, NeverCloses};
+use crate::exact_rank::independent_columns;
 use crate::field::SplitMix;
 use crate::interpolation::{Question, interpolate};
 use crate::rank::{CLEAR_GAP, Scan, scan};
@@ -36,6 +38,9 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that move nothing.
     pub no_effect: Vec<usize>,
+    /// Indices of the standard parameters that would be base parameters for robots of this structure in
+    /// general, but are not at these numbers: two lengths or angles agree, or gravity is along an axis.
+    pub coincident: Vec<usize>,
     pub rank: Rank,
 }
 
@@ -68,6 +73,9 @@ pub struct Term {
 pub struct Rank {
     /// Number of base parameters.
     pub numeric: usize,
+    /// The rank in a finite field, without a tolerance; `None` where loops are closed numerically,
+    /// since their passive coordinates are no free elements of a field.
+    pub exact: Option<usize>,
     /// Smallest relative distance of a kept column from the span of those before it.
     pub smallest_kept: f64,
     /// Largest relative distance of a dropped one; zero columns count with their norm relative to
@@ -91,6 +99,10 @@ impl Rank {
 pub enum UnclearRank {
     /// Some columns are neither clearly independent nor clearly dependent.
     Gap { rank: Rank, doubtful: Vec<(String, f64)> },
+    /// The loops were never found closed.
+    NeverCloses(NeverCloses),
+    /// Columns that the numbers keep although they are dependent for every robot of this structure.
+    Exact { numeric: usize, exact: usize, only_numeric: Vec<String> },
     /// The exact coefficient and the numeric one of a regrouping differ.
     Disagreement { dropped: String, kept: String, exact: f64, numeric: f64 },
 }
@@ -114,6 +126,13 @@ impl fmt::Display for UnclearRank {
                 }
                 write!(f, ". Look for a length or an angle that is almost, but not quite, zero or a right angle.")
             }
+            UnclearRank::NeverCloses(e) => e.fmt(f),
+            UnclearRank::Exact { numeric, exact, only_numeric } => write!(
+                f,
+                "the numeric rank is {numeric}, the exact one {exact}: rounding makes these look independent, which \
+                 they are not: {}",
+                only_numeric.join(" ")
+            ),
             UnclearRank::Disagreement { dropped, kept, exact, numeric } => write!(
                 f,
                 "the exact rule and the numbers disagree on what {kept} absorbs of {dropped}: {exact} and {numeric}"
@@ -123,6 +142,12 @@ impl fmt::Display for UnclearRank {
 }
 
 impl std::error::Error for UnclearRank {}
+
+impl From<NeverCloses> for UnclearRank {
+    fn from(e: NeverCloses) -> UnclearRank {
+        UnclearRank::NeverCloses(e)
+    }
+}
 
 impl BaseParameters {
     /// Number of base parameters.
@@ -160,7 +185,7 @@ pub(crate) fn base_parameters(
 ) -> Result<BaseParameters, UnclearRank> {
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
-    let scan = scan(sampled(regressor));
+    let scan = scan(sampled(regressor, derivation.closure()));
     let mut rank = evidence(&scan);
     let name = |c: usize| standard[c].display(robot).to_string();
     if rank.gap() < CLEAR_GAP {
@@ -171,6 +196,15 @@ pub(crate) fn base_parameters(
         let doubtful = (0..standard.len()).filter(in_doubt).map(|c| (name(c), scan.distance[c])).collect();
         return Err(UnclearRank::Gap { rank, doubtful });
     }
+
+    let exact = if robot.passive.is_empty() { independent_columns(regressor) } else { scan.kept.clone() };
+    rank.exact = robot.passive.is_empty().then_some(exact.len());
+    let (numeric, exact_rank) = (scan.kept.len(), exact.len());
+    if numeric > exact_rank {
+        let only_numeric = scan.kept.iter().filter(|c| !exact.contains(c)).map(|&c| name(c)).collect();
+        return Err(UnclearRank::Exact { numeric, exact: exact_rank, only_numeric });
+    }
+    let coincident = exact.into_iter().filter(|c| !scan.kept.contains(c)).collect();
 
     let betas = regrouping(derivation, regressor, &standard, &scan);
     let (exact, numeric): (Vec<_>, Vec<_>) =
@@ -206,20 +240,26 @@ pub(crate) fn base_parameters(
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && betas.get(c).is_none_or(Vec::is_empty))
         .collect();
-    Ok(BaseParameters { standard, base, no_effect, rank })
+    Ok(BaseParameters { standard, base, no_effect, coincident, rank })
 }
 
-/// D at random states, one below the other.
-fn sampled(regressor: &Function) -> DMatrix<f64> {
+/// D at random states, one below the other; loops closed.
+fn sampled(regressor: &Function, closure: Option<Closure>) -> DMatrix<f64> {
     let tape = Tape::new(regressor);
     let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);
     // Three times as many rows as columns, counting for a joint only its own row.
     let n_states = if n == 0 { 0 } else { 3 * p.div_ceil(n) + 8 };
     let mut random = SplitMix(1995);
-    let mut states = Vec::with_capacity(n_states * 3 * n);
-    for _ in 0..n_states {
-        // Whole turns; rates that let inertia, centrifugal and gravity terms weigh alike.
-        for scale in [std::f64::consts::PI, 2.0, 4.0] {
+    let closed = closure.map(|mut closure| closure.sample(n, n_states, &mut random));
+    let n_states = closed.as_ref().map_or(n_states, Vec::len);
+    let mut states = Vec::with_capacity(n_states * tape.n_inputs());
+    for s in 0..n_states {
+        match &closed {
+            Some(closed) => states.extend(closed[s].0.iter().chain(&closed[s].1)),
+            None => states.extend((0..n).map(|_| std::f64::consts::PI * random.unit())),
+        }
+        // Rates that let inertia, centrifugal and gravity terms weigh alike.
+        for scale in [2.0, 4.0] {
             states.extend((0..n).map(|_| scale * random.unit()));
         }
     }
@@ -232,7 +272,14 @@ fn evidence(scan: &Scan) -> Rank {
     let smallest_kept = scan.kept.iter().map(|&c| scan.distance[c]).fold(1.0, f64::min);
     let dropped = scan.zero.iter().copied().chain(scan.dependent.iter().map(|d| d.0));
     let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
-    Rank { numeric: scan.kept.len(), smallest_kept, largest_dropped, exact_relations: 0, numeric_relations: 0 }
+    Rank {
+        numeric: scan.kept.len(),
+        exact: None,
+        smallest_kept,
+        largest_dropped,
+        exact_relations: 0,
+        numeric_relations: 0,
+    }
 }
 
 /// For each dropped column, the kept columns it is made of.
@@ -264,7 +311,14 @@ fn regrouping(
         .collect();
 
     let mut betas: BTreeMap<usize, Vec<(usize, Beta)>> = BTreeMap::new();
-    for (question, answer) in questions.iter().zip(interpolate(regressor, &questions)) {
+    // Where loops are closed numerically only a column that is not there is a fact of the field.
+    let answers = if robot.passive.is_empty() {
+        interpolate(regressor, &questions)
+    } else {
+        let absent = |q: &Question| q.support.is_empty() && column_is_zero(regressor, q.column);
+        questions.iter().map(|q| absent(q).then(Vec::new)).collect()
+    };
+    for (question, answer) in questions.iter().zip(answers) {
         let row = match answer {
             Some(x) => question.support.iter().copied().zip(x.into_iter().map(Beta::Exact)).collect(),
             None => {
@@ -310,6 +364,12 @@ fn regrouping(
         betas.insert(dropped, row.into_iter().collect());
     }
     betas
+}
+
+/// Whether nothing stands in a column, whatever the state.
+fn column_is_zero(regressor: &Function, column: usize) -> bool {
+    let output = &regressor.outputs[0];
+    (0..output.rows).all(|r| output.entries[r * output.columns + column].is_zero())
 }
 
 /// Power of a length in the unit of a parameter, the mass apart.

@@ -9,6 +9,7 @@ use expr::{Expr, Graph, SymbolKind};
 use robot::{Robot, SymbolId, Value};
 
 use crate::angle::Angle;
+use crate::vector::Vector;
 
 /// Names given so far.
 pub(crate) struct Constants<'a> {
@@ -28,6 +29,11 @@ enum Kind {
 impl<'a> Constants<'a> {
     pub fn new(robot: &'a Robot) -> Constants<'a> {
         Constants { robot, symbols: vec![None; robot.symbols.len()], numbers: Vec::new() }
+    }
+
+    /// -g in the base frame, m/s^2: how the base seems to accelerate.
+    pub fn weight(&mut self, g: &mut Graph) -> Vector {
+        [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -self.length(g, &self.robot.gravity[i], name))
     }
 
     /// A length, m. `place` names the number if it has no name: `d3`.

@@ -22,26 +22,52 @@ use crate::angle::Angle;
 use crate::constants::Constants;
 use crate::vector::{NULL, Turn, Vector, add, cross};
 
-/// The coordinates and their rates, as inputs of a function.
+/// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
+/// the coordinates'.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     pub q: Vec<Expr>,
     pub dq: Vec<Expr>,
     pub ddq: Vec<Expr>,
+    /// Number of coordinates.
+    pub n: usize,
 }
 
 impl Motion {
     pub fn new(g: &mut Graph, robot: &Robot) -> Motion {
-        let mut inputs = |prefix: &str| -> Vec<Expr> {
+        let n = robot.n_coordinates();
+        let mut inputs = |prefix: &str, count: usize| -> Vec<Expr> {
             let name = |k: usize| format!("{prefix}[{k}]");
-            (0..robot.n_coordinates()).map(|k| g.symbol(&name(k), SymbolKind::Input)).collect()
+            (0..count).map(|k| g.symbol(&name(k), SymbolKind::Input)).collect()
         };
-        Motion { q: inputs("q"), dq: inputs("dq"), ddq: inputs("ddq") }
+        let (mut q, mut dq, mut ddq) = (inputs("q", n), inputs("dq", n), inputs("ddq", n));
+        q.extend(inputs("passive", robot.passive.len()));
+        dq.resize(q.len(), Expr::ZERO);
+        ddq.resize(q.len(), Expr::ZERO);
+        Motion { q, dq, ddq, n }
     }
 
+    /// `q`, `passive` where there are such, `dq`, `ddq`.
     pub fn inputs(&self) -> Vec<Input> {
-        let named = [("q", &self.q), ("dq", &self.dq), ("ddq", &self.ddq)];
-        named.map(|(name, entries)| Input { name: name.into(), entries: entries.clone() }).into()
+        let names: &[&str] = if self.q.len() > self.n { &["q", "passive", "dq", "ddq"] } else { &["q", "dq", "ddq"] };
+        names.iter().map(|name| self.input(name)).collect()
+    }
+
+    /// `q`, and `passive` where there are such.
+    pub fn configuration(&self) -> Vec<Input> {
+        let names: &[&str] = if self.q.len() > self.n { &["q", "passive"] } else { &["q"] };
+        names.iter().map(|name| self.input(name)).collect()
+    }
+
+    /// One of `q`, `passive`, `dq`, `ddq`.
+    pub fn input(&self, name: &str) -> Input {
+        let entries = match name {
+            "q" => &self.q[..self.n],
+            "passive" => &self.q[self.n..],
+            "dq" => &self.dq[..self.n],
+            _ => &self.ddq[..self.n],
+        };
+        Input { name: name.into(), entries: entries.to_vec() }
     }
 }
 
@@ -71,9 +97,9 @@ pub(crate) struct LinkMotion {
 /// Where a link stands in its antecedent's frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement {
-    gamma: Turn,
-    alpha: Turn,
-    theta: Turn,
+    pub gamma: Turn,
+    pub alpha: Turn,
+    pub theta: Turn,
     /// O_j from O_i, in frame i.
     pub p: Vector,
 }
@@ -119,8 +145,7 @@ pub(crate) fn link_motions(
     constants: &mut Constants,
     motion: &Motion,
 ) -> Vec<LinkMotion> {
-    let n = robot.n_coordinates();
-    let gravity = [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -constants.length(g, &robot.gravity[i], name));
+    let n = robot.n_variables();
     let at_rest = Parallel {
         w: NULL,
         dw: NULL,
@@ -134,7 +159,7 @@ pub(crate) fn link_motions(
     let base = LinkMotion {
         w: NULL,
         dw: NULL,
-        a: gravity,
+        a: constants.weight(g),
         U: [NULL; 3],
         jacobian: vec![None; n],
         joint_acceleration: Expr::ZERO,

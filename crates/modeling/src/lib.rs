@@ -8,16 +8,25 @@
 
 mod angle;
 mod base_parameters;
+mod closure;
 mod coefficient;
+mod composite;
 mod constants;
 mod derivation;
+mod energy;
+mod exact_rank;
 mod field;
+mod forward_dynamics;
+mod implicit;
+mod inertia_matrix;
 mod interpolation;
 mod kinematics;
 mod names;
+mod pose;
 mod rank;
 mod regressor;
 mod rigid_regrouping;
+mod robot_module;
 mod rule;
 #[cfg(test)]
 mod test_robots;
@@ -25,4 +34,6 @@ mod torque;
 mod vector;
 
 pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
-pub use derivation::Derivation;
+pub use closure::{Closure, Open};
+pub use derivation::{Derivation, NeverCloses};
+pub use robot_module::{RobotFunction, module};

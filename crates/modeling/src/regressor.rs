@@ -13,15 +13,41 @@ use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::derivation::Derivation;
+use crate::implicit::reduced;
 use crate::kinematics::{LinkMotion, Twist};
 use crate::vector::{NULL, Vector, cross, dot};
 
 /// D(q, dq, ddq), n x p: one row a coordinate, one column a parameter of
 /// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
 pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
+    let entries = entries(derivation);
+    let rows = derivation.robot.n_coordinates();
+    let columns = entries.len().checked_div(rows).unwrap_or(0);
+    let output = Output { name: "y".into(), rows, columns, entries };
+    Function::new("regressor", &derivation.graph, derivation.motion.inputs(), vec![output])
+}
+
+/// dq^T D, 1 x p: the power of the joints per unit of each parameter, the derivative of the energy
+/// [Gautier 1997]. Inputs `q`, `dq`, `ddq`; output `power`.
+pub(crate) fn power_regressor(derivation: &mut Derivation) -> Function {
+    let entries = entries(derivation);
+    let Derivation { robot, graph: g, motion, .. } = derivation;
+    let columns = entries.len().checked_div(robot.n_coordinates()).unwrap_or(0);
+    let mut power = vec![Expr::ZERO; columns];
+    for (row, &rate) in entries.chunks(columns.max(1)).zip(&motion.dq) {
+        for (sum, &entry) in power.iter_mut().zip(row) {
+            let term = g.mul(rate, entry);
+            *sum = g.add(*sum, term);
+        }
+    }
+    let output = Output { name: "power".into(), rows: 1, columns, entries: power };
+    Function::new("power_regressor", g, motion.inputs(), vec![output])
+}
+
+fn entries(derivation: &mut Derivation) -> Vec<Expr> {
+    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
     let parameters = StandardParameter::all(robot);
-    let n = robot.n_coordinates();
+    let n = robot.n_variables();
     let mut entries = vec![Expr::ZERO; n * parameters.len()];
     for (c, parameter) in parameters.iter().enumerate() {
         let j = &links[parameter.link.0];
@@ -39,8 +65,13 @@ pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
             }
         }
     }
-    let output = Output { name: "y".into(), rows: n, columns: parameters.len(), entries };
-    Function::new("regressor", g, motion.inputs(), vec![output])
+    match implicit {
+        None => entries,
+        Some(implicit) => {
+            let rows: Vec<Vec<Expr>> = entries.chunks(parameters.len().max(1)).map(<[Expr]>::to_vec).collect();
+            reduced(g, &implicit.G, &rows).concat()
+        }
+    }
 }
 
 /// Force and moment at O_j per unit of one inertial parameter.
@@ -98,7 +129,7 @@ mod tests {
     fn counts() {
         for robot in [test_robots::ur5, test_robots::panda, test_robots::lwr] {
             let robot = robot(RotorInertia::Absent);
-            let f = Derivation::new(&robot).regressor().bound();
+            let f = Derivation::new(&robot).unwrap().regressor().bound();
             println!("{} standard {:?}", robot.name, f.count());
             let all = StandardParameter::all(&robot);
             use Inertial::*;

@@ -102,3 +102,39 @@ pub(crate) fn lwr(rotor: RotorInertia) -> Robot {
     ];
     serial("lwr", &rows, rotor)
 }
+
+pub(crate) fn rx90(rotor: RotorInertia) -> Robot {
+    let rows = [
+        (0, "0", "0", false),
+        (1, "0", "0", false),
+        (0, "D3", "0", false),
+        (-1, "0", "RL4", false),
+        (1, "0", "0", false),
+        (-1, "0", "0", false),
+    ];
+    serial("rx90", &rows, rotor)
+}
+
+pub(crate) fn puma(rotor: RotorInertia) -> Robot {
+    let rows = [
+        (0, "0", "0", false),
+        (-1, "0", "0", false),
+        (0, "D3", "RL3", false),
+        (-1, "D4", "RL4", false),
+        (1, "0", "0", false),
+        (-1, "0", "0", false),
+    ];
+    serial("puma", &rows, rotor)
+}
+
+pub(crate) fn stanford(rotor: RotorInertia) -> Robot {
+    let rows = [
+        (0, "0", "0", false),
+        (-1, "0", "RL2", false),
+        (1, "0", "0", true),
+        (0, "0", "0", false),
+        (-1, "0", "0", false),
+        (1, "0", "0", false),
+    ];
+    serial("stanford", &rows, rotor)
+}

@@ -5,43 +5,85 @@
 //! n_j = J_j dw_j + w_j x (J_j w_j) + MS_j x a_j + sum_children (R n_c + p x R f_c)
 //! tau_j = z . n_j (revolute) or z . f_j (prismatic) + IA_j ddq_j
 //! ```
-//! [Khalil, Kleinfinger 1987]. The forces here travel inward, where the regressor's twists travel
-//! outward: the two share the link motions and nothing else.
+//! [Khalil, Kleinfinger 1987]. With base parameters most masses, MZ and YY are zero and their terms
+//! are not there. The forces here travel inward, where the regressor's twists travel outward: the two
+//! share the link motions and nothing else.
 
 use expr::{Expr, Function, Graph, Input, Output, SymbolKind};
 use robot::{Inertial, JointKind, LinkId, StandardParameter};
 
+use crate::base_parameters::BaseParameters;
 use crate::derivation::Derivation;
+use crate::implicit::reduced;
 use crate::kinematics::LinkMotion;
-use crate::vector::{NULL, Vector, add, cross, dot};
+use crate::vector::{NULL, Vector, add, cross, dot, sum};
+
+/// Standard parameters as inputs: the p entries of X, or the kept ones of X_base.
+pub(crate) struct ParameterInputs {
+    pub x: Vec<Expr>,
+    parameters: Vec<StandardParameter>,
+}
+
+impl ParameterInputs {
+    pub fn standard(derivation: &mut Derivation) -> ParameterInputs {
+        ParameterInputs::of(derivation, StandardParameter::all(derivation.robot))
+    }
+
+    /// A base parameter stands in the place of the standard one it is named after.
+    pub fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
+        ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect())
+    }
+
+    fn of(derivation: &mut Derivation, parameters: Vec<StandardParameter>) -> ParameterInputs {
+        let g = &mut derivation.graph;
+        let x = (0..parameters.len()).map(|c| g.symbol(&format!("x[{c}]"), SymbolKind::Input)).collect();
+        ParameterInputs { x, parameters }
+    }
+
+    /// Zero where the parameter is not among them.
+    pub fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
+        let parameter = StandardParameter { link, inertial };
+        self.parameters.iter().position(|p| *p == parameter).map_or(Expr::ZERO, |c| self.x[c])
+    }
+
+    pub fn body(&self, link: LinkId) -> [Expr; 10] {
+        Inertial::BODY.map(|i| self.get(link, i))
+    }
+
+    pub fn input(&self) -> Input {
+        Input { name: "x".into(), entries: self.x.clone() }
+    }
+}
 
 /// tau(q, dq, ddq, x).
-pub(crate) fn torque(derivation: &mut Derivation) -> Function {
-    let Derivation { robot, graph: g, motion, links, .. } = derivation;
-    let parameters = StandardParameter::all(robot);
-    let x: Vec<Expr> = (0..parameters.len()).map(|c| g.symbol(&format!("x[{c}]"), SymbolKind::Input)).collect();
-    let value = |j: LinkId, inertial: Inertial| {
-        parameters.iter().position(|p| *p == StandardParameter { link: j, inertial }).map(|c| x[c])
-    };
+pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
+    let links = std::mem::take(&mut derivation.links);
+    let tau = entries(derivation, &links, x);
+    derivation.links = links;
+    let mut inputs = derivation.motion.inputs();
+    inputs.push(x.input());
+    let output = Output { name: "tau".into(), rows: tau.len(), columns: 1, entries: tau };
+    Function::new(name, &derivation.graph, inputs, vec![output])
+}
 
-    let mut tau = vec![Expr::ZERO; robot.n_coordinates()];
+/// The entries of tau for these link motions.
+pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Expr> {
+    let Derivation { robot, graph: g, implicit, .. } = derivation;
+    let mut tau = vec![Expr::ZERO; robot.n_variables()];
     let mut from_children = vec![(NULL, NULL); robot.links.len()];
     for j in robot.link_ids().rev() {
         let link = robot.link(j);
-        let body = Inertial::BODY.map(|i| value(j, i).unwrap_or(Expr::ZERO));
-        let (own_f, own_n) = wrench(g, &links[j.0], body);
+        let (own_f, own_n) = wrench(g, &links[j.0], x.body(j));
         let (child_f, child_n) = from_children[j.0];
         let (f, n) = (add(g, own_f, child_f), add(g, own_n, child_n));
 
-        let mut along = match link.joint.kind {
+        let along = match link.joint.kind {
             JointKind::Revolute => n[2],
             JointKind::Prismatic => f[2],
             JointKind::Fixed => Expr::ZERO,
         };
-        if let Some(rotor) = value(j, Inertial::Ia) {
-            let inertia = g.mul(rotor, links[j.0].joint_acceleration);
-            along = g.add(along, inertia);
-        }
+        let rotor = g.mul(x.get(j, Inertial::Ia), links[j.0].joint_acceleration);
+        let along = g.add(along, rotor);
         for &(k, c) in &link.joint.variable.terms {
             let c = g.constant(c);
             let term = g.mul(c, along);
@@ -56,24 +98,61 @@ pub(crate) fn torque(derivation: &mut Derivation) -> Function {
             from_children[i.0] = (add(g, sum_f, f), add(g, sum_n, n));
         }
     }
-    let mut inputs = motion.inputs();
-    inputs.push(Input { name: "x".into(), entries: x });
-    let output = Output { name: "tau".into(), rows: tau.len(), columns: 1, entries: tau };
-    Function::new("torque", g, inputs, vec![output])
+    match implicit {
+        None => tau,
+        Some(implicit) => reduced(g, &implicit.G, &tau.into_iter().map(|t| vec![t]).collect::<Vec<_>>()).concat(),
+    }
 }
 
 /// Force and moment at O_j that move link j, from its ten parameters.
 fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
-    let (J, s) = ([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], [mx, my, mz]);
+    let (U, s) = (&j.U, [mx, my, mz]);
     let ma = j.a.map(|a| g.mul(m, a));
-    let us = j.U.map(|row| dot(g, row, s));
+    let us = U.map(|row| dot(g, row, s));
     let f = add(g, ma, us);
 
-    let j_dw = J.map(|row| dot(g, row, j.dw));
-    let j_w = J.map(|row| dot(g, row, j.w));
-    let gyroscopic = cross(g, j.w, j_w);
+    // J dw + w x (J w), gathered by parameter so that U serves twice.
+    let [wx, wy, wz] = j.w;
+    let mut row = |(diagonal, dw): (Expr, Expr),
+                   (plus, minus): (Expr, Expr),
+                   (a, b): (Expr, Expr),
+                   rest: [(Expr, Expr); 2],
+                   (product, c, d): (Expr, Expr, Expr)| {
+        let (cc, dd) = (g.mul(c, c), g.mul(d, d));
+        let squares = g.sub(cc, dd);
+        let (difference, ab) = (g.sub(plus, minus), g.mul(a, b));
+        let terms = [
+            g.mul(diagonal, dw),
+            g.mul(difference, ab),
+            g.mul(rest[0].0, rest[0].1),
+            g.mul(rest[1].0, rest[1].1),
+            g.mul(product, squares),
+        ];
+        sum(g, &terms)
+    };
+    let about_o = [
+        row((xx, j.dw[0]), (zz, yy), (wy, wz), [(xy, -U[2][0]), (xz, U[1][0])], (yz, wy, wz)),
+        row((yy, j.dw[1]), (xx, zz), (wx, wz), [(xy, U[2][1]), (yz, -U[0][1])], (xz, wz, wx)),
+        row((zz, j.dw[2]), (yy, xx), (wx, wy), [(xz, -U[1][2]), (yz, U[0][2])], (xy, wx, wy)),
+    ];
     let first = cross(g, s, j.a);
-    let n = add(g, j_dw, gyroscopic);
-    (f, add(g, n, first))
+    (f, add(g, about_o, first))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_robots;
+
+    #[test]
+    fn counts() {
+        for robot in [test_robots::rx90, test_robots::puma, test_robots::stanford, test_robots::ur5, test_robots::lwr] {
+            let robot = robot(robot::RotorInertia::Unknown);
+            let mut d = Derivation::new(&robot).unwrap();
+            let standard = d.regressor();
+            let base = d.base_parameters(&standard).unwrap();
+            println!("{} {:?} {:?}", robot.name, d.torque().count(), d.inverse_dynamics(&base).count());
+        }
+    }
 }

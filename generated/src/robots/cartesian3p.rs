@@ -28,13 +28,11 @@ pub const FINGERPRINT: u64 = 7894000222331445036;
 /// Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.
 #[inline(always)]
 pub fn base_regressor<R: Real>(
-    q: &[R; 3],
-    dq: &[R; 3],
+    _q: &[R; 3],
+    _dq: &[R; 3],
     ddq: &[R; 3],
     y: &mut [[R; 4]; 3],
 ) {
-    let _ = q;
-    let _ = dq;
     y[1][0] = R::from_f64(0.0);
     y[1][1] = R::from_f64(0.0);
     y[2][0] = R::from_f64(0.0);

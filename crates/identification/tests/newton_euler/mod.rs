@@ -1,9 +1,11 @@
+#![allow(dead_code, reason = "each test binary uses its part")]
 //! A regressor by an f64 Newton-Euler recursion, for serial arms in modified DH: the tests' own.
 //!
 //! The torque is linear in the standard parameters; column c is the torque of a unit parameter c.
 //! Base columns are chosen left to right among random states by Gram-Schmidt.
 
-use identification::{Random, Regressor};
+use identification::{Random, Regressor, StandardMap};
+use nalgebra::DMatrix;
 
 type V = [f64; 3];
 
@@ -111,6 +113,18 @@ impl Arm {
             Row(-h, 0.0, 0.0, -0.24),
         ];
         Arm::new(&rows, [0.0, 0.0, 9.81], false)
+    }
+
+    /// How the base parameters follow from the standard ones.
+    pub fn map(&self) -> StandardMap {
+        let (b, p, per) = (self.grouping.len(), self.standard.len(), self.per());
+        let rotors = if self.rotor { (0..self.rows.len()).map(|j| j * per + 10).collect() } else { Vec::new() };
+        StandardMap {
+            standard: self.standard.clone(),
+            matrix: DMatrix::from_fn(b, p, |i, j| self.grouping[i][j]),
+            bodies: (0..self.rows.len()).map(|j| (format!("link{}", j + 1), j * per)).collect(),
+            rotors,
+        }
     }
 
     fn per(&self) -> usize {

@@ -7,6 +7,7 @@
 use std::f64::consts::PI;
 
 use crate::kinematics::sin_cos;
+use crate::link::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
@@ -113,6 +114,39 @@ pub(super) fn unit_axis(axis: Vector3) -> Option<Vector3> {
         None => unit.map(exact_entry),
     })
 }
+
+/// Takes the angles that the user rounded for what they were meant to be, and says so.
+pub(super) fn snap_angles(robot: &mut Robot) {
+    let symbols = &robot.symbols;
+    let mut notes = Vec::new();
+    let mut snap = |subject: &str, geometry: &mut ModifiedDh| {
+        let angles = [("gamma", &mut geometry.gamma), ("alpha", &mut geometry.alpha), ("theta", &mut geometry.theta)];
+        for (key, value) in angles {
+            if value.as_multiple_of_pi(symbols).is_some() {
+                continue;
+            }
+            let given = value.number(symbols);
+            let meant = given_angle(given);
+            let Some((n, d)) = meant.as_multiple_of_pi(symbols) else { continue };
+            if (given - meant.number(symbols)).abs() > SILENT {
+                let text = format!("{key} = {given} is taken for {n}/{d} pi");
+                notes.push(Note { subject: subject.to_string(), text });
+            }
+            *value = meant;
+        }
+    };
+    for link in &mut robot.links {
+        snap(&format!("link {}", link.label), &mut link.geometry);
+    }
+    for (i, one) in robot.loops.iter_mut().enumerate() {
+        snap(&format!("cut of loop {}", i + 1), &mut one.cut.geometry);
+        snap(&format!("twin of loop {}", i + 1), &mut one.twin.geometry);
+    }
+    robot.notes.extend(notes);
+}
+
+/// rad: what a double of pi/2 misses is nobody's business.
+const SILENT: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {

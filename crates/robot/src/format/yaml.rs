@@ -10,6 +10,7 @@
 
 use super::expression::{Names, identifiers, is_name};
 use super::node::{Content, Fields, Node, Source};
+use super::snap::snap_angles;
 use super::suggestion::did_you_mean;
 use super::yaml_link::{self, Draft};
 use super::yaml_loop;
@@ -90,6 +91,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         gravity,
         notes: vec![],
     };
+    snap_angles(&mut robot);
     yaml_loop::check_passive(source, &robot, &drafts)?;
     if let Some(node) = fields.get("loops") {
         passive::resolve(&mut robot).map_err(|message| source.at(node, message))?;

@@ -1,0 +1,92 @@
+//! A Function as straight-line steps, one an operation, in the order of its schedule: what every
+//! target language writes down in its own way.
+//!
+//! An entry is stored as soon as it is known. Sine and cosine of an angle are one step.
+
+use expr::{Expr, Function, Node, SymbolKind, operands};
+
+/// One statement.
+pub(crate) enum Step {
+    /// The node, which is a sum, a product, a quotient or a root.
+    Compute(usize),
+    /// Sine and cosine of the angle; the nodes, where something reads them.
+    SinCos { angle: usize, sine: Option<usize>, cosine: Option<usize> },
+    /// An entry of an output takes the node's value, or its negative.
+    Store { output: usize, row: usize, column: usize, node: usize, negative: bool },
+}
+
+/// How a node is read by those that use it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Name {
+    Constant(f64),
+    Input { input: usize, entry: usize },
+    Variable(String),
+}
+
+/// The steps of `function`, which has no named constants left.
+pub(crate) fn steps(function: &Function) -> Vec<Step> {
+    let nodes = function.graph().nodes();
+    // Node -> the places it is stored to; constants are stored first.
+    let mut places: Vec<Vec<Step>> = nodes.iter().map(|_| Vec::new()).collect();
+    for (output, o) in function.outputs.iter().enumerate() {
+        for (i, e) in o.entries.iter().enumerate() {
+            let (row, column) = (i / o.columns, i % o.columns);
+            let (node, negative) = (e.node(), e.is_negative());
+            places[node].push(Step::Store { output, row, column, node, negative });
+        }
+    }
+    let mut steps = Vec::new();
+    for (n, places) in places.into_iter().enumerate() {
+        match nodes[n] {
+            Node::Add(..) | Node::Mul(..) | Node::Div(..) | Node::Sqrt(_) => steps.push(Step::Compute(n)),
+            // The pair is made at the place of the first of the two.
+            Node::Sin(a) | Node::Cos(a) => {
+                let place = |wanted: Node| nodes.iter().position(|node| *node == wanted);
+                let (sine, cosine) = (place(Node::Sin(a)), place(Node::Cos(a)));
+                if sine.into_iter().chain(cosine).min() == Some(n) {
+                    steps.push(Step::SinCos { angle: a.node(), sine, cosine });
+                }
+            }
+            Node::Constant(_) | Node::Symbol(_) => {}
+        }
+        steps.extend(places);
+    }
+    steps
+}
+
+/// The name of each node: `t12`, and `s1`, `c1` for sine and cosine of entry 1 of the first input.
+pub(crate) fn names(function: &Function) -> Vec<Name> {
+    let graph = function.graph();
+    let mut inputs = vec![None; graph.nodes().len()];
+    for (input, i) in function.inputs.iter().enumerate() {
+        for (entry, e) in i.entries.iter().enumerate() {
+            inputs[e.node()].get_or_insert((input, entry));
+        }
+    }
+    let angle = |a: Expr| match inputs[a.node()] {
+        Some((0, entry)) => entry.to_string(),
+        Some((input, entry)) => format!("_{}{entry}", function.inputs[input].name),
+        None => format!("_t{}", a.node()),
+    };
+    let name = |(n, &node): (usize, &Node)| match node {
+        Node::Constant(x) => Name::Constant(x),
+        Node::Symbol(s) => {
+            debug_assert_eq!(graph.symbols()[s.0 as usize].1, SymbolKind::Input);
+            match inputs[n] {
+                Some((input, entry)) => Name::Input { input, entry },
+                None => unreachable!("a bound function reads its inputs only"),
+            }
+        }
+        Node::Sin(a) => Name::Variable(format!("s{}", angle(a))),
+        Node::Cos(a) => Name::Variable(format!("c{}", angle(a))),
+        Node::Add(..) | Node::Mul(..) | Node::Div(..) | Node::Sqrt(_) => Name::Variable(format!("t{n}")),
+    };
+    graph.nodes().iter().enumerate().map(name).collect()
+}
+
+/// Whether something reads this entry of an input.
+pub(crate) fn is_read(function: &Function, input: usize, entry: usize) -> bool {
+    let e = function.inputs[input].entries[entry];
+    function.graph().nodes().iter().any(|node| operands(*node).any(|o| o.abs() == e))
+        || function.outputs.iter().flat_map(|o| &o.entries).any(|o| o.abs() == e)
+}

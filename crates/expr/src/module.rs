@@ -1,0 +1,62 @@
+//! Functions that share a file, with what a reader of that file wants to know.
+
+use crate::function::Function;
+
+/// What becomes one generated file, in whatever language.
+#[derive(Clone, Debug)]
+pub struct Module {
+    /// Lower-case letters, digits and underscores, a letter first.
+    pub name: String,
+    /// Lines of the file's head.
+    pub doc: Vec<String>,
+    pub constants: Vec<Constant>,
+    pub functions: Vec<Documented>,
+}
+
+/// A constant of the file.
+#[derive(Clone, Debug)]
+pub struct Constant {
+    /// Upper-case letters, digits and underscores.
+    pub name: String,
+    pub doc: String,
+    pub value: Value,
+}
+
+/// The value of a [`Constant`].
+#[derive(Clone, Debug)]
+pub enum Value {
+    Text(String),
+    Texts(Vec<String>),
+    Number(u64),
+}
+
+/// A function and the lines above it: its equation, shapes and units.
+#[derive(Clone, Debug)]
+pub struct Documented {
+    pub doc: Vec<String>,
+    pub function: Function,
+}
+
+impl Module {
+    pub fn new(name: &str) -> Module {
+        Module { name: identifier(name), doc: Vec::new(), constants: Vec::new(), functions: Vec::new() }
+    }
+
+    pub fn constant(&mut self, name: &str, doc: &str, value: Value) {
+        self.constants.push(Constant { name: name.into(), doc: doc.into(), value });
+    }
+
+    pub fn function(&mut self, doc: &str, function: Function) {
+        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function });
+    }
+}
+
+/// `name` as an identifier: lower case, anything else an underscore, a letter first.
+fn identifier(name: &str) -> String {
+    let mut identifier: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' }).collect();
+    if identifier.chars().next().is_none_or(|c| !c.is_ascii_alphabetic()) {
+        identifier.insert_str(0, "robot_");
+    }
+    identifier
+}

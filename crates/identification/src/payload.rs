@@ -1,0 +1,95 @@
+//! A load on the last link, from a log with it and a log without.
+//!
+//! The load is one more rigid body on the link: its ten parameters phi_L add to those of the link, so
+//! with X = B phi the torque of the loaded log is W (X + B_L phi_L), B_L the ten columns of B that
+//! belong to the link. Both logs are solved together for X, friction and phi_L [Khalil, Gautier,
+//! Lemoine 2007], weighted by joint.
+
+use crate::Error;
+use crate::least_squares::{Solution, solve};
+use crate::physical::StandardMap;
+use crate::pseudo_inertia::{Ten, smallest_eigenvalue};
+use crate::triangle::{Block, Triangle};
+
+/// A load and how well it is known.
+#[derive(Clone, Debug)]
+pub struct Payload {
+    /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
+    pub parameters: Ten,
+    pub sigma: Ten,
+    /// Whether the data determine each of them.
+    pub determined: [bool; 10],
+    /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
+    pub smallest_eigenvalue: f64,
+    /// Of the whole problem: parameters, then the load.
+    pub solution: Solution,
+}
+
+/// From the triangles by joint of the log without and with the load, the load on body `link` of the
+/// map. `weights` by joint.
+///
+/// Fails when the map has no such body or does not fit the triangles.
+pub fn payload(
+    without: &[Triangle],
+    with: &[Triangle],
+    weights: &[f64],
+    map: &StandardMap,
+    link: usize,
+) -> Result<Payload, Error> {
+    let p = without.first().map_or(0, Triangle::columns);
+    let base = map.matrix.nrows();
+    let Some(&(_, first)) = map.bodies.get(link) else {
+        return Err(Error::new(format!("there is no body {link}; the robot has {}", map.bodies.len())));
+    };
+    if base > p || without.len() != with.len() || weights.len() != with.len() {
+        let (a, b) = (without.len(), with.len());
+        return Err(Error::new(format!("{base} base parameters, {p} columns, {a} and {b} joints do not fit together")));
+    }
+    let load = map.matrix.columns(first, 10);
+    let m = p + 10;
+    let (mut total, mut block) = (Triangle::new(m), Block::new(m));
+    for (triangles, loaded) in [(without, false), (with, true)] {
+        for (t, &weight) in triangles.iter().zip(weights) {
+            for i in 0..=p {
+                if block.is_full() {
+                    total.fold(&mut block);
+                }
+                let mut row = vec![0.0; m];
+                (i..p).for_each(|c| row[c] = weight * t.at(i, c));
+                if loaded {
+                    for k in 0..10 {
+                        row[p + k] = (i..base).map(|c| row[c] * load[(c, k)]).sum();
+                    }
+                }
+                block.push(&row, weight * t.at(i, p));
+            }
+        }
+    }
+    total.fold(&mut block);
+    total.rows = without.iter().chain(with).map(|t| t.rows).sum();
+    let solution = solve(&total);
+    let at = |k: usize| p + k;
+    let parameters: Ten = std::array::from_fn(|k| solution.x[at(k)]);
+    Ok(Payload {
+        parameters,
+        sigma: std::array::from_fn(|k| (solution.variance * solution.inverse[(at(k), at(k))]).sqrt()),
+        determined: std::array::from_fn(|k| solution.determined[at(k)]),
+        smallest_eigenvalue: smallest_eigenvalue(&parameters),
+        solution,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify_consistent::identity_map;
+
+    #[test]
+    fn refusals() {
+        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
+        let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+        let t = [Triangle::new(10)];
+        assert!(payload(&t, &t, &[1.0], &map, 1).unwrap_err().to_string().contains("no body 1"));
+        assert!(payload(&t, &[], &[1.0], &map, 0).unwrap_err().to_string().contains("do not fit"));
+    }
+}

@@ -1,0 +1,233 @@
+//! Choices made by prediction: which friction, which delay; with the evidence.
+//!
+//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted
+//! from the rest. The smallest model whose error is within 1 % of the best is taken; more columns
+//! always fit better, seldom predict better. The delay of the torques is the one with the smallest
+//! residual; it shifts the torques by linear interpolation before they are filtered.
+
+use std::fmt;
+
+use crate::friction::FrictionTerm;
+use crate::identify::{Options, PARTS, fit, states};
+use crate::log::Log;
+use crate::observation::{Model, Observation};
+use crate::signal::States;
+use crate::validation::{Validation, cross_validate, residuals};
+use crate::{Error, Regressor};
+
+/// One friction model and what it reached.
+#[derive(Clone, Debug)]
+pub struct FrictionCandidate {
+    pub terms: Vec<FrictionTerm>,
+    /// Columns of all joints.
+    pub columns: usize,
+    /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
+    pub fitted: f64,
+    pub predicted: Validation,
+}
+
+/// The candidates in the order given, and the one to take.
+#[derive(Clone, Debug)]
+pub struct FrictionSelection {
+    pub candidates: Vec<FrictionCandidate>,
+    pub chosen: usize,
+}
+
+/// Errors this close to the best are as good.
+const AS_GOOD: f64 = 1.01;
+
+/// The customary candidates; speeds as shares of the fastest joint's, rad/s.
+pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
+    use FrictionTerm::*;
+    let mut out = vec![
+        vec![Viscous, Offset],
+        vec![Viscous, Coulomb, Offset],
+        vec![Asymmetric],
+        vec![Viscous, Coulomb, Offset, Load],
+    ];
+    for share in [0.01, 0.03, 0.1] {
+        out.push(vec![Viscous, SmoothCoulomb(share * fastest), Offset]);
+        out.push(vec![Viscous, Coulomb, Offset, Stribeck(share * fastest)]);
+    }
+    out
+}
+
+/// Compares friction models on logs; everything else as in `options`.
+///
+/// Fails as `identify` does, and without candidates.
+pub fn select_friction(
+    regressor: &dyn Regressor,
+    logs: &[Log],
+    options: &Options,
+    candidates: &[Vec<FrictionTerm>],
+) -> Result<FrictionSelection, Error> {
+    let records = logs.iter().map(|log| states(regressor, log, options)).collect::<Result<Vec<_>, _>>()?;
+    let couplings = options.transmission.coupled();
+    let mut out = Vec::with_capacity(candidates.len());
+    for terms in candidates {
+        let model = Model::new(regressor, terms, &couplings);
+        let observation = observed(&model, &records)?;
+        let joints = observation.joints(|_| true);
+        let (solution, _) = fit(&joints, options.weights);
+        out.push(FrictionCandidate {
+            terms: terms.clone(),
+            columns: model.p() - regressor.parameters().len(),
+            fitted: residuals(&model, &joints, &solution.x).total,
+            predicted: cross_validate(&model, &observation, options.weights),
+        });
+    }
+    let best = out.iter().map(|c| c.predicted.total).fold(f64::INFINITY, f64::min);
+    let good = (0..out.len()).filter(|&i| out[i].predicted.total <= AS_GOOD * best);
+    let key = |&i: &usize| (out[i].columns, i);
+    let chosen = good.min_by_key(key).ok_or_else(|| Error::new("no friction model is given to choose from"))?;
+    Ok(FrictionSelection { candidates: out, chosen })
+}
+
+fn observed(model: &Model, records: &[States]) -> Result<Observation, Error> {
+    let mut parts = records.iter().map(|s| Observation::of(model, s, PARTS));
+    let mut all = parts.next().ok_or_else(|| Error::new("no log is given; at least one is needed"))?;
+    parts.for_each(|o| all.append(o));
+    Ok(all)
+}
+
+impl fmt::Display for FrictionSelection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "   columns   fitted  predicted  by joint, friction model")?;
+        for (i, c) in self.candidates.iter().enumerate() {
+            let mark = if i == self.chosen { '*' } else { ' ' };
+            let joints: Vec<String> = c.predicted.joints.iter().map(|j| format!("{:.3}", j.relative)).collect();
+            let terms: Vec<String> = c.terms.iter().map(|t| format!("{t:?}")).collect();
+            writeln!(
+                f,
+                "{mark}  {:>7}  {:>7.4}  {:>9.4}  {}  {}",
+                c.columns,
+                c.fitted,
+                c.predicted.total,
+                joints.join(" "),
+                terms.join(" ")
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The delay of the torques behind the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Delay {
+    /// s; positive: the torques are late.
+    pub seconds: f64,
+    /// |tau - W X| / |tau| there and without delay.
+    pub residual: f64,
+    pub residual_without: f64,
+}
+
+/// s: delays are looked for between these.
+const DELAYS: (f64, f64) = (-0.01, 0.02);
+
+/// Finds the delay with the smallest residual, to a tenth of a millisecond.
+///
+/// Fails as `identify` does.
+pub fn estimate_delay(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Delay, Error> {
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let residual = |delay: f64| -> Result<f64, Error> {
+        let mut options = options.clone();
+        options.signal.delay = delay;
+        let records = logs.iter().map(|log| states(regressor, log, &options)).collect::<Result<Vec<_>, _>>()?;
+        let joints = observed(&model, &records)?.joints(|_| true);
+        let (solution, _) = fit(&joints, options.weights);
+        Ok(residuals(&model, &joints, &solution.x).total)
+    };
+    let residual_without = residual(0.0)?;
+    let steps = 10;
+    let at = |i: usize| DELAYS.0 + (DELAYS.1 - DELAYS.0) * i as f64 / steps as f64;
+    let mut best = (0.0, residual_without);
+    for i in 0..=steps {
+        let r = residual(at(i))?;
+        if r < best.1 {
+            best = (at(i), r);
+        }
+    }
+    // Golden section around the best of the grid.
+    let width = at(1) - at(0);
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (best.0 - width, best.0 + width);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut fc, mut fd) = (residual(c)?, residual(d)?);
+    while b - a > 1e-4 {
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - golden * (b - a);
+            fc = residual(c)?;
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + golden * (b - a);
+            fd = residual(d)?;
+        }
+    }
+    let middle = 0.5 * (a + b);
+    let last = residual(middle)?;
+    if last < best.1 {
+        best = (middle, last);
+    }
+    Ok(Delay { seconds: best.0, residual: best.1, residual_without })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::{Effort, LogReport};
+    use crate::random::Random;
+    use crate::signal::Signal;
+    use crate::test_arm::Pendulum;
+
+    fn log(late: f64, friction: impl Fn(f64, usize) -> f64) -> Log {
+        let arm = Pendulum::new();
+        let states = arm.states(3000);
+        let mut random = Random::new(41);
+        let tau: Vec<f64> =
+            (0..states.len()).map(|r| states.tau[r] + friction(states.dq[r], r) + 0.02 * random.normal()).collect();
+        let earlier: Vec<f64> = states.t.iter().map(|t| t - late).collect();
+        let tau = crate::resample::interpolate(&states.t, &tau, &earlier);
+        Log {
+            name: "log.csv".into(),
+            coordinates: vec!["q1".into()],
+            rows: (1..=states.len()).collect(),
+            report: LogReport { uniform: true, period: 0.01, ..LogReport::default() },
+            t: states.t,
+            q: vec![states.q],
+            dq: None,
+            ddq: None,
+            effort: vec![tau],
+            effort_is: Effort::Torque,
+            window: None,
+        }
+    }
+
+    #[test]
+    fn the_friction_that_is_there_is_chosen() {
+        let arm = Pendulum::new();
+        let candidates = friction_candidates(3.0);
+        let signal = Signal { filtered_sign: true, ..Signal::default() };
+        let options = Options { signal, ..Options::default() };
+        let plain = log(0.0, |dq, _| 0.3 * dq + 0.5 * dq.signum());
+        let chosen = select_friction(&arm, &[plain], &options, &candidates).unwrap();
+        assert_eq!(
+            chosen.candidates[chosen.chosen].terms[..2],
+            [FrictionTerm::Viscous, FrictionTerm::Coulomb],
+            "{chosen}"
+        );
+        let asymmetric = log(0.0, |dq, _| if dq > 0.0 { 0.3 * dq + 0.5 } else { 0.6 * dq - 0.9 });
+        let chosen = select_friction(&arm, &[asymmetric], &options, &candidates).unwrap();
+        assert_eq!(chosen.candidates[chosen.chosen].terms, [FrictionTerm::Asymmetric], "{chosen}");
+        assert!(select_friction(&arm, &[], &Options::default(), &candidates).is_err());
+    }
+
+    #[test]
+    fn the_delay_is_found() {
+        let arm = Pendulum::new();
+        let delay = estimate_delay(&arm, &[log(0.006, |dq, _| 0.3 * dq)], &Options::default()).unwrap();
+        assert!((delay.seconds - 0.006).abs() < 5e-4, "{delay:?}");
+        assert!(delay.residual < delay.residual_without);
+    }
+}

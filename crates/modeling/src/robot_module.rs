@@ -1,0 +1,125 @@
+//! What a generated file says of its robot: head, names, and the base regressor with its rules.
+
+use expr::{Function, Module, Value};
+use robot::{LinkId, Robot};
+
+use crate::base_parameters::{BaseParameters, UnclearRank};
+use crate::derivation::Derivation;
+
+/// A model of a robot that a file may hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RobotFunction {
+    BaseRegressor,
+    Regressor,
+    PowerRegressor,
+    Energy,
+    InverseDynamics,
+    InertiaMatrix,
+    Bias,
+    Gravity,
+    ForwardDynamics,
+    Pose(LinkId),
+    Jacobian(LinkId),
+    ExternalTorque(LinkId),
+}
+
+/// The file of a robot's base regressor and of other functions of it. Refused when the rank is not
+/// clear-cut.
+pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
+    let mut derivation = Derivation::new(robot)?;
+    let standard = derivation.regressor();
+    let base = derivation.base_parameters(&standard)?;
+    let mut module = robot_module(robot, &base, base.regressor(&standard));
+    let d = &mut derivation;
+    if let Some(closure) = d.closure_function() {
+        module.function(
+            "Zero where the loops are closed, and its Jacobian for the passive joints: solve e = 0.",
+            closure,
+        );
+    }
+    for &which in functions {
+        use RobotFunction::*;
+        let (doc, function) = match which {
+            BaseRegressor => continue,
+            Regressor => ("The regressor of the standard parameters, row by row.".to_string(), standard.clone()),
+            PowerRegressor => ("dq^T D: the power per unit of each standard parameter, W.".into(), d.power_regressor()),
+            Energy => ("Kinetic and potential energy per unit of each standard parameter, J.".into(), d.energy()),
+            InverseDynamics => ("The torques from the base parameters x, N m (N).".into(), d.inverse_dynamics(&base)),
+            InertiaMatrix => ("The inertia matrix from the base parameters x, kg m^2.".into(), d.inertia_matrix(&base)),
+            Bias => ("Coriolis, centrifugal and gravity torques from the base parameters x.".into(), d.bias(&base)),
+            Gravity => ("Gravity torques from the base parameters x.".into(), d.gravity(&base)),
+            ForwardDynamics => ("The accelerations from the torques and x.".into(), d.forward_dynamics(&base)),
+            Pose(j) => (format!("Orientation and position of {} in the base frame.", robot.link(j).name), d.pose(j)),
+            Jacobian(j) => {
+                let of = &robot.link(j).name;
+                (format!("Velocity of the origin of {of}, then its angular velocity, in its frame."), d.jacobian(j))
+            }
+            ExternalTorque(j) => {
+                let of = &robot.link(j).name;
+                let what = "what to add to the torques when it exerts this force and moment, in its frame.";
+                (format!("{of}: {what}"), d.external_torque(j))
+            }
+        };
+        let function = function.bound();
+        let c = function.count();
+        module.function(&format!("{doc}\n{} mul, {} add, {} sin_cos.", c.mul, c.add, c.sin_cos), function);
+    }
+    Ok(module)
+}
+
+/// The base regressor with the names of its rows and columns and how they came about. Constants
+/// take their values.
+fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) -> Module {
+    let mut regressor = base_regressor.bound();
+    regressor.name = "base_regressor".into();
+    let count = regressor.count();
+    let parameters: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
+    let coordinates: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
+
+    let mut module = Module::new(&robot.name);
+    let doc = &mut module.doc;
+    doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name));
+    doc.push(String::new());
+    let (n, p) = (coordinates.len(), parameters.len());
+    doc.push(format!("Y is {n} x {p}: {} mul, {} add, {} sin_cos.", count.mul, count.add, count.sin_cos));
+    doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
+    if let Some(source) = &robot.source {
+        doc.push(String::new());
+        doc.extend(wrapped(&format!("Source: {source}"), 100));
+    }
+    doc.push(String::new());
+    doc.push("The base parameters X, each with what regroups into it:".into());
+    doc.push("```text".into());
+    doc.extend(base.base.iter().map(|b| if b.terms.len() > 1 { b.rule.clone() } else { b.name.clone() }));
+    let no_effect: Vec<String> = base.no_effect.iter().map(|&c| base.standard[c].display(robot).to_string()).collect();
+    if !no_effect.is_empty() {
+        doc.extend(wrapped(&format!("No effect: {}", no_effect.join(" ")), 100));
+    }
+    doc.push("```".into());
+
+    module.constant("NAME", "The robot.", Value::Text(robot.name.clone()));
+    module.constant("COORDINATES", "The coordinates, in the order of q.", Value::Texts(coordinates));
+    let in_order = "The base parameters, in the order of the columns of Y.";
+    module.constant("PARAMETERS", in_order, Value::Texts(parameters));
+    let tells = "Tells this function from that of any other robot or geometry.";
+    module.constant("FINGERPRINT", tells, Value::Number(regressor.fingerprint()));
+    let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";
+    module.function(shape, regressor);
+    module
+}
+
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.len() - 1;
+        if !lines[last].is_empty() && lines[last].len() + 1 + word.len() > width {
+            lines.push(word.to_string());
+        } else {
+            if !lines[last].is_empty() {
+                lines[last].push(' ');
+            }
+            lines[last] += word;
+        }
+    }
+    lines
+}

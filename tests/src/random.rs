@@ -1,0 +1,75 @@
+//! Random states and parameters: splitmix64, seeded, the same everywhere.
+
+use robot::{Inertial, Robot, StandardParameter};
+
+/// A seeded generator.
+pub struct Random(pub u64);
+
+/// q, dq, ddq.
+pub struct State {
+    pub q: Vec<f64>,
+    pub dq: Vec<f64>,
+    pub ddq: Vec<f64>,
+}
+
+impl State {
+    /// q, dq, ddq one after the other, as functions take them.
+    pub fn inputs(&self) -> Vec<f64> {
+        [&self.q[..], &self.dq, &self.ddq].concat()
+    }
+}
+
+impl Random {
+    /// One number of [-1, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// One index below n.
+    pub fn below(&mut self, n: usize) -> usize {
+        ((self.unit() + 1.0) / 2.0 * n as f64) as usize % n.max(1)
+    }
+
+    pub fn vector(&mut self, n: usize, scale: f64) -> Vec<f64> {
+        (0..n).map(|_| scale * self.unit()).collect()
+    }
+
+    /// Positions of a whole turn, rates that let inertia, Coriolis and gravity torques weigh alike.
+    pub fn state(&mut self, robot: &Robot) -> State {
+        let n = robot.n_coordinates();
+        State { q: self.vector(n, std::f64::consts::PI), dq: self.vector(n, 2.0), ddq: self.vector(n, 4.0) }
+    }
+
+    /// Any standard parameters at all: the torque is linear in them, physical or not.
+    pub fn parameters(&mut self, robot: &Robot) -> Vec<f64> {
+        self.vector(StandardParameter::all(robot).len(), 1.0)
+    }
+
+    /// Standard parameters of bodies that exist: each link a dozen point masses, each rotor positive.
+    pub fn physical_parameters(&mut self, robot: &Robot) -> Vec<f64> {
+        let mut x = Vec::new();
+        let mut body = [0.0; 10];
+        for parameter in StandardParameter::all(robot) {
+            if parameter.inertial == Inertial::Xx {
+                body = [0.0; 10];
+                for _ in 0..12 {
+                    let m = 0.3 + 0.2 * self.unit();
+                    let [a, b, c] = [0.2 * self.unit(), 0.2 * self.unit(), 0.2 * self.unit()];
+                    let of_mass = [b * b + c * c, -a * b, -a * c, a * a + c * c, -b * c, a * a + b * b, a, b, c, 1.0];
+                    for i in 0..10 {
+                        body[i] += m * of_mass[i];
+                    }
+                }
+            }
+            x.push(match parameter.inertial {
+                Inertial::Ia => 0.1 + 0.05 * self.unit(),
+                inertial => body[inertial as usize],
+            });
+        }
+        x
+    }
+}

@@ -1,0 +1,215 @@
+//! The models beside the regressor: each against what it must satisfy with the others.
+
+use expr::{Function, Tape};
+use modeling::{BaseParameters, Derivation};
+use robot::{LinkId, Robot};
+
+/// One robot with its standard and base parameter values.
+struct Case {
+    robot: Robot,
+    base: BaseParameters,
+    x: Vec<f64>,
+    x_base: Vec<f64>,
+}
+
+/// SplitMix64, uniform in (-1, 1).
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self, n: usize) -> Vec<f64> {
+        (0..n).map(|_| self.next()).collect()
+    }
+}
+
+/// The outputs of a function at these inputs, one after the other.
+fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
+    let tape = Tape::new(function);
+    let mut outputs = vec![0.0; tape.n_outputs()];
+    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+/// A body of points: physical by construction.
+fn body(chance: &mut Chance) -> [f64; 10] {
+    let mut x = [0.0; 10];
+    for _ in 0..6 {
+        let (m, p) = (1.5 + chance.next(), [0.2 * chance.next(), 0.2 * chance.next(), 0.2 * chance.next()]);
+        let [a, b, c] = p;
+        let point = [b * b + c * c, -a * b, -a * c, a * a + c * c, -b * c, a * a + b * b, a, b, c, 1.0];
+        for (x, y) in x.iter_mut().zip(point) {
+            *x += m * y;
+        }
+    }
+    x
+}
+
+fn cases() -> Vec<Case> {
+    let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+    let mut paths: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
+    paths.sort();
+    let mut chance = Chance(42);
+    paths
+        .into_iter()
+        .map(|path| {
+            let robot = robot::format::read(&path).unwrap();
+            let base = {
+                let mut derivation = Derivation::new(&robot).unwrap();
+                let regressor = derivation.regressor();
+                derivation.base_parameters(&regressor).unwrap()
+            };
+            let mut x = Vec::new();
+            for link in &robot.links {
+                x.extend(body(&mut chance));
+                if link.joint.rotor_inertia.is_modelled() {
+                    x.push(0.5 + 0.4 * chance.next());
+                }
+            }
+            let x_base = base.values(&x);
+            Case { robot, base, x, x_base }
+        })
+        .collect()
+}
+
+/// Agreement to `tolerance` of the largest entry.
+#[track_caller]
+fn agree(what: &str, robot: &Robot, a: &[f64], b: &[f64], tolerance: f64) {
+    let scale = a.iter().chain(b).fold(1.0, |s: f64, x| s.max(x.abs()));
+    assert_eq!(a.len(), b.len(), "{what} of {}", robot.name);
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!((a - b).abs() <= tolerance * scale, "{what} of {}, entry {i}: {a} and {b}", robot.name);
+    }
+}
+
+/// Rounding of some hundred operations, with room for a condition of a thousand.
+const ROUNDING: f64 = 1e-12;
+
+#[test]
+fn inverse_dynamics_in_base_parameters_is_the_torque() {
+    let mut chance = Chance(1);
+    for Case { robot, base, x, x_base } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let torque = evaluate(&derivation.torque(), &[&q, &dq, &ddq, x]);
+        let inverse = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        agree("torque", robot, &torque, &inverse, ROUNDING);
+    }
+}
+
+#[test]
+fn inertia_matrix_and_bias_make_the_torque() {
+    let mut chance = Chance(2);
+    for Case { robot, base, x_base, .. } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
+        let bias = evaluate(&derivation.bias(base), &[&q, &dq, x_base]);
+        let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let row = |r: usize| bias[r] + (0..n).map(|c| a[r * n + c] * ddq[c]).sum::<f64>();
+        agree("A ddq + h", robot, &(0..n).map(row).collect::<Vec<_>>(), &torque, ROUNDING);
+        let transposed: Vec<f64> = (0..n * n).map(|i| a[i % n * n + i / n]).collect();
+        agree("A symmetric", robot, &a, &transposed, 0.0);
+
+        let gravity = evaluate(&derivation.gravity(base), &[&q, x_base]);
+        let still = evaluate(&derivation.bias(base), &[&q, &vec![0.0; n], x_base]);
+        agree("gravity", robot, &gravity, &still, ROUNDING);
+    }
+}
+
+#[test]
+fn forward_dynamics_undoes_inverse_dynamics() {
+    let mut chance = Chance(3);
+    for Case { robot, base, x_base, .. } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (q, dq, ddq) = (chance.vector(n), chance.vector(n), chance.vector(n));
+        let tau = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let back = evaluate(&derivation.forward_dynamics(base), &[&q, &dq, &tau, x_base]);
+        // The condition of A, up to 1e4 here, amplifies rounding.
+        agree("ddq", robot, &ddq, &back, 1e-9);
+    }
+}
+
+#[test]
+fn energies_give_inertia_matrix_gravity_and_power() {
+    let mut chance = Chance(4);
+    for Case { robot, base, x, x_base } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let energy = derivation.energy();
+        let p = x.len();
+        let energies = |q: &[f64], dq: &[f64]| -> (f64, f64) {
+            let e = evaluate(&energy, &[q, dq]);
+            let of = |e: &[f64]| e.iter().zip(x).map(|(e, x)| e * x).sum();
+            (of(&e[..p]), of(&e[p..]))
+        };
+        let (q, dq) = (chance.vector(n), chance.vector(n));
+        let a = evaluate(&derivation.inertia_matrix(base), &[&q, x_base]);
+
+        // The Hessian of K, exactly: K is quadratic in dq.
+        let unit = |i: usize, j: usize| (0..n).map(|k| f64::from(k == i) + f64::from(k == j)).collect::<Vec<f64>>();
+        let single = |i: usize| (0..n).map(|k| f64::from(k == i)).collect::<Vec<f64>>();
+        let kinetic = |dq: Vec<f64>| energies(&q, &dq).0;
+        let hessian = |i: usize, j: usize| kinetic(unit(i, j)) - kinetic(single(i)) - kinetic(single(j));
+        let of_energy: Vec<f64> = (0..n * n).map(|k| hessian(k / n, k % n)).collect();
+        agree("Hessian of K", robot, &a, &of_energy, ROUNDING);
+
+        // dE/dt = tau . dq along q + t dq, dq + t ddq, by central differences of the fourth order.
+        let ddq = chance.vector(n);
+        let torque = evaluate(&derivation.inverse_dynamics(base), &[&q, &dq, &ddq, x_base]);
+        let power: f64 = torque.iter().zip(&dq).map(|(t, v)| t * v).sum();
+        let at = |t: f64| {
+            let q: Vec<f64> = (0..n).map(|k| q[k] + t * dq[k] + 0.5 * t * t * ddq[k]).collect();
+            let dq: Vec<f64> = (0..n).map(|k| dq[k] + t * ddq[k]).collect();
+            let (kinetic, potential) = energies(&q, &dq);
+            kinetic + potential
+        };
+        let h = 1e-3;
+        let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+        // h^4 of truncation and epsilon / h of rounding, on energies of some hundred joules.
+        agree("power", robot, &[power], &[slope], 1e-8);
+    }
+}
+
+#[test]
+fn poses_and_jacobians_are_those_of_the_frames() {
+    let mut chance = Chance(5);
+    for Case { robot, .. } in &cases() {
+        let n = robot.n_coordinates();
+        let mut derivation = Derivation::new(robot).unwrap();
+        let (q, dq) = (chance.vector(n), chance.vector(n));
+        let frames = robot.link_poses(&q);
+        for j in (0..robot.links.len()).map(LinkId) {
+            let t = evaluate(&derivation.pose(j), &[&q]);
+            let frame = &frames[j.0];
+            for r in 0..3 {
+                let row: Vec<f64> = frame.rotation[r].iter().copied().chain([frame.position[r]]).collect();
+                agree("pose", robot, &t[4 * r..4 * r + 4], &row, ROUNDING);
+            }
+            // Velocity of O_j in frame j, from differences of its position.
+            let jacobian = evaluate(&derivation.jacobian(j), &[&q]);
+            let h = 1e-5;
+            let moved = |t: f64| robot.link_poses(&(0..n).map(|k| q[k] + t * dq[k]).collect::<Vec<_>>())[j.0];
+            let (after, before) = (moved(h), moved(-h));
+            let world: Vec<f64> = (0..3).map(|i| (after.position[i] - before.position[i]) / (2.0 * h)).collect();
+            let local: Vec<f64> = (0..3).map(|c| (0..3).map(|r| frame.rotation[r][c] * world[r]).sum()).collect();
+            let linear: Vec<f64> = (0..3).map(|r| (0..n).map(|k| jacobian[r * n + k] * dq[k]).sum()).collect();
+            // h^2 of truncation.
+            agree("velocity", robot, &local, &linear, 1e-9);
+
+            let wrench = chance.vector(6);
+            let tau = evaluate(&derivation.external_torque(j), &[&q, &wrench]);
+            let expected: Vec<f64> = (0..n).map(|k| (0..6).map(|r| jacobian[r * n + k] * wrench[r]).sum()).collect();
+            agree("external torque", robot, &tau, &expected, ROUNDING);
+        }
+    }
+}

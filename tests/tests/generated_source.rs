@@ -1,0 +1,303 @@
+//! Law 3 for what leaves the repository: a file of Rust or of C compiles alone, without a warning, and
+//! computes what the Tape computes.
+//!
+//! The two differ by rounding alone (the order of operations is the same; sine and cosine may differ
+//! by an ulp), so they agree within twice the running error bound of the evaluation.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use expr::{Algebra, Expr, Function, Graph, Input, Module, Output, Symbol, SymbolKind, Tape};
+
+const STATES: usize = 50;
+
+/// Beside the base regressor; forward dynamics divides.
+const FUNCTIONS: &[modeling::RobotFunction] = &[
+    modeling::RobotFunction::Energy,
+    modeling::RobotFunction::InertiaMatrix,
+    modeling::RobotFunction::ForwardDynamics,
+];
+
+/// A value and a bound of its rounding error [Higham 2002, 3.3].
+#[derive(Clone, Copy)]
+struct Bounded(f64, f64);
+
+struct RunningError<'a> {
+    function: &'a Function,
+    inputs: &'a [f64],
+}
+
+impl RunningError<'_> {
+    fn angle(&self, argument: Expr) -> f64 {
+        let at = self.function.inputs.iter().flat_map(|i| &i.entries).position(|e| *e == argument);
+        self.inputs[at.expect("the angles of these functions are inputs")]
+    }
+}
+
+fn rounded(value: f64, error: f64) -> Bounded {
+    Bounded(value, error + f64::EPSILON * value.abs())
+}
+
+impl Algebra for RunningError<'_> {
+    type Value = Bounded;
+    fn constant(&mut self, x: f64) -> Bounded {
+        Bounded(x, 0.0)
+    }
+    fn symbol(&mut self, symbol: Symbol) -> Bounded {
+        let graph = self.function.graph();
+        let at = self
+            .function
+            .inputs
+            .iter()
+            .flat_map(|i| &i.entries)
+            .position(|e| matches!(graph.node(*e), expr::Node::Symbol(s) if s == symbol));
+        Bounded(at.map_or(0.0, |k| self.inputs[k]), 0.0)
+    }
+    fn sin(&mut self, argument: Expr) -> Bounded {
+        Bounded(self.angle(argument).sin(), f64::EPSILON)
+    }
+    fn cos(&mut self, argument: Expr) -> Bounded {
+        Bounded(self.angle(argument).cos(), f64::EPSILON)
+    }
+    fn neg(&mut self, a: &Bounded) -> Bounded {
+        Bounded(-a.0, a.1)
+    }
+    fn add(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
+        rounded(a.0 + b.0, a.1 + b.1)
+    }
+    fn sub(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
+        rounded(a.0 - b.0, a.1 + b.1)
+    }
+    fn mul(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
+        rounded(a.0 * b.0, a.0.abs() * b.1 + b.0.abs() * a.1)
+    }
+    fn div(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
+        let x = a.0 / b.0;
+        rounded(x, (a.1 + x.abs() * b.1) / b.0.abs())
+    }
+    fn sqrt(&mut self, a: &Bounded) -> Bounded {
+        let x = a.0.sqrt();
+        rounded(x, 0.5 * a.1 / x)
+    }
+}
+
+/// sqrt(x^2 + y^2) / (x - 7), -(x / y), sqrt(-u) y: division and roots of varying expressions, two
+/// functions in a file, inputs named like variables, and an input that nothing reads.
+fn quotients() -> Module {
+    let mut g = Graph::new();
+    let [x, y, u, v] = ["x", "y", "u", "v"].map(|name| g.symbol(name, SymbolKind::Input));
+    let (seven, xx, yy) = (g.constant(7.0), g.mul(x, x), g.mul(y, y));
+    let (sum, apart) = (g.add(xx, yy), g.sub(x, seven));
+    let (length, root) = (g.sqrt(sum), g.sqrt(-u));
+    let entries = vec![g.div(length, apart), -g.div(x, y), g.mul(root, y)];
+    let inputs = vec![
+        Input { name: "t".into(), entries: vec![x, y] },
+        Input { name: "s".into(), entries: vec![u] },
+        Input { name: "unread".into(), entries: vec![v] },
+    ];
+    let output = Output { name: "w".into(), rows: 3, columns: 1, entries };
+    let mut module = Module::new("quotients");
+    module.function("Quotients.", Function::new("quotient", &g, inputs.clone(), vec![output]));
+    let (sine, cosine) = (g.sin(u), g.cos(x));
+    let entries = vec![sine, cosine, Expr::ONE, -y];
+    let output = Output { name: "w".into(), rows: 2, columns: 2, entries };
+    module.function("Sines.\nOf two inputs.", Function::new("sines", &g, inputs, vec![output]));
+    module
+}
+
+fn modules() -> Vec<Module> {
+    let models = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../models");
+    let read = |name: &str| {
+        let robot = robot::format::read(&models.join(name)).unwrap_or_else(|e| panic!("{e}"));
+        modeling::module(&robot, FUNCTIONS).unwrap_or_else(|e| panic!("{e}"))
+    };
+    vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml")]
+}
+
+/// Inputs of each state: angles and rates a robot sees; `s` of `quotients` is negative.
+fn states(function: &Function) -> Vec<f64> {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut states = Vec::new();
+    for _ in 0..STATES {
+        for input in &function.inputs {
+            states.extend(input.entries.iter().map(|_| {
+                let x = 6.0 * uniform() - 3.0;
+                if input.name == "s" { -x.abs() } else { x }
+            }));
+        }
+    }
+    states
+}
+
+/// All states, one number a line, functions in turn: what the programs read.
+fn all_states(modules: &[Module]) -> String {
+    let mut text = String::new();
+    for f in modules.iter().flat_map(|m| &m.functions) {
+        for x in states(&f.function) {
+            writeln!(text, "{x:e}").unwrap();
+        }
+    }
+    text
+}
+
+/// Holds what a program printed against the Tapes.
+fn held_against_tapes(modules: &[Module], printed: &str) {
+    let mut printed = printed.split_whitespace().map(|x| x.parse::<f64>().unwrap());
+    for f in modules.iter().flat_map(|m| &m.functions) {
+        let function = f.function.bound();
+        let tape = Tape::new(&function);
+        let mut work = tape.workspace();
+        let mut values = vec![0.0; tape.n_outputs()];
+        for inputs in states(&function).chunks(tape.n_inputs()) {
+            tape.evaluate(inputs, &mut work, &mut values);
+            let bounds = function.evaluate_in(&mut RunningError { function: &function, inputs }).concat();
+            for (k, (value, bound)) in values.iter().zip(bounds).enumerate() {
+                let x = printed.next().expect("the program prints every entry");
+                assert!(
+                    (x - value).abs() <= 2.0 * bound.1,
+                    "{} entry {k}: {x} by the program, {value} by the tape, {:e} allowed",
+                    function.name,
+                    2.0 * bound.1
+                );
+            }
+        }
+    }
+    assert!(printed.next().is_none(), "the program prints nothing else");
+}
+
+/// Compiles in a folder of its own and runs with the states on standard input.
+fn compiled_and_run(folder: &Path, compile: &mut Command, modules: &[Module]) {
+    let made = compile.current_dir(folder).output().unwrap();
+    let said = String::from_utf8_lossy(&made.stderr);
+    assert!(made.status.success() && said.is_empty(), "{compile:?}\n{said}");
+    std::fs::write(folder.join("states"), all_states(modules)).unwrap();
+    let states = std::fs::File::open(folder.join("states")).unwrap();
+    let ran = Command::new(folder.join("program")).stdin(states).output().unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    held_against_tapes(modules, &String::from_utf8(ran.stdout).unwrap());
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn c_agrees_with_the_tape() {
+    let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
+    let Some(cc) = ["cc", "gcc", "clang"].into_iter().find(found) else {
+        println!("skipped: no C compiler");
+        return;
+    };
+    let (folder, modules) = (folder("c"), modules());
+    let mut includes = String::from("#include <stdio.h>\n");
+    let mut main = String::new();
+    let mut compile = Command::new(cc);
+    compile.args("-std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -O1 -o program main.c".split(' '));
+    for m in &modules {
+        let header = format!("{}.h", m.name);
+        let files = codegen::c_files(m, "this test", &header);
+        std::fs::write(folder.join(&header), files.header).unwrap();
+        std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
+        writeln!(includes, "#include \"{header}\"").unwrap();
+        compile.arg(format!("{}.c", m.name));
+        for Function { name, inputs, outputs, .. } in m.functions.iter().map(|f| &f.function) {
+            writeln!(main, "    for (k = 0; k < {STATES}; k++) {{").unwrap();
+            for i in inputs {
+                writeln!(main, "        double in_{}[{}];", i.name, i.entries.len()).unwrap();
+            }
+            for o in outputs {
+                let columns = if o.columns == 1 { String::new() } else { format!("[{}]", o.columns) };
+                writeln!(main, "        double out_{}[{}]{columns};", o.name, o.rows).unwrap();
+            }
+            for i in inputs {
+                writeln!(main, "        take(in_{}, {});", i.name, i.entries.len()).unwrap();
+            }
+            let inputs = inputs.iter().map(|i| format!("in_{}", i.name));
+            let names: Vec<String> = inputs.chain(outputs.iter().map(|o| format!("out_{}", o.name))).collect();
+            writeln!(main, "        {}_{name}({});", m.name, names.join(", ")).unwrap();
+            for o in outputs {
+                let first = if o.columns == 1 { "" } else { "[0]" };
+                writeln!(main, "        give(out_{}{first}, {});", o.name, o.entries.len()).unwrap();
+            }
+            main += "    }\n";
+        }
+    }
+    let program = format!(
+        "{includes}
+static void take(double *x, int n)
+{{
+    int i;
+    for (i = 0; i < n; i++)
+        if (scanf(\"%lf\", &x[i]) != 1)
+            return;
+}}
+
+static void give(const double *x, int n)
+{{
+    int i;
+    for (i = 0; i < n; i++)
+        printf(\"%.17g\\n\", x[i]);
+}}
+
+int main(void)
+{{
+    int k;
+{main}    return 0;
+}}
+"
+    );
+    std::fs::write(folder.join("main.c"), program).unwrap();
+    compile.arg("-lm");
+    compiled_and_run(&folder, &mut compile, &modules);
+}
+
+#[test]
+fn rust_agrees_with_the_tape() {
+    let (folder, modules) = (folder("rust"), modules());
+    let mut text = String::new();
+    let mut main = String::new();
+    for m in &modules {
+        std::fs::write(folder.join(format!("{}.rs", m.name)), codegen::rust_file(m, "this test")).unwrap();
+        writeln!(text, "#[allow(dead_code)]\nmod {};", m.name).unwrap();
+        for Function { name, inputs, outputs, .. } in m.functions.iter().map(|f| &f.function) {
+            writeln!(main, "    for _ in 0..{STATES} {{").unwrap();
+            let mut arguments = Vec::new();
+            for i in inputs {
+                writeln!(main, "        let in_{} = [0.0_f64; {}].map(|_| take());", i.name, i.entries.len()).unwrap();
+                arguments.push(format!("&in_{}", i.name));
+            }
+            for o in outputs {
+                let row = if o.columns == 1 { "0.0_f64".into() } else { format!("[0.0_f64; {}]", o.columns) };
+                writeln!(main, "        let mut out_{} = [{row}; {}];", o.name, o.rows).unwrap();
+                arguments.push(format!("&mut out_{}", o.name));
+            }
+            writeln!(main, "        {}::{name}({});", m.name, arguments.join(", ")).unwrap();
+            for o in outputs {
+                let flat = if o.columns == 1 { "" } else { ".as_flattened()" };
+                writeln!(main, "        out_{}{flat}.iter().for_each(|x| println!(\"{{x:e}}\"));", o.name).unwrap();
+            }
+            main += "    }\n";
+        }
+    }
+    writeln!(
+        text,
+        "fn main() {{
+    let text = std::io::read_to_string(std::io::stdin()).unwrap();
+    let mut numbers = text.lines().map(|x| x.parse::<f64>().unwrap());
+    let mut take = || numbers.next().unwrap();
+{main}}}"
+    )
+    .unwrap();
+    std::fs::write(folder.join("main.rs"), text).unwrap();
+    let rustc = std::env::var("RUSTC").unwrap_or("rustc".into());
+    let mut compile = Command::new(rustc);
+    compile.args("--edition 2024 -C opt-level=1 -o program main.rs".split(' '));
+    compiled_and_run(&folder, &mut compile, &modules);
+}

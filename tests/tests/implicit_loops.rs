@@ -1,0 +1,192 @@
+//! Loops closed numerically: against the same loops closed by affine functions, and against energy.
+
+use expr::{Function, Tape};
+use modeling::{Derivation, Open};
+use robot::{Affine, CoordinateId, PassiveCoordinate, Robot, Value};
+
+/// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
+fn four_bar(lengths: [f64; 4]) -> Robot {
+    let [l1, l2, l3, l4] = lengths;
+    let text = format!(
+        "convention: khalil-kleinfinger
+name: four_bar
+gravity: [0, -9.81, 0]
+symbols: {{L1: {l1}, L2: {l2}, L3: {l3}, L4: {l4}}}
+coordinates: [q1]
+links:
+  - {{link: 1, antecedent: base, theta: q1}}
+  - {{link: 2, antecedent: 1, drive: passive, d: L1, theta: -q1}}
+  - {{link: 3, antecedent: base, drive: passive, d: L4, theta: q1}}
+"
+    );
+    let mut robot = robot::format::read_yaml(&text, "four_bar.yaml").unwrap();
+    let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
+    let name = |k: usize| format!("p{k}");
+    let start = [-0.7, 0.7, 0.1];
+    robot.passive = (0..3).map(|k| PassiveCoordinate { name: name(k), start: start[k] }).collect();
+    robot.links[1].joint.variable = passive(0);
+    robot.links[2].joint.variable = passive(1);
+    robot.loops.push(robot::Loop {
+        cut: robot::LoopFrame {
+            antecedent: Some(robot::LinkId(1)),
+            geometry: robot::ModifiedDh { d: Value::Number(l2), ..robot::ModifiedDh::ZERO },
+            kind: robot::JointKind::Revolute,
+            variable: passive(2),
+        },
+        twin: robot::LoopFrame {
+            antecedent: Some(robot::LinkId(2)),
+            geometry: robot::ModifiedDh { d: Value::Number(l3), ..robot::ModifiedDh::ZERO },
+            kind: robot::JointKind::Fixed,
+            variable: Affine::constant(Value::ZERO),
+        },
+    });
+    robot
+}
+
+/// A slider-crank: crank L1, connecting rod L2, slider along the base's x axis.
+fn slider_crank() -> Robot {
+    let text = "convention: khalil-kleinfinger
+name: slider_crank
+gravity: [0, -9.81, 0]
+coordinates: [q1]
+links:
+  - {link: 1, antecedent: base, theta: q1}
+  - {link: 2, antecedent: 1, drive: passive, d: 0.2, theta: -q1}
+  - {link: 3, antecedent: base, joint: prismatic, drive: passive, gamma: pi/2, alpha: pi/2, r: q1}
+";
+    let mut robot = robot::format::read_yaml(text, "slider_crank.yaml").unwrap();
+    let passive = |k: usize| Affine { terms: vec![(CoordinateId(1 + k), 1.0)], offset: Value::ZERO };
+    let start = [-0.3, 0.6, 0.1];
+    robot.passive = (0..3).map(|k| PassiveCoordinate { name: format!("p{k}"), start: start[k] }).collect();
+    robot.links[1].joint.variable = passive(0);
+    robot.links[2].joint.variable = passive(1);
+    let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
+    robot.loops.push(robot::Loop {
+        cut: robot::LoopFrame {
+            antecedent: Some(robot::LinkId(1)),
+            geometry: robot::ModifiedDh { d: Value::Number(0.5), ..robot::ModifiedDh::ZERO },
+            kind: robot::JointKind::Revolute,
+            variable: passive(2),
+        },
+        // The slider's frame has z along the base's x: turn back so that z is the base's.
+        twin: robot::LoopFrame {
+            antecedent: Some(robot::LinkId(2)),
+            geometry: robot::ModifiedDh { alpha: Value::Neg(Box::new(half_pi())), ..robot::ModifiedDh::ZERO },
+            kind: robot::JointKind::Fixed,
+            variable: Affine::constant(Value::ZERO),
+        },
+    });
+    robot
+}
+
+fn evaluate(function: &Function, inputs: &[&[f64]]) -> Vec<f64> {
+    let tape = Tape::new(function);
+    let mut outputs = vec![0.0; tape.n_outputs()];
+    tape.evaluate(&inputs.concat(), &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+/// Physical parameters of three links and a rotor.
+fn parameters(n: usize) -> Vec<f64> {
+    let body = [0.03, 0.001, -0.002, 0.05, 0.003, 0.04, 0.2, 0.05, -0.03, 2.0];
+    (0..n).map(|i| body[i % 10] * (1.0 + 0.1 * (i / 10) as f64)).collect()
+}
+
+#[test]
+fn a_parallelogram_solved_numerically_is_the_affine_one() {
+    // Four-bar with equal opposite sides: coupler parallel to the base, rocker to the crank.
+    let implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
+    let mut affine = implicit.clone();
+    affine.passive.clear();
+    affine.loops.clear();
+    let follows = |c: f64| Affine { terms: vec![(CoordinateId(0), c)], offset: Value::ZERO };
+    affine.links[1].joint.variable = follows(-1.0);
+    affine.links[2].joint.variable = follows(1.0);
+
+    let (mut solved, mut known) = (Derivation::new(&implicit).unwrap(), Derivation::new(&affine).unwrap());
+    let (torque, reference) = (solved.torque(), known.torque());
+    let mut closure = solved.closure().unwrap();
+    let x = parameters(31);
+    for q in [0.4, 0.8, 1.3, 2.0] {
+        let passive = closure.solve(&[q], Some(&[-q, q, 0.0])).unwrap();
+        assert!((passive[0] + q).abs() < 1e-10 && (passive[1] - q).abs() < 1e-10, "{passive:?}");
+        let a = evaluate(&torque, &[&[q], &passive, &[1.7], &[-2.3], &x])[0];
+        let b = evaluate(&reference, &[&[q], &[1.7], &[-2.3], &x])[0];
+        // The passive angles are solved to 1e-11; the torque is some newton metres.
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+    }
+}
+
+#[test]
+fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
+    let implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
+    let mut derivation = Derivation::new(&implicit).unwrap();
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).unwrap();
+    assert_eq!(base.len(), 3, "{:?}", base.base.iter().map(|b| &b.name).collect::<Vec<_>>());
+}
+
+#[test]
+fn power_is_the_change_of_energy_and_base_parameters_lose_nothing() {
+    for robot in [four_bar([0.2, 0.55, 0.4, 0.5]), slider_crank()] {
+        let mut derivation = Derivation::new(&robot).unwrap();
+        let mut closure = derivation.closure().unwrap();
+        let (torque, energy, regressor) = (derivation.torque(), derivation.energy(), derivation.regressor());
+        let base = derivation.base_parameters(&regressor).unwrap();
+        let base_regressor = base.regressor(&regressor);
+        let p = base.standard.len();
+        let x = parameters(p);
+        let x_base = base.values(&x);
+        for q in [0.3, 0.9, 1.6] {
+            let (dq, ddq) = (1.3, -0.8);
+            let passive = closure.solve(&[q], None).unwrap();
+            let tau = evaluate(&torque, &[&[q], &passive, &[dq], &[ddq], &x])[0];
+
+            let d = evaluate(&regressor, &[&[q], &passive, &[dq], &[ddq]]);
+            let d_base = evaluate(&base_regressor, &[&[q], &passive, &[dq], &[ddq]]);
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            assert!((product(&d, &x) - tau).abs() < 1e-11 * (1.0 + tau.abs()), "{}", robot.name);
+            // Numeric coefficients carry the rounding of the scan.
+            assert!((product(&d_base, &x_base) - tau).abs() < 1e-9 * (1.0 + tau.abs()), "{}", robot.name);
+
+            let mut at = |t: f64| {
+                let (q, dq) = (q + t * dq + 0.5 * t * t * ddq, dq + t * ddq);
+                let passive = closure.solve(&[q], Some(&passive)).unwrap();
+                let e = evaluate(&energy, &[&[q], &passive, &[dq]]);
+                product(&e[..p], &x) + product(&e[p..], &x)
+            };
+            let h = 1e-3;
+            let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+            // h^4 of truncation, and 1e-11 / h of the closure.
+            assert!((slope - tau * dq).abs() < 1e-6 * (1.0 + slope.abs()), "{}: {slope} {}", robot.name, tau * dq);
+        }
+
+        // A ddq + h = tau, and forward undoes inverse.
+        let q = 0.7;
+        let passive = closure.solve(&[q], None).unwrap();
+        let inverse = evaluate(&derivation.inverse_dynamics(&base), &[&[q], &passive, &[1.1], &[0.6], &x_base])[0];
+        let a = evaluate(&derivation.inertia_matrix(&base), &[&[q], &passive, &x_base])[0];
+        let bias = evaluate(&derivation.bias(&base), &[&[q], &passive, &[1.1], &x_base])[0];
+        assert!((a * 0.6 + bias - inverse).abs() < 1e-9 * (1.0 + inverse.abs()), "{}", robot.name);
+        let back = evaluate(&derivation.forward_dynamics(&base), &[&[q], &passive, &[1.1], &[inverse], &x_base])[0];
+        assert!((back - 0.6).abs() < 1e-9, "{}: {back}", robot.name);
+    }
+}
+
+#[test]
+fn what_does_not_close_is_said() {
+    let robot = four_bar([0.2, 0.55, 0.4, 0.5]);
+    let derivation = Derivation::new(&robot).unwrap();
+    let mut closure = derivation.closure().unwrap();
+    assert!(closure.solve(&[0.5], None).is_ok());
+
+    let torn = four_bar([0.2, 0.3, 0.4, 5.0]);
+    let refused = Derivation::new(&torn).err().map(|e| e.to_string());
+    assert!(refused.is_some_and(|text| text.contains("no configuration was found")));
+
+    // Flat: crank and coupler in line with the base, where the rocker's direction is not determined.
+    let flat = four_bar([0.3, 0.6, 0.3, 0.6]);
+    let derivation = Derivation::new(&flat).unwrap();
+    let outcome = derivation.closure().unwrap().solve(&[0.0], Some(&[0.0, 0.0, 0.0]));
+    assert!(matches!(outcome, Err(Open::Singular { .. })), "{outcome:?}");
+}
