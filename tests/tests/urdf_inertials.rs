@@ -19,8 +19,11 @@ fn shared() -> Option<PathBuf> {
 #[test]
 fn standard_parameters_agree_in_the_joint_frames_of_the_file() {
     let Some(folder) = shared().map(|s| s.join("oracle")) else { return };
+    // The library reads past mimic tags: the two fingers of the panda are coordinates there.
+    let options = robot::format::UrdfOptions { mimic: robot::format::Mimic::Independent };
     for name in ["baxter", "double_pendulum", "panda", "solo12", "ur5"] {
-        let robot = robot::format::read(&folder.join(format!("{name}.urdf"))).unwrap_or_else(|e| panic!("{e}"));
+        let robot =
+            robot::format::read_with(&folder.join(format!("{name}.urdf")), options).unwrap_or_else(|e| panic!("{e}"));
         let mut text = String::new();
         let file = std::fs::File::open(folder.join(format!("{name}.csv.gz"))).unwrap();
         flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap();
