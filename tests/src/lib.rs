@@ -10,6 +10,7 @@ pub mod pose;
 pub mod random;
 pub mod recursion;
 pub mod rules;
+pub mod running_error;
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +37,7 @@ pub fn model(file: &str) -> Robot {
     robot::format::read(&model_path(file)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Every robot of models/, by file name.
+/// Every robot of models/ whose joints are affine in the coordinates, by file name.
 pub fn models() -> Vec<(String, Robot)> {
     let folder = workspace().join("models");
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
@@ -46,7 +47,8 @@ pub fn models() -> Vec<(String, Robot)> {
         .collect();
     files.sort();
     assert!(files.len() >= 15, "models/ has lost models: {files:?}");
-    files.into_iter().map(|file| (file.clone(), model(&file))).collect()
+    let robots = files.into_iter().map(|file| (file.clone(), model(&file)));
+    robots.filter(|(_, robot)| robot.passive.is_empty()).collect()
 }
 
 /// The folder of reference material; `None`, and said so, where it is absent.

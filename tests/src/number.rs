@@ -87,6 +87,6 @@ mod tests {
         let (s, c) = 0.7f64.sin_cos();
         assert!((y.d1 - (1.4 * s + 0.49 * c)).abs() < 1e-15);
         assert!((y.d12 - (2.0 * s + 2.8 * c - 0.49 * s)).abs() < 1e-15);
-        assert_eq!((x.cos() * x.cos() + x.sin() * x.sin()).d12.abs() < 1e-15, true);
+        assert!((x.cos() * x.cos() + x.sin() * x.sin()).d12.abs() < 1e-15);
     }
 }

@@ -56,17 +56,21 @@ fn cases() -> Vec<Case> {
     let mut paths: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
     let mut chance = Chance(42);
-    paths
+    let mut robots: Vec<Robot> = paths.iter().map(|path| robot::format::read(path).unwrap()).collect();
+    // The same laws hold for a robot whose base floats.
+    let floating: Vec<Robot> =
+        robots.iter().filter(|r| ["ur5", "scara", "race"].contains(&r.name.as_str())).map(Robot::floating).collect();
+    robots.extend(floating);
+    robots
         .into_iter()
-        .map(|path| {
-            let robot = robot::format::read(&path).unwrap();
+        .map(|robot| {
             let base = {
                 let mut derivation = Derivation::new(&robot).unwrap();
                 let regressor = derivation.regressor();
                 derivation.base_parameters(&regressor).unwrap()
             };
             let mut x = Vec::new();
-            for link in &robot.links {
+            for link in &robot.links[robot.massless..] {
                 x.extend(body(&mut chance));
                 if link.joint.rotor_inertia.is_modelled() {
                     x.push(0.5 + 0.4 * chance.next());

@@ -8,7 +8,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use expr::{Algebra, Expr, Function, Graph, Input, Module, Output, Symbol, SymbolKind, Tape};
+use expr::{Expr, Function, Graph, Input, Module, Output, SymbolKind, Tape};
+use tests::running_error::bounded;
 
 const STATES: usize = 50;
 
@@ -18,69 +19,6 @@ const FUNCTIONS: &[modeling::RobotFunction] = &[
     modeling::RobotFunction::InertiaMatrix,
     modeling::RobotFunction::ForwardDynamics,
 ];
-
-/// A value and a bound of its rounding error [Higham 2002, 3.3].
-#[derive(Clone, Copy)]
-struct Bounded(f64, f64);
-
-struct RunningError<'a> {
-    function: &'a Function,
-    inputs: &'a [f64],
-}
-
-impl RunningError<'_> {
-    fn angle(&self, argument: Expr) -> f64 {
-        let at = self.function.inputs.iter().flat_map(|i| &i.entries).position(|e| *e == argument);
-        self.inputs[at.expect("the angles of these functions are inputs")]
-    }
-}
-
-fn rounded(value: f64, error: f64) -> Bounded {
-    Bounded(value, error + f64::EPSILON * value.abs())
-}
-
-impl Algebra for RunningError<'_> {
-    type Value = Bounded;
-    fn constant(&mut self, x: f64) -> Bounded {
-        Bounded(x, 0.0)
-    }
-    fn symbol(&mut self, symbol: Symbol) -> Bounded {
-        let graph = self.function.graph();
-        let at = self
-            .function
-            .inputs
-            .iter()
-            .flat_map(|i| &i.entries)
-            .position(|e| matches!(graph.node(*e), expr::Node::Symbol(s) if s == symbol));
-        Bounded(at.map_or(0.0, |k| self.inputs[k]), 0.0)
-    }
-    fn sin(&mut self, argument: Expr) -> Bounded {
-        Bounded(self.angle(argument).sin(), f64::EPSILON)
-    }
-    fn cos(&mut self, argument: Expr) -> Bounded {
-        Bounded(self.angle(argument).cos(), f64::EPSILON)
-    }
-    fn neg(&mut self, a: &Bounded) -> Bounded {
-        Bounded(-a.0, a.1)
-    }
-    fn add(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
-        rounded(a.0 + b.0, a.1 + b.1)
-    }
-    fn sub(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
-        rounded(a.0 - b.0, a.1 + b.1)
-    }
-    fn mul(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
-        rounded(a.0 * b.0, a.0.abs() * b.1 + b.0.abs() * a.1)
-    }
-    fn div(&mut self, a: &Bounded, b: &Bounded) -> Bounded {
-        let x = a.0 / b.0;
-        rounded(x, (a.1 + x.abs() * b.1) / b.0.abs())
-    }
-    fn sqrt(&mut self, a: &Bounded) -> Bounded {
-        let x = a.0.sqrt();
-        rounded(x, 0.5 * a.1 / x)
-    }
-}
 
 /// sqrt(x^2 + y^2) / (x - 7), -(x / y), sqrt(-u) y: division and roots of varying expressions, two
 /// functions in a file, inputs named like variables, and an input that nothing reads.
@@ -155,14 +93,14 @@ fn held_against_tapes(modules: &[Module], printed: &str) {
         let mut values = vec![0.0; tape.n_outputs()];
         for inputs in states(&function).chunks(tape.n_inputs()) {
             tape.evaluate(inputs, &mut work, &mut values);
-            let bounds = function.evaluate_in(&mut RunningError { function: &function, inputs }).concat();
+            let bounds = bounded(&function, inputs);
             for (k, (value, bound)) in values.iter().zip(bounds).enumerate() {
                 let x = printed.next().expect("the program prints every entry");
                 assert!(
-                    (x - value).abs() <= 2.0 * bound.1,
+                    (x - value).abs() <= 2.0 * bound.error,
                     "{} entry {k}: {x} by the program, {value} by the tape, {:e} allowed",
                     function.name,
-                    2.0 * bound.1
+                    2.0 * bound.error
                 );
             }
         }

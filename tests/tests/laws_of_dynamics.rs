@@ -4,13 +4,20 @@
 use expr::{Tape, Workspace};
 use modeling::{BaseParameters, Derivation};
 use nalgebra::{DMatrix, DVector};
-use robot::{Affine, Drive, Inertial, JointKind, LinkId, ModifiedDh, Robot, RotorInertia, StandardParameter, Value};
+use robot::{
+    Affine, Drive, Inertial, JointKind, LinkId, ModifiedDh, Robot, RotorInertia, StandardParameter, Symbol, SymbolId,
+    Value,
+};
 use tests::random::{Random, State};
 use tests::{dot, lagrangian, model_text, models, recursion, standard_names};
 
 /// Rounding of two ways to the same sum, relative to the sum of the magnitudes of its terms: some thousand
 /// operations of 1e-16 each, which mostly cancel.
 const ROUNDING: f64 = 1e-13;
+
+fn derived(robot: &Robot) -> Derivation<'_> {
+    Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name))
+}
 
 /// D as something to call.
 struct Regressor {
@@ -22,7 +29,7 @@ struct Regressor {
 
 impl Regressor {
     fn new(robot: &Robot) -> Regressor {
-        let tape = Tape::new(&Derivation::new(robot).unwrap().regressor());
+        let tape = Tape::new(&derived(robot).regressor());
         let work = tape.workspace();
         Regressor { tape, work, n: robot.n_coordinates(), p: StandardParameter::all(robot).len() }
     }
@@ -64,7 +71,7 @@ fn regressor_times_parameters_is_the_torque_of_newton_and_euler_and_of_lagrange(
     for (file, robot) in models() {
         let mut random = Random(1);
         let mut regressor = Regressor::new(&robot);
-        let torque = Tape::new(&Derivation::new(&robot).unwrap().torque());
+        let torque = Tape::new(&derived(&robot).torque());
         let mut work = torque.workspace();
         for _ in 0..8 {
             let (state, x) = (random.state(&robot), random.parameters(&robot));
@@ -158,7 +165,7 @@ fn power_of_the_torques_is_the_rate_of_the_energy() {
 }
 
 fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap();
+    let mut derivation = derived(robot);
     let regressor = derivation.regressor();
     derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name))
 }
@@ -269,15 +276,46 @@ fn unit_of_length_changes_no_torque_and_no_rank() {
     }
 }
 
+fn product(a: &Value, b: Value) -> Value {
+    Value::Mul(Box::new(a.clone()), Box::new(b))
+}
+
+/// (c x - s y, s x + c y).
+fn turned_pair(x: &Value, y: &Value, angle: &Value) -> [Value; 2] {
+    let (sin, cos) = (Value::Sin(Box::new(angle.clone())), Value::Cos(Box::new(angle.clone())));
+    let [cx, sy, sx, cy] =
+        [product(x, cos.clone()), product(y, sin.clone()), product(x, sin), product(y, cos)].map(Box::new);
+    [Value::Sub(cx, sy), Value::Add(sx, cy)]
+}
+
+/// Rz(angle) v.
+fn turned_about_z([x, y, z]: [Value; 3], angle: &Value) -> [Value; 3] {
+    let [x, y] = turned_pair(&x, &y, angle);
+    [x, y, z]
+}
+
+/// Rx(angle) v.
+fn turned_about_x([x, y, z]: [Value; 3], angle: &Value) -> [Value; 3] {
+    let [y, z] = turned_pair(&y, &z, angle);
+    [x, y, z]
+}
+
 #[test]
 fn turning_the_robot_and_gravity_together_changes_no_torque_and_no_rank() {
     for (file, robot) in models() {
         let mut random = Random(7);
         let mut turned = robot.clone();
         let [phi, theta, psi] = [0.4, 1.1, -2.3].map(|a: f64| a + 0.1 * random.unit());
-        // The pedestal: a fixed link whose frame stands askew in the base; Rz(phi) Rx(theta) Rz(psi).
+        // The pedestal: a fixed link whose frame stands askew in the base, Rz(phi) Rx(theta) Rz(psi). Its angles
+        // have names, and gravity is written in them: that it is still the old one along the old axes is no
+        // coincidence of numbers, and must not be taken for one.
         let mut pedestal = robot.links[0].clone();
-        let angles = [phi, theta, psi].map(Value::Number);
+        let angles = [("phi_", phi), ("theta_", theta), ("psi_", psi)].map(|(name, x)| {
+            turned.symbols.push(Symbol { name: name.into(), value: Value::Number(x), generic: false });
+            Value::Symbol(SymbolId(turned.symbols.len() - 1))
+        });
+        let gravity = turned_about_x(turned_about_z(robot.gravity.clone(), &angles[2]), &angles[1]);
+        turned.gravity = turned_about_z(gravity, &angles[0]);
         let [gamma, alpha, theta_value] = angles;
         pedestal.antecedent = None;
         pedestal.name = "pedestal".into();
@@ -298,12 +336,6 @@ fn turning_the_robot_and_gravity_together_changes_no_torque_and_no_rank() {
             }
         }
         turned.links.insert(0, pedestal);
-        // Gravity as the pedestal sees it is what the base saw: g' = R g.
-        let number = tests::number::Number::constant;
-        let frame = tests::pose::BASE.about_z(number(phi)).about_x(number(theta)).about_z(number(psi));
-        let gravity = tests::pose::turned(&frame.rotation, tests::pose::constants(robot.gravity_number()));
-        turned.gravity = gravity.map(|g| Value::Number(g.value));
-
         let (mut d, mut turned_d) = (Regressor::new(&robot), Regressor::new(&turned));
         for _ in 0..4 {
             let (state, x) = (random.state(&robot), random.parameters(&robot));

@@ -17,7 +17,7 @@ pub struct Arguments {
     model: ModelArguments,
 
     /// Functions beside base-regressor: regressor, power-regressor, energy, inverse-dynamics,
-    /// inertia-matrix, bias, gravity, forward-dynamics, pose=LINK, jacobian=LINK, external-torque=LINK
+    /// inertia-matrix, bias, gravity, forward-dynamics, friction, pose=LINK, jacobian=LINK, external-torque=LINK
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
     functions: Vec<String>,
 
@@ -99,12 +99,13 @@ fn robot_function(robot: &Robot, text: &str) -> Result<RobotFunction, Failure> {
         ("bias", None) => Ok(Bias),
         ("gravity", None) => Ok(Gravity),
         ("forward-dynamics", None) => Ok(ForwardDynamics),
+        ("friction", None) => Ok(Friction),
         ("pose", _) => of_link(Pose),
         ("jacobian", _) => of_link(Jacobian),
         ("external-torque", _) => of_link(ExternalTorque),
         _ => Err(Failure::new(format_args!(
             "there is no function `{text}`; there are base-regressor, regressor, power-regressor, energy, \
-             inverse-dynamics, inertia-matrix, bias, gravity, forward-dynamics, pose=LINK, jacobian=LINK and \
+             inverse-dynamics, inertia-matrix, bias, gravity, forward-dynamics, friction, pose=LINK, jacobian=LINK and \
              external-torque=LINK"
         ))),
     }

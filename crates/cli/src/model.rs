@@ -32,6 +32,11 @@ pub struct ModelArguments {
     /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
     #[arg(long, value_name = "JOINTS")]
     rotor_inertia: Option<RotorJoints>,
+
+    /// Let the base float: six coordinates in front (base_x, base_y, base_z, base_yaw, base_pitch,
+    /// base_roll) and the base a link with parameters of its own
+    #[arg(long)]
+    floating_base: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -55,7 +60,7 @@ impl ModelArguments {
                 .set_symbol(name, *value)
                 .map_err(|e| Failure::new(format_args!("{}: --value {name}: {e}", self.model.display())))?;
         }
-        Ok(robot)
+        Ok(if self.floating_base { robot.floating() } else { robot })
     }
 
     /// The same, refused where a symbol has no value: what is to be computed are figures.

@@ -23,6 +23,7 @@ mod identify_consistent;
 mod information_matrix;
 mod least_squares;
 mod log;
+mod npz;
 mod observation;
 mod payload;
 mod physical;

@@ -132,6 +132,11 @@ impl<'a> Derivation<'a> {
         energy(self)
     }
 
+    /// Friction torques: inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate), output `tau`.
+    pub fn friction(&mut self) -> Function {
+        crate::friction::friction(self)
+    }
+
     /// Pose of a link: input `q`, output `t` (3 x 4): R_0j and p_0j.
     pub fn pose(&mut self, link: LinkId) -> Function {
         pose::pose(self, link)

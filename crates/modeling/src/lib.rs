@@ -17,6 +17,7 @@ mod energy;
 mod exact_rank;
 mod field;
 mod forward_dynamics;
+mod friction;
 mod implicit;
 mod inertia_matrix;
 mod interpolation;

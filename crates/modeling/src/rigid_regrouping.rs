@@ -31,7 +31,9 @@ pub(crate) struct Relation {
 /// not polynomials in symbols (a division by a sum) has none here.
 pub(crate) fn relations(robot: &Robot, g: &mut Graph, constants: &mut Constants) -> Vec<Relation> {
     let mut relations = Vec::new();
-    for j in robot.link_ids() {
+    // A link without parameters can neither give nor take any.
+    let has_parameters = |j: LinkId| j.0 >= robot.massless;
+    for j in robot.link_ids().filter(|&j| has_parameters(j) && robot.link(j).antecedent.is_none_or(has_parameters)) {
         let frame = Frame::of(robot, g, constants, j);
         for (dropped, own, body) in free_directions(robot.link(j).joint.kind) {
             let carried = match robot.link(j).antecedent {

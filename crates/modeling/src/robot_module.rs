@@ -18,6 +18,7 @@ pub enum RobotFunction {
     Bias,
     Gravity,
     ForwardDynamics,
+    Friction,
     Pose(LinkId),
     Jacobian(LinkId),
     ExternalTorque(LinkId),
@@ -49,6 +50,7 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
             Bias => ("Coriolis, centrifugal and gravity torques from the base parameters x.".into(), d.bias(&base)),
             Gravity => ("Gravity torques from the base parameters x.".into(), d.gravity(&base)),
             ForwardDynamics => ("The accelerations from the torques and x.".into(), d.forward_dynamics(&base)),
+            Friction => ("Friction torques: f is FV FS OFF of each coordinate.".into(), d.friction()),
             Pose(j) => (format!("Orientation and position of {} in the base frame.", robot.link(j).name), d.pose(j)),
             Jacobian(j) => {
                 let of = &robot.link(j).name;

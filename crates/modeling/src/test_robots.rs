@@ -58,6 +58,7 @@ pub(crate) fn serial(name: &str, rows: &[Row], rotor: RotorInertia) -> Robot {
         coordinates,
         passive: vec![],
         links,
+        massless: 0,
         loops: vec![],
         gravity,
         notes: vec![],

@@ -8,6 +8,7 @@
 mod affine;
 pub mod closure;
 mod error;
+mod floating;
 pub mod format;
 mod inertial;
 pub mod kinematics;

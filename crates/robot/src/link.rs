@@ -25,6 +25,8 @@ pub struct Robot {
     pub passive: Vec<PassiveCoordinate>,
     /// Antecedents come before what they carry.
     pub links: Vec<Link>,
+    /// How many of the first links only carry others: they have no inertial parameters.
+    pub massless: usize,
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],

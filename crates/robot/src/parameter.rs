@@ -69,7 +69,7 @@ impl StandardParameter {
             let inertials = Inertial::BODY.into_iter().chain(rotor);
             inertials.map(move |inertial| StandardParameter { link: LinkId(j), inertial })
         };
-        robot.links.iter().enumerate().flat_map(of_link).collect()
+        robot.links.iter().enumerate().skip(robot.massless).flat_map(of_link).collect()
     }
 
     /// Its value, where the description gives it.

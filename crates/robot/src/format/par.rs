@@ -105,6 +105,7 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
             .collect(),
         passive: owners.passive.into_iter().map(|name| PassiveCoordinate { name, start: 0.0 }).collect(),
         links,
+        massless: 0,
         loops,
         gravity,
         notes,

@@ -101,6 +101,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: UrdfOptions) -> Result<Ro
         coordinates,
         passive: Vec::new(),
         links,
+        massless: 0,
         loops: Vec::new(),
         gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],
         notes,

@@ -87,6 +87,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         coordinates,
         passive,
         links,
+        massless: 0,
         loops,
         gravity,
         notes: vec![],

@@ -1,0 +1,114 @@
+//! A robot whose base floats: six joints of no mass between the ground and the base.
+//!
+//! Three prismatic joints along x, y, z of the ground and three revolute ones, yaw, pitch, roll
+//! (Rz(yaw) Ry(pitch) Rx(roll)), carry the base, which is a link with its own ten parameters. The
+//! rates are those of these coordinates, not the twist of the base; at a pitch of +-pi/2 yaw and roll
+//! turn about one axis and the configuration is singular.
+
+use crate::affine::Affine;
+use crate::inertial::Pose;
+use crate::link::{
+    Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot, RotorInertia,
+};
+use crate::value::{CoordinateId, Value};
+
+/// Coordinates of the base, before those of the robot.
+const COORDINATES: [&str; 6] = ["base_x", "base_y", "base_z", "base_yaw", "base_pitch", "base_roll"];
+
+impl Robot {
+    /// This robot with its base afloat: six coordinates more, in front, and the base a link.
+    pub fn floating(&self) -> Robot {
+        let mut robot = self.clone();
+        let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
+        let minus = |v: Value| Value::Neg(Box::new(v));
+        let turned = |gamma: Value, alpha: Value, theta: Value| ModifiedDh { gamma, alpha, theta, ..ModifiedDh::ZERO };
+        use JointKind::{Fixed, Prismatic, Revolute};
+        // z of each frame along the axis: x, y, z of the ground, then z, y, x of the base so far.
+        let forward = || turned(half_pi(), half_pi(), Value::ZERO);
+        let root = [
+            (forward(), Prismatic),
+            (forward(), Prismatic),
+            (forward(), Prismatic),
+            (ModifiedDh::ZERO, Revolute),
+            (turned(Value::ZERO, minus(half_pi()), Value::ZERO), Revolute),
+            (forward(), Revolute),
+            // Back to the axes of the base.
+            (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
+        ];
+        let shift = root.len();
+        let mut links: Vec<Link> = root
+            .into_iter()
+            .enumerate()
+            .map(|(j, (geometry, kind))| {
+                let name = COORDINATES.get(j).copied().unwrap_or("base").to_string();
+                let (drive, variable) = match kind {
+                    Fixed => (Drive::Locked, Affine::constant(Value::ZERO)),
+                    _ => (Drive::Actuated, Affine::coordinate(CoordinateId(j))),
+                };
+                Link {
+                    label: name.clone(),
+                    antecedent: j.checked_sub(1).map(LinkId),
+                    geometry,
+                    joint: Joint {
+                        name: name.clone(),
+                        kind,
+                        drive,
+                        variable,
+                        rotor_inertia: RotorInertia::Absent,
+                        friction: Friction::default(),
+                        drive_gain: None,
+                    },
+                    name,
+                    inertial: None,
+                    file_frame: Pose::IDENTITY,
+                    parts: Vec::new(),
+                }
+            })
+            .collect();
+
+        let base = LinkId(shift - 1);
+        let moved = |antecedent: Option<LinkId>| Some(antecedent.map_or(base, |i| LinkId(i.0 + shift)));
+        let renumber = |variable: &mut Affine| variable.terms.iter_mut().for_each(|t| t.0.0 += COORDINATES.len());
+        for link in &mut robot.links {
+            link.antecedent = moved(link.antecedent);
+            renumber(&mut link.joint.variable);
+        }
+        for frame in robot.loops.iter_mut().flat_map(|one| [&mut one.cut, &mut one.twin]) {
+            frame.antecedent = moved(frame.antecedent);
+            renumber(&mut frame.variable);
+        }
+        links.append(&mut robot.links);
+        robot.links = links;
+        robot.massless = COORDINATES.len();
+        let base_coordinates = COORDINATES.map(|name| Coordinate { name: name.into(), limits: Limits::default() });
+        robot.coordinates.splice(0..0, base_coordinates);
+        robot
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    #[test]
+    fn the_base_stands_where_its_coordinates_say() {
+        let text =
+            "convention: khalil-kleinfinger\nname: one\nlinks: [{link: 1, antecedent: base, d: 0.5, theta: q1}]\n";
+        let fixed = crate::format::read_yaml(text, "one.yaml").unwrap();
+        let floating = fixed.floating();
+        let (yaw, pitch, roll) = (0.3f64, -0.4f64, 0.7f64);
+        let poses = floating.link_poses(&[1.0, 2.0, 3.0, yaw, pitch, roll, 0.2]);
+        let base = poses[6];
+        assert_eq!(base.position.map(|x| (x * 1e12).round() / 1e12), [1.0, 2.0, 3.0]);
+        // Rz(yaw) Ry(pitch) Rx(roll), first column and last row.
+        let expected = [yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), -pitch.sin()];
+        for r in 0..3 {
+            assert!((base.rotation[r][0] - expected[r]).abs() < 1e-15);
+        }
+        assert!((base.rotation[2][1] - pitch.cos() * roll.sin()).abs() < 1e-15);
+        assert!((base.rotation[2][2] - pitch.cos() * roll.cos()).abs() < 1e-15);
+        let link = base.compose(&fixed.link_poses(&[0.2])[0]);
+        for r in 0..3 {
+            assert!((link.position[r] - poses[7].position[r]).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Operation counts: the exact figures of every model, and the figures of others that they must not exceed.
+//!
+//! A binary + or - is one addition, a product or a square one multiplication; signs are free.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use expr::Count;
+use modeling::Derivation;
+use robot::{Robot, RotorInertia};
+use tests::{model, models};
+
+/// Of each function: mul, add, sin_cos.
+type Counts = BTreeMap<String, [usize; 3]>;
+
+fn counts(robot: &Robot) -> Counts {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{}: {open}", robot.name));
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
+    let functions = [
+        ("base_regressor", base.regressor(&regressor)),
+        ("regressor", regressor),
+        ("torque", derivation.torque()),
+        ("inverse_dynamics", derivation.inverse_dynamics(&base)),
+    ];
+    let three = |c: Count| [c.mul, c.add, c.sin_cos];
+    functions.into_iter().map(|(name, f)| (name.to_string(), three(f.bound().count()))).collect()
+}
+
+fn without_rotors(file: &str) -> Robot {
+    let mut robot = model(file);
+    for link in &mut robot.links {
+        link.joint.rotor_inertia = RotorInertia::Absent;
+    }
+    robot
+}
+
+#[test]
+fn counts_are_at_most_those_of_a_hand_written_recursion() {
+    // Base and standard columns of a hand-written recursion with hash-consing and numeric geometry, no rotor
+    // inertia: multiplications, additions.
+    for (file, base, standard) in [
+        ("ur5.yaml", [357, 280], [451, 355]),
+        ("kuka_lwr.yaml", [658, 472], [799, 601]),
+        ("panda.yaml", [685, 500], [842, 640]),
+    ] {
+        let counts = counts(&without_rotors(file));
+        for (function, limit) in [("base_regressor", base), ("regressor", standard)] {
+            let [mul, add, _] = counts[function];
+            assert!(mul <= limit[0] && add <= limit[1], "{file} {function}: {mul}/{add}, at most {limit:?}");
+        }
+    }
+}
+
+#[test]
+fn counts_are_those_of_the_table() {
+    let table: BTreeMap<String, Counts> = serde_yaml::from_str(include_str!("../data/counts.yaml")).unwrap();
+    let found: BTreeMap<String, Counts> = models().into_iter().map(|(file, robot)| (file, counts(&robot))).collect();
+    let mut text = String::new();
+    for (file, counts) in &found {
+        writeln!(text, "{file}:").unwrap();
+        for (function, count) in counts {
+            writeln!(text, "  {function}: {count:?}").unwrap();
+        }
+    }
+    assert!(table == found, "tests/data/counts.yaml does not hold these counts; where they are meant, write\n{text}");
+}

@@ -1,0 +1,133 @@
+//! Five URDF robots against Pinocchio: standard parameters, regressor, torque; and their ranks.
+//!
+//! The tables of ../shared/oracle hold random states q, dq, ddq with the torque, the regressor and, for each
+//! moving link, m mx my mz Ixx Ixy Iyy Ixz Iyz Izz about the origin of its joint frame, in that frame. Our link
+//! frames are others; the parameters go from one to the other by the linear map of the robot crate, exactly.
+
+use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+
+use expr::Tape;
+use modeling::Derivation;
+use robot::format::{Mimic, UrdfOptions};
+use robot::{Robot, RotorInertia, inertial_matrix};
+use tests::shared;
+
+const ROBOTS: [(&str, usize); 5] =
+    [("ur5", 36), ("panda", 51), ("solo12", 68), ("baxter", 103), ("double_pendulum", 6)];
+
+/// Pinocchio's names in the order of ours: XX XY XZ YY YZ ZZ MX MY MZ M.
+const NAMES: [&str; 10] = ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "mx", "my", "mz", "m"];
+
+struct Table {
+    places: HashMap<String, usize>,
+    joints: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Table {
+    fn read(path: &Path) -> Table {
+        let mut text = String::new();
+        let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap();
+        let mut lines = text.lines();
+        let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let rows = lines.map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
+        Table {
+            places: head.iter().enumerate().map(|(k, name)| (name.to_string(), k)).collect(),
+            joints: head.iter().filter_map(|h| h.strip_prefix("q_")).map(String::from).collect(),
+            rows,
+        }
+    }
+
+    fn place(&self, column: &str) -> usize {
+        *self.places.get(column).unwrap_or_else(|| panic!("no column {column}"))
+    }
+
+    fn columns(&self, prefix: &str, names: &[String]) -> Vec<usize> {
+        names.iter().map(|name| self.place(&format!("{prefix}_{name}"))).collect()
+    }
+}
+
+/// A robot whose parameters are the ten of each link, and its table.
+fn cases() -> Vec<(&'static str, usize, Robot, Table)> {
+    let Some(folder) = shared().map(|s| s.join("oracle")) else { return Vec::new() };
+    // Pinocchio reads past mimic tags: the two fingers of the panda are coordinates there.
+    let options = UrdfOptions { mimic: Mimic::Independent };
+    ROBOTS
+        .into_iter()
+        .map(|(name, rank)| {
+            let path = folder.join(format!("{name}.urdf"));
+            let robot = robot::format::read_with(&path, options).unwrap_or_else(|e| panic!("{e}"));
+            assert!(robot.links.iter().all(|l| l.joint.rotor_inertia == RotorInertia::Absent), "{name}");
+            (name, rank, robot, Table::read(&folder.join(format!("{name}.csv.gz"))))
+        })
+        .collect()
+}
+
+fn coordinates(robot: &Robot) -> Vec<String> {
+    robot.coordinates.iter().map(|c| c.name.clone()).collect()
+}
+
+#[test]
+fn standard_parameters_agree_in_the_joint_frames_of_the_file() {
+    for (name, _, robot, table) in cases() {
+        assert_eq!(coordinates(&robot), table.joints, "{name}: the order of the joints");
+        for link in &robot.links {
+            let about_joint = robot::transform_inertial(&link.inertial.unwrap_or_default(), &link.file_frame.inverse());
+            for (parameter, value) in NAMES.into_iter().zip(about_joint) {
+                let column = format!("X_{}_{parameter}", link.joint.name);
+                let expected = table.rows[0][table.place(&column)];
+                // Angles of fixed joints are snapped by up to 5e-12 here and not there.
+                assert!((value - expected).abs() <= 1e-10, "{name} {column}: {value} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn regressor_and_torque_agree_through_the_exact_linear_map() {
+    for (name, _, robot, table) in cases() {
+        let names = coordinates(&robot);
+        let tape = Tape::new(&Derivation::new(&robot).unwrap().regressor());
+        let (n, p) = (names.len(), 10 * robot.links.len());
+        assert_eq!(tape.n_outputs(), n * p, "{name}");
+        let x: Vec<f64> = robot.links.iter().flat_map(|l| l.inertial.unwrap_or_default()).collect();
+        // Our parameters of link j are M_j times those about its joint frame.
+        let maps: Vec<_> = robot.links.iter().map(|l| inertial_matrix(&l.file_frame)).collect();
+        let inputs: Vec<usize> = ["q", "dq", "ddq"].iter().flat_map(|kind| table.columns(kind, &names)).collect();
+        let torques = table.columns("tau", &names);
+        assert!(table.rows.len() >= 20, "{name}");
+        for row in &table.rows {
+            let state: Vec<f64> = inputs.iter().map(|&k| row[k]).collect();
+            let mut y = vec![f64::NAN; n * p];
+            tape.evaluate(&state, &mut tape.workspace(), &mut y);
+            for (i, y) in y.chunks(p).enumerate() {
+                let tau: f64 = y.iter().zip(&x).map(|(y, x)| y * x).sum();
+                let size: f64 = y.iter().zip(&x).map(|(y, x)| (y * x).abs()).sum();
+                let expected = row[torques[i]];
+                assert!((tau - expected).abs() <= 1e-9 * size.max(1e-3), "{name} {}: {tau} {expected}", names[i]);
+                let scale = y.iter().fold(0.0f64, |s, y| s.max(y.abs()));
+                for (j, link) in robot.links.iter().enumerate() {
+                    for (k, parameter) in NAMES.into_iter().enumerate() {
+                        let found: f64 = (0..10).map(|r| y[10 * j + r] * maps[j][r][k]).sum();
+                        let column = format!("Y_{}_{}_{parameter}", names[i], link.joint.name);
+                        let expected = row[table.place(&column)];
+                        assert!((found - expected).abs() <= 1e-9 * scale, "{name} {column}: {found} {expected}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn ranks_are_those_of_the_robots() {
+    for (name, rank, robot, _) in cases() {
+        let mut derivation = Derivation::new(&robot).unwrap();
+        let regressor = derivation.regressor();
+        let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{name}: {unclear}"));
+        assert_eq!(base.len(), rank, "{name}");
+    }
+}
