@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
 use identification::Regressor;
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
+use robot::format::{Mimic, UrdfOptions};
 use robot::{Drive, Robot, RotorInertia};
 
 use crate::failure::Failure;
@@ -21,6 +22,11 @@ pub struct ModelArguments {
     /// Value of a symbol of the description, m or rad: D3=0.45 (a .par file gives its symbols none)
     #[arg(long = "value", value_name = "NAME=VALUE", value_parser = assignment)]
     values: Vec<(String, f64)>,
+
+    /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+    /// their own
+    #[arg(long, value_enum, default_value_t = MimicJoints::Constraint)]
+    mimic: MimicJoints,
 
     /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says: a YAML's
     /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
@@ -40,9 +46,15 @@ enum RotorJoints {
     All,
 }
 
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum MimicJoints {
+    Constraint,
+    Independent,
+}
+
 impl ModelArguments {
     pub fn read(&self) -> Result<Robot, Failure> {
-        let mut robot = read(&self.model, self.rotor_inertia)?;
+        let mut robot = read(&self.model, self.rotor_inertia, self.mimic)?;
         for (name, value) in &self.values {
             robot
                 .set_symbol(name, *value)
@@ -74,8 +86,12 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
     }
 }
 
-fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
-    let mut robot = robot::format::read(path)?;
+fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints) -> Result<Robot, Failure> {
+    let mimic = match mimic {
+        MimicJoints::Constraint => Mimic::Constraint,
+        MimicJoints::Independent => Mimic::Independent,
+    };
+    let mut robot = robot::format::read_with(path, UrdfOptions { mimic })?;
     let Some(rotors) = rotors else { return Ok(robot) };
     for link in &mut robot.links {
         let has = match rotors {

@@ -16,6 +16,7 @@ mod reframe;
 mod snap;
 mod suggestion;
 mod urdf;
+mod urdf_mimic;
 mod urdf_text;
 mod urdf_tree;
 mod yaml;
@@ -31,7 +32,8 @@ use crate::link::Robot;
 pub use par::read_par;
 pub use par_write::write_par;
 pub(crate) use snap::computed_angle;
-pub use urdf::read_urdf;
+pub use urdf::{UrdfOptions, read_urdf, read_urdf_with};
+pub use urdf_mimic::Mimic;
 pub use yaml::read_yaml;
 
 /// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
@@ -43,19 +45,24 @@ const MAX_BYTES: u64 = 16 << 20;
 /// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
 /// a robot.
 pub fn read(path: &Path) -> Result<Robot, Error> {
+    read_with(path, UrdfOptions::default())
+}
+
+/// As [`read`], with what is to be done where the file is a URDF.
+pub fn read_with(path: &Path, urdf: UrdfOptions) -> Result<Robot, Error> {
     let file_name = path.display().to_string();
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let reader = match extension.as_str() {
-        "yaml" | "yml" => read_yaml,
-        "urdf" | "xml" => read_urdf,
-        "par" => read_par,
+    let text = || read_text(path, &file_name, extension == "par");
+    match extension.as_str() {
+        "yaml" | "yml" => read_yaml(&text()?, &file_name),
+        "urdf" | "xml" => read_urdf_with(&text()?, &file_name, urdf),
+        "par" => read_par(&text()?, &file_name),
         _ => {
             let message =
                 format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
-            return Err(whole_file(&file_name, message));
+            Err(whole_file(&file_name, message))
         }
-    };
-    reader(&read_text(path, &file_name, extension == "par")?, &file_name)
+    }
 }
 
 fn read_text(path: &Path, file_name: &str, may_be_latin: bool) -> Result<String, Error> {
