@@ -23,7 +23,7 @@ fn main() {
     let tree = robot::format::read_urdf(&tree_urdf(44), "tree44.urdf").unwrap_or_else(|e| panic!("{e}"));
 
     for (name, robot) in [("race", &race), ("ur5", &ur5), ("panda", &panda), ("tree of 44 joints", &tree)] {
-        let regressor = || Derivation::new(robot).regressor();
+        let regressor = || Derivation::new(robot).unwrap_or_else(|e| panic!("{e}")).regressor();
         let both = || base_regressor(robot);
         let work = vec![alternative("regressor", 1, regressor), alternative("and base parameters, rules", 1, both)];
         compare(&format!("derivation, {name}"), work);
@@ -57,7 +57,7 @@ fn base_regressor_calls(name: &str, robot: &Robot) {
 }
 
 fn base_regressor(robot: &Robot) -> Function {
-    let mut derivation = Derivation::new(robot);
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{e}"));
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard).unwrap_or_else(|e| panic!("{e}"));
     base.regressor(&standard).bound()
