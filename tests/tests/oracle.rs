@@ -10,7 +10,7 @@ use std::path::Path;
 
 use expr::Tape;
 use modeling::Derivation;
-use robot::format::{Mimic, UrdfOptions};
+use robot::format::{Mimic, ReadOptions};
 use robot::{Robot, RotorInertia, inertial_matrix};
 use tests::shared;
 
@@ -54,7 +54,7 @@ impl Table {
 fn cases() -> Vec<(&'static str, usize, Robot, Table)> {
     let Some(folder) = shared().map(|s| s.join("oracle")) else { return Vec::new() };
     // Pinocchio reads past mimic tags: the two fingers of the panda are coordinates there.
-    let options = UrdfOptions { mimic: Mimic::Independent };
+    let options = ReadOptions { mimic: Mimic::Independent, ..ReadOptions::default() };
     ROBOTS
         .into_iter()
         .map(|(name, rank)| {

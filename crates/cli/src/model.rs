@@ -3,12 +3,13 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
 use identification::Regressor;
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
-use robot::format::{Mimic, UrdfOptions};
+use robot::format::{Angles, Mimic, ReadOptions};
 use robot::{Drive, Robot, RotorInertia};
 
 use crate::failure::Failure;
@@ -54,7 +55,12 @@ enum MimicJoints {
 
 impl ModelArguments {
     pub fn read(&self) -> Result<Robot, Failure> {
-        let mut robot = read(&self.model, self.rotor_inertia, self.mimic)?;
+        self.read_angles(Angles::Meant)
+    }
+
+    /// With rounded angles taken for what they were meant to be, or as given.
+    pub fn read_angles(&self, angles: Angles) -> Result<Robot, Failure> {
+        let mut robot = read(&self.model, self.rotor_inertia, self.mimic, angles)?;
         for (name, value) in &self.values {
             robot
                 .set_symbol(name, *value)
@@ -86,12 +92,12 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
     }
 }
 
-fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints) -> Result<Robot, Failure> {
+fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints, angles: Angles) -> Result<Robot, Failure> {
     let mimic = match mimic {
         MimicJoints::Constraint => Mimic::Constraint,
         MimicJoints::Independent => Mimic::Independent,
     };
-    let mut robot = robot::format::read_with(path, UrdfOptions { mimic })?;
+    let mut robot = robot::format::read_with(path, ReadOptions { mimic, angles })?;
     let Some(rotors) = rotors else { return Ok(robot) };
     for link in &mut robot.links {
         let has = match rotors {
@@ -138,6 +144,7 @@ impl Derived {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),
+                number: NEXT.fetch_add(1, Ordering::Relaxed),
                 closure: self.closure.take().map(|closure| Mutex::new((closure, None))),
                 coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
                 parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
@@ -149,15 +156,19 @@ impl Derived {
 /// A base regressor evaluated by tape.
 struct TapeRegressor {
     tape: Tape,
+    number: u64,
     /// Where loops are closed numerically: the solver and its last answer, the next one's start.
     closure: Option<Mutex<(Closure, Option<Vec<f64>>)>>,
     coordinates: Vec<String>,
     parameters: Vec<String>,
 }
 
+/// Tells one tape's workspace from another's.
+static NEXT: AtomicU64 = AtomicU64::new(0);
+
 thread_local! {
-    /// Workspace and inputs of the tape last evaluated on this thread.
-    static SCRATCH: RefCell<Option<(Workspace, Vec<f64>)>> = const { RefCell::new(None) };
+    /// Number of the tape last evaluated on this thread, its workspace and its inputs.
+    static SCRATCH: RefCell<Option<(u64, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
 }
 
 impl Regressor for TapeRegressor {
@@ -183,7 +194,10 @@ impl Regressor for TapeRegressor {
             }
         };
         SCRATCH.with_borrow_mut(|scratch| {
-            let (work, inputs) = scratch.get_or_insert_with(|| (self.tape.workspace(), Vec::new()));
+            if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
+                *scratch = None;
+            }
+            let (_, work, inputs) = scratch.get_or_insert_with(|| (self.number, self.tape.workspace(), Vec::new()));
             inputs.clear();
             inputs.extend(q.iter().chain(&passive).chain(dq).chain(ddq));
             self.tape.evaluate(inputs, work, y);

@@ -158,7 +158,7 @@ fn mimic_joints_follow() {
     assert!((low, (high - 0.03).abs() < 1e-12) == (0.0, true), "{low} {high}");
 
     let text = format!("<robot name=\"t\">{body}</robot>");
-    let options = format::UrdfOptions { mimic: format::Mimic::Independent };
+    let options = format::ReadOptions { mimic: format::Mimic::Independent, ..format::ReadOptions::default() };
     let robot = format::read_urdf_with(&text, "t.urdf", options).unwrap();
     assert_eq!(robot.n_coordinates(), 4);
     assert!(robot.notes.iter().any(|n| n.subject == "right" && n.text.contains("mimics")));

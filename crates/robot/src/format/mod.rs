@@ -32,7 +32,7 @@ use crate::link::Robot;
 pub use par::read_par;
 pub use par_write::write_par;
 pub(crate) use snap::computed_angle;
-pub use urdf::{UrdfOptions, read_urdf, read_urdf_with};
+pub use urdf::{Angles, ReadOptions, read_urdf, read_urdf_with};
 pub use urdf_mimic::Mimic;
 pub use yaml::read_yaml;
 
@@ -45,17 +45,17 @@ const MAX_BYTES: u64 = 16 << 20;
 /// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
 /// a robot.
 pub fn read(path: &Path) -> Result<Robot, Error> {
-    read_with(path, UrdfOptions::default())
+    read_with(path, ReadOptions::default())
 }
 
-/// As [`read`], with what is to be done where the file is a URDF.
-pub fn read_with(path: &Path, urdf: UrdfOptions) -> Result<Robot, Error> {
+/// As [`read`], with options.
+pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     let file_name = path.display().to_string();
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let text = || read_text(path, &file_name, extension == "par");
     match extension.as_str() {
-        "yaml" | "yml" => read_yaml(&text()?, &file_name),
-        "urdf" | "xml" => read_urdf_with(&text()?, &file_name, urdf),
+        "yaml" | "yml" => yaml::read_yaml_with(&text()?, &file_name, options.angles),
+        "urdf" | "xml" => read_urdf_with(&text()?, &file_name, options),
         "par" => read_par(&text()?, &file_name),
         _ => {
             let message =

@@ -36,23 +36,35 @@ const TOLERANCE: f64 = 1e-9;
 /// inertia. Gravity is (0, 0, -9.81) in the root link. Fails, with the line, on anything but a tree
 /// of revolute, continuous, prismatic and fixed joints with finite numbers.
 pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
-    read_urdf_with(text, file, UrdfOptions::default())
+    read_urdf_with(text, file, ReadOptions::default())
 }
 
-/// What a URDF leaves to its reader.
+/// What a file leaves to its reader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct UrdfOptions {
+pub struct ReadOptions {
+    /// The mimic joints of a URDF.
     pub mimic: Mimic,
+    pub angles: Angles,
+}
+
+/// What a rounded angle is taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Angles {
+    /// 1.5707 is pi/2.
+    #[default]
+    Meant,
+    /// 1.5707 is 1.5707.
+    AsGiven,
 }
 
 /// As [`read_urdf`], with options.
-pub fn read_urdf_with(text: &str, file: &str, options: UrdfOptions) -> Result<Robot, Error> {
+pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
     let checked = check(source, text)?;
     let model = urdf_rs::read_from_string(&checked.text)
         .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
     let mut notes = Vec::new();
-    let moving = moving_links(source, &checked, &model, &mut notes)?;
+    let moving = moving_links(source, &checked, &model, options.angles, &mut notes)?;
     let given: Vec<Given> = moving.iter().map(|m| m.given.clone()).collect();
     let framed = frames(&given);
 
