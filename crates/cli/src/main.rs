@@ -1,5 +1,6 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod datasets;
 mod evaluate;
 mod failure;
 mod generate;
@@ -26,6 +27,7 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
     Identify(identify::Arguments),
+    Datasets(datasets::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Datasets(arguments) => datasets::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,9 +6,9 @@ use std::sync::Mutex;
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
-use identification::Regressor;
+use identification::{Regressor, StandardMap};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
-use robot::{Drive, Robot, RotorInertia};
+use robot::{Drive, Inertial, LinkId, Robot, RotorInertia};
 
 use crate::failure::Failure;
 
@@ -90,6 +90,41 @@ fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
         };
     }
     Ok(robot)
+}
+
+/// Reads a robot with rotor inertias at its actuated joints, or none.
+pub fn read_with_rotors(path: &Path, rotors: bool) -> Result<Robot, Failure> {
+    read(path, Some(if rotors { RotorJoints::Actuated } else { RotorJoints::None }))
+}
+
+/// How the base parameters follow from the standard ones, in numbers.
+pub fn standard_map(robot: &Robot, parameters: &BaseParameters) -> StandardMap {
+    let (base, standard) = (&parameters.base, &parameters.standard);
+    let terms: Vec<(usize, usize, f64)> = base
+        .iter()
+        .enumerate()
+        .flat_map(|(k, b)| b.terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+        .collect();
+    let first = |c: &usize| standard[*c].inertial == Inertial::Xx;
+    let bodies = (0..standard.len()).filter(first).map(|c| (robot.link(standard[c].link).name.clone(), c));
+    StandardMap::new(
+        standard.iter().map(|s| s.display(robot).to_string()).collect(),
+        base.len(),
+        &terms,
+        bodies.collect(),
+        (0..standard.len()).filter(|&c| standard[c].inertial == Inertial::Ia).collect(),
+    )
+}
+
+/// The bodies that the description gives, in the order of the map.
+pub fn references(robot: &Robot, parameters: &BaseParameters) -> Vec<Option<[f64; 10]>> {
+    let bodies = parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx);
+    bodies.map(|s| robot.link(s.link).inertial).collect()
+}
+
+/// The link behind each body of the map.
+pub fn body_links(parameters: &BaseParameters) -> Vec<LinkId> {
+    parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
 }
 
 /// What follows from a robot, derived once.
