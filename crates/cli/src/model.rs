@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
@@ -157,6 +158,7 @@ impl Derived {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),
+                number: TAPES.fetch_add(1, Ordering::Relaxed),
                 closure: self.closure.take().map(|closure| Mutex::new((closure, None))),
                 coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
                 parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
@@ -168,15 +170,20 @@ impl Derived {
 /// A base regressor evaluated by tape.
 struct TapeRegressor {
     tape: Tape,
+    /// Tells this tape's workspace from another's on the same thread.
+    number: usize,
     /// Where loops are closed numerically: the solver and its last answer, the next one's start.
     closure: Option<Mutex<(Closure, Option<Vec<f64>>)>>,
     coordinates: Vec<String>,
     parameters: Vec<String>,
 }
 
+/// Tapes made so far.
+static TAPES: AtomicUsize = AtomicUsize::new(0);
+
 thread_local! {
-    /// Workspace and inputs of the tape last evaluated on this thread.
-    static SCRATCH: RefCell<Option<(Workspace, Vec<f64>)>> = const { RefCell::new(None) };
+    /// Number, workspace and inputs of the tape last evaluated on this thread.
+    static SCRATCH: RefCell<Option<(usize, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
 }
 
 impl Regressor for TapeRegressor {
@@ -202,7 +209,11 @@ impl Regressor for TapeRegressor {
             }
         };
         SCRATCH.with_borrow_mut(|scratch| {
-            let (work, inputs) = scratch.get_or_insert_with(|| (self.tape.workspace(), Vec::new()));
+            let fresh = || (self.number, self.tape.workspace(), Vec::new());
+            if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
+                *scratch = Some(fresh());
+            }
+            let (_, work, inputs) = scratch.get_or_insert_with(fresh);
             inputs.clear();
             inputs.extend(q.iter().chain(&passive).chain(dq).chain(ddq));
             self.tape.evaluate(inputs, work, y);
