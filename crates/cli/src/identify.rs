@@ -1,12 +1,16 @@
 //! `rist identify`: a log and a model -> parameters.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use identification::{ColumnNames, FrictionTerm, Log, Options, SpectralMethod, Weights};
+use identification::{
+    ColumnNames, Estimate, FrictionTerm, JointDynamics, Log, Options, SpectralMethod, Weights, bodies,
+    coordinate_label, identify_consistent, write_back,
+};
+use robot::{Coordinate, LinkId, Robot};
 
 use crate::failure::{Failure, print, write_file};
-use crate::model::{Derived, ModelArguments};
+use crate::model::{Derived, ModelArguments, body_links, references, standard_map};
 
 /// Identify a robot's base parameters and friction from a log
 ///
@@ -58,6 +62,15 @@ pub struct Arguments {
     /// Ordinary instead of weighted least squares
     #[arg(long)]
     ols: bool,
+
+    /// Only bodies that can exist: physically consistent parameters, held where the log is silent by the
+    /// description's own bodies
+    #[arg(long)]
+    consistent: bool,
+
+    /// Write the URDF with the identified inertials, joint damping and friction; implies --consistent
+    #[arg(long, value_name = "FILE")]
+    write_urdf: Option<PathBuf>,
 
     /// Write the estimate as YAML
     #[arg(long, value_name = "FILE")]
@@ -116,12 +129,50 @@ fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
     }
 
     let (log, columns) = Log::read(&arguments.log, regressor.coordinates(), &options.columns)?;
-    let estimate = identification::identify(regressor.as_ref(), &log, &options)?;
+    let estimate = if arguments.consistent || arguments.write_urdf.is_some() {
+        let map = standard_map(&robot, &derived.parameters);
+        let known = references(&robot, &derived.parameters);
+        let logs = std::slice::from_ref(&log);
+        let fit = identify_consistent(regressor.as_ref(), &map, &known, logs, &options, &Default::default())?;
+        if let Some(out) = &arguments.write_urdf {
+            let ids = body_links(&derived.parameters);
+            let bodies: Vec<_> = ids.into_iter().zip(bodies(&map, &fit.consistent.phi).map(|b| b.1)).collect();
+            write_urdf(arguments, &robot, &bodies, &fit.estimate, out)?;
+        }
+        fit.estimate
+    } else {
+        identification::identify(regressor.as_ref(), &log, &options)?
+    };
     print(&format!("{columns}\n{}\n{estimate}", log.report))?;
     match &arguments.out {
         Some(out) => write_file(out, &estimate.to_yaml()?),
         None => Ok(()),
     }
+}
+
+/// The URDF of the model with the identified bodies, and friction where all of it is there.
+fn write_urdf(
+    arguments: &Arguments,
+    robot: &Robot,
+    bodies: &[(LinkId, [f64; 10])],
+    estimate: &Estimate,
+    out: &Path,
+) -> Result<(), Failure> {
+    let path = &arguments.model.model;
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
+    let friction = |coordinate: &Coordinate| {
+        let label = coordinate_label(&coordinate.name);
+        let value = |letters: &str| estimate.value(&format!("{letters}{label}"));
+        // Simulators refuse friction that drives.
+        let (damping, friction) = (value("FV")?.max(0.0), value("FS")?.max(0.0));
+        Some(JointDynamics { joint: coordinate.name.clone(), damping, friction })
+    };
+    let dynamics: Vec<JointDynamics> = robot.coordinates.iter().filter_map(friction).collect();
+    let written = write_back(&text, &path.display().to_string(), robot, bodies, &dynamics)?;
+    for note in &written.notes {
+        eprintln!("note: {note}");
+    }
+    write_file(out, &written.text)
 }
 
 /// `viscous`, `stribeck=0.1`; `none` is no term.

@@ -1,5 +1,6 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod datasets;
 mod evaluate;
 mod failure;
 mod generate;
@@ -36,6 +37,7 @@ enum Command {
     Identify(identify::Arguments),
     Validate(validate::Arguments),
     Report(report::Arguments),
+    Datasets(datasets::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Datasets(arguments) => datasets::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -3,14 +3,14 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
-use identification::Regressor;
+use identification::{Regressor, StandardMap};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::format::{Angles, Mimic, ReadOptions};
-use robot::{Drive, Robot, RotorInertia};
+use robot::{Drive, Inertial, LinkId, Robot, RotorInertia};
 
 use crate::failure::Failure;
 
@@ -114,6 +114,46 @@ fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints, angles: An
     Ok(robot)
 }
 
+/// Reads a robot with rotor inertias at its actuated joints, or none.
+pub fn read_with_rotors(path: &Path, rotors: bool) -> Result<Robot, Failure> {
+    read(
+        path,
+        Some(if rotors { RotorJoints::Actuated } else { RotorJoints::None }),
+        MimicJoints::Constraint,
+        Angles::Meant,
+    )
+}
+
+/// How the base parameters follow from the standard ones, in numbers.
+pub fn standard_map(robot: &Robot, parameters: &BaseParameters) -> StandardMap {
+    let (base, standard) = (&parameters.base, &parameters.standard);
+    let terms: Vec<(usize, usize, f64)> = base
+        .iter()
+        .enumerate()
+        .flat_map(|(k, b)| b.terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+        .collect();
+    let first = |c: &usize| standard[*c].inertial == Inertial::Xx;
+    let bodies = (0..standard.len()).filter(first).map(|c| (robot.link(standard[c].link).name.clone(), c));
+    StandardMap::new(
+        standard.iter().map(|s| s.display(robot).to_string()).collect(),
+        base.len(),
+        &terms,
+        bodies.collect(),
+        (0..standard.len()).filter(|&c| standard[c].inertial == Inertial::Ia).collect(),
+    )
+}
+
+/// The bodies that the description gives, in the order of the map.
+pub fn references(robot: &Robot, parameters: &BaseParameters) -> Vec<Option<[f64; 10]>> {
+    let bodies = parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx);
+    bodies.map(|s| robot.link(s.link).inertial).collect()
+}
+
+/// The link behind each body of the map.
+pub fn body_links(parameters: &BaseParameters) -> Vec<LinkId> {
+    parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
+}
+
 /// What follows from a robot, derived once.
 pub struct Derived {
     /// Regressor of the standard parameters.
@@ -144,7 +184,7 @@ impl Derived {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),
-                number: NEXT.fetch_add(1, Ordering::Relaxed),
+                number: TAPES.fetch_add(1, Ordering::Relaxed),
                 closure: self.closure.take().map(|closure| Mutex::new((closure, None))),
                 coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
                 parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
@@ -156,19 +196,20 @@ impl Derived {
 /// A base regressor evaluated by tape.
 struct TapeRegressor {
     tape: Tape,
-    number: u64,
+    /// Tells this tape's workspace from another's on the same thread.
+    number: usize,
     /// Where loops are closed numerically: the solver and its last answer, the next one's start.
     closure: Option<Mutex<(Closure, Option<Vec<f64>>)>>,
     coordinates: Vec<String>,
     parameters: Vec<String>,
 }
 
-/// Tells one tape's workspace from another's.
-static NEXT: AtomicU64 = AtomicU64::new(0);
+/// Tapes made so far.
+static TAPES: AtomicUsize = AtomicUsize::new(0);
 
 thread_local! {
-    /// Number of the tape last evaluated on this thread, its workspace and its inputs.
-    static SCRATCH: RefCell<Option<(u64, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
+    /// Number, workspace and inputs of the tape last evaluated on this thread.
+    static SCRATCH: RefCell<Option<(usize, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
 }
 
 impl Regressor for TapeRegressor {
@@ -194,10 +235,11 @@ impl Regressor for TapeRegressor {
             }
         };
         SCRATCH.with_borrow_mut(|scratch| {
+            let fresh = || (self.number, self.tape.workspace(), Vec::new());
             if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
-                *scratch = None;
+                *scratch = Some(fresh());
             }
-            let (_, work, inputs) = scratch.get_or_insert_with(|| (self.number, self.tape.workspace(), Vec::new()));
+            let (_, work, inputs) = scratch.get_or_insert_with(fresh);
             inputs.clear();
             inputs.extend(q.iter().chain(&passive).chain(dq).chain(ddq));
             self.tape.evaluate(inputs, work, y);

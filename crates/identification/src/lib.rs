@@ -66,7 +66,7 @@ pub use estimate::{Estimate, Identified, JointResidual, Status};
 pub use exciting_trajectory::{
     ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
 };
-pub use friction::FrictionTerm;
+pub use friction::{FrictionTerm, label as coordinate_label};
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
 pub use huber::{Reweighted, reweighted};

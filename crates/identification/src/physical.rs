@@ -33,6 +33,23 @@ pub struct StandardMap {
     pub rotors: Vec<usize>,
 }
 
+impl StandardMap {
+    /// From the entries (base, standard, coefficient) of B.
+    pub fn new(
+        standard: Vec<String>,
+        base: usize,
+        terms: &[(usize, usize, f64)],
+        bodies: Vec<(String, usize)>,
+        rotors: Vec<usize>,
+    ) -> StandardMap {
+        let mut matrix = DMatrix::zeros(base, standard.len());
+        for &(k, c, coefficient) in terms {
+            matrix[(k, c)] += coefficient;
+        }
+        StandardMap { standard, matrix, bodies, rotors }
+    }
+}
+
 /// What stands beside the data.
 #[derive(Clone, Debug)]
 pub struct Prior {
