@@ -1,5 +1,6 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod convert;
 mod evaluate;
 mod failure;
 mod generate;
@@ -23,6 +24,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Inspect(inspect::Arguments),
+    Convert(convert::Arguments),
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
     Identify(identify::Arguments),
@@ -31,6 +33,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),

@@ -7,6 +7,7 @@
 
 mod affine;
 pub mod closure;
+pub mod convention;
 mod error;
 mod floating;
 pub mod format;
