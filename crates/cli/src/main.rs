@@ -6,6 +6,7 @@ mod failure;
 mod generate;
 mod identify;
 mod inspect;
+mod lint;
 mod model;
 
 use std::process::ExitCode;
@@ -25,6 +26,7 @@ struct Arguments {
 enum Command {
     Inspect(inspect::Arguments),
     Convert(convert::Arguments),
+    Lint(lint::Arguments),
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
     Identify(identify::Arguments),
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
+        Command::Lint(arguments) => lint::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),

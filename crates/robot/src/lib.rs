@@ -15,6 +15,7 @@ mod inertial;
 pub mod kinematics;
 mod linear_angle;
 mod link;
+pub mod lint;
 mod parameter;
 mod passive;
 mod polygon;
