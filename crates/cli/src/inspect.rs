@@ -181,7 +181,7 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
             .terms
             .iter()
             .map(|&(k, c)| {
-                let coordinate = &robot.coordinates[k.0].name;
+                let coordinate = robot.coordinate_name(k);
                 match c {
                     1.0 => format!("+ {coordinate}"),
                     -1.0 => format!("- {coordinate}"),

@@ -1,5 +1,6 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod convert;
 mod datasets;
 mod evaluate;
 mod failure;
@@ -7,6 +8,7 @@ mod generate;
 mod identify;
 mod identify_spectrum;
 mod inspect;
+mod lint;
 mod model;
 mod plan;
 mod report;
@@ -30,6 +32,8 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Inspect(inspect::Arguments),
+    Convert(convert::Arguments),
+    Lint(lint::Arguments),
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
     Plan(plan::Arguments),
@@ -43,6 +47,8 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
+        Command::Lint(arguments) => lint::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),

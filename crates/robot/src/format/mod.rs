@@ -19,9 +19,11 @@ mod urdf;
 mod urdf_mimic;
 mod urdf_text;
 mod urdf_tree;
+mod urdf_write;
 mod yaml;
 mod yaml_link;
 mod yaml_loop;
+mod yaml_write;
 
 use std::fs::File;
 use std::io::Read;
@@ -34,7 +36,9 @@ pub use par_write::write_par;
 pub(crate) use snap::computed_angle;
 pub use urdf::{Angles, ReadOptions, read_urdf, read_urdf_with};
 pub use urdf_mimic::Mimic;
+pub use urdf_write::write_urdf;
 pub use yaml::read_yaml;
+pub use yaml_write::write_yaml;
 
 /// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
 const MAX_BYTES: u64 = 16 << 20;
