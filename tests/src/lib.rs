@@ -7,10 +7,12 @@
 pub mod lagrangian;
 pub mod number;
 pub mod pose;
+pub mod program;
 pub mod random;
 pub mod recursion;
 pub mod rules;
 pub mod running_error;
+pub mod urdf_text;
 
 use std::path::{Path, PathBuf};
 

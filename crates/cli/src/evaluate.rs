@@ -40,7 +40,7 @@ enum Quantity {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let robot = arguments.model.read()?;
+    let robot = arguments.model.read_with_values()?;
     let mut derived = Derived::new(&robot, &arguments.model.model)?;
     let states = States::read(&arguments.states, &robot, arguments.quantity, derived.closure.take())?;
     let parameters = &derived.parameters;

@@ -40,7 +40,7 @@ enum Language {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
-    let robot = arguments.model.read()?;
+    let robot = arguments.model.read_with_values()?;
     let functions: Vec<RobotFunction> =
         arguments.functions.iter().map(|name| robot_function(&robot, name)).collect::<Result<_, _>>()?;
     let module =

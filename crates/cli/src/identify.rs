@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
-    let robot = arguments.model.read()?;
+    let robot = arguments.model.read_with_values()?;
     let mut derived = Derived::new(&robot, &arguments.model.model)?;
     let regressor = derived.regressor(&robot);
 

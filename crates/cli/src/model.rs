@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
 use identification::Regressor;
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
+use robot::format::{Mimic, UrdfOptions};
 use robot::{Drive, Robot, RotorInertia};
 
 use crate::failure::Failure;
@@ -15,8 +16,17 @@ use crate::failure::Failure;
 /// The model and how to read it.
 #[derive(Args)]
 pub struct ModelArguments {
-    /// Robot description: .yaml (modified DH) or .urdf
+    /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO)
     pub model: PathBuf,
+
+    /// Value of a symbol of the description, m or rad: D3=0.45 (a .par file gives its symbols none)
+    #[arg(long = "value", value_name = "NAME=VALUE", value_parser = assignment)]
+    values: Vec<(String, f64)>,
+
+    /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+    /// their own
+    #[arg(long, value_enum, default_value_t = MimicJoints::Constraint)]
+    mimic: MimicJoints,
 
     /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says: a YAML's
     /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
@@ -36,15 +46,52 @@ enum RotorJoints {
     All,
 }
 
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum MimicJoints {
+    Constraint,
+    Independent,
+}
+
 impl ModelArguments {
     pub fn read(&self) -> Result<Robot, Failure> {
-        let robot = read(&self.model, self.rotor_inertia)?;
+        let mut robot = read(&self.model, self.rotor_inertia, self.mimic)?;
+        for (name, value) in &self.values {
+            robot
+                .set_symbol(name, *value)
+                .map_err(|e| Failure::new(format_args!("{}: --value {name}: {e}", self.model.display())))?;
+        }
         Ok(if self.floating_base { robot.floating() } else { robot })
+    }
+
+    /// The same, refused where a symbol has no value: what is to be computed are figures.
+    pub fn read_with_values(&self) -> Result<Robot, Failure> {
+        let robot = self.read()?;
+        let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
+        match missing.first() {
+            None => Ok(robot),
+            Some(first) => Err(Failure::new(format_args!(
+                "{}: no value for {}: figures need one (--value {first}=0.45, or `(* Value {first} = 0.45 *)` in the file)",
+                self.model.display(),
+                missing.join(", ")
+            ))),
+        }
     }
 }
 
-fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
-    let mut robot = robot::format::read(path)?;
+fn assignment(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    match value.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok((name.trim().to_string(), x)),
+        _ => Err(format!("`{value}` is not a finite number")),
+    }
+}
+
+fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints) -> Result<Robot, Failure> {
+    let mimic = match mimic {
+        MimicJoints::Constraint => Mimic::Constraint,
+        MimicJoints::Independent => Mimic::Independent,
+    };
+    let mut robot = robot::format::read_with(path, UrdfOptions { mimic })?;
     let Some(rotors) = rotors else { return Ok(robot) };
     for link in &mut robot.links {
         let has = match rotors {

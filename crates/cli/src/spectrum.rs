@@ -19,7 +19,7 @@ pub struct Subject {
 
 impl Subject {
     pub fn read(arguments: &ModelArguments) -> Result<Subject, Failure> {
-        let robot = arguments.read()?;
+        let robot = arguments.read_with_values()?;
         let mut derived = Derived::new(&robot, &arguments.model)?;
         let regressor = derived.regressor(&robot);
         let fingerprint = format!("{:016x}", derived.base.fingerprint());

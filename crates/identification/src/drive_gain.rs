@@ -7,62 +7,94 @@
 //! and is found from it by alternating Gauss-Newton steps [Gautier, Vandanjon, Presse 1994 for the
 //! total least squares of the same equations; docs of `total_least_squares`]. Works on the triangles
 //! by joint, with currents as right-hand sides.
+//!
+//! Wrist joints carry little that other joints feel: their gains are weakly observable, and errors of
+//! the model decide them. An expected value with its deviation holds them, weighed against the data
+//! at what correlated residuals are worth: 1/s, s = (1 + rho) / (1 - rho), rho the residuals'
+//! correlation from sample to sample.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::Error;
+use crate::identify::{Options, PARTS, Weights, fit, states};
 use crate::least_squares::solve;
+use crate::log::{Effort, Log};
+use crate::observation::{Model, Observation};
+use crate::robust::correlation;
 use crate::triangle::{Block, Triangle};
+use crate::{Error, Regressor};
+
+/// What is known of a joint's gain, N m/A, before the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gain {
+    Known(f64),
+    /// About this value, with this standard deviation.
+    Expected(f64, f64),
+    Free,
+}
 
 /// Gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
     /// N m/A, a joint; the known ones as given.
     pub gains: Vec<f64>,
-    /// Standard deviation; zero for the known ones.
+    /// Standard deviation, the discount of the data included; zero for the known ones.
     pub sigma: Vec<f64>,
     /// Parameters of the columns, SI.
     pub x: Vec<f64>,
     /// Standard deviation of the current's residual, A, a joint.
     pub noise: Vec<f64>,
+    /// How many correlated samples count as one.
+    pub discount: f64,
     pub iterations: usize,
 }
 
 const ITERATIONS: usize = 50;
 
-/// From triangles by joint (currents on the right) and the gains that are known.
+/// From triangles by joint (currents on the right), what is known of the gains, and the discount of
+/// the data (1: independent samples).
 ///
-/// Fails when no gain is known: the scale of everything is then free; and when a gain is not
-/// determined by these data.
-pub fn drive_gains(joints: &[Triangle], known: &[Option<f64>]) -> Result<DriveGains, Error> {
+/// Fails when no gain is known or expected: the scale of everything is then free; and when a gain is
+/// not determined by these data.
+pub fn drive_gains(joints: &[Triangle], known: &[Gain], discount: f64) -> Result<DriveGains, Error> {
     let n = joints.len();
-    if known.len() != n || known.iter().all(Option::is_none) {
+    if known.len() != n || known.iter().all(|k| *k == Gain::Free) {
         let message = format!(
             "{n} drive gains, at least one of them known, are needed: data alone leave the scale of all gains and masses free"
         );
         return Err(Error::new(message));
     }
     let p = joints.first().map_or(0, Triangle::columns);
-    let unknown: Vec<usize> = (0..n).filter(|&j| known[j].is_none()).collect();
-    // Least squares in torque; rows of unequal current noise are weighed from the second round on.
-    let (mut x, mut gains) = linear(joints, known, &unknown, &vec![1.0; n])?;
-    let (mut noise, mut iterations) = (noises(joints, &gains, &x), 0);
+    let unknown: Vec<usize> = (0..n).filter(|&j| !matches!(known[j], Gain::Known(_))).collect();
+    // Least squares in torque, expected gains held, is the start.
+    let start = |k: &Gain| match k {
+        Gain::Known(value) | Gain::Expected(value, _) => Some(*value),
+        Gain::Free => None,
+    };
+    let held: Vec<Option<f64>> = known.iter().map(start).collect();
+    let free: Vec<usize> = (0..n).filter(|&j| held[j].is_none()).collect();
+    let (mut x, mut gains) = linear(joints, &held, &free)?;
+    let discount = discount.max(1.0);
+    let noises = |gains: &[f64], x: &[f64]| -> Vec<f64> {
+        noises(joints, gains, x).iter().map(|s| s * discount.sqrt()).collect()
+    };
+    let (mut noise, mut iterations) = (noises(&gains, &x), 0);
     let mut normal = DMatrix::identity(0, 0);
     for iteration in 0..ITERATIONS {
         iterations = iteration + 1;
-        let (step, matrix) = gauss_newton(joints, &unknown, &x, &gains, &noise).ok_or_else(|| {
+        let (step, matrix) = gauss_newton(joints, &unknown, known, &x, &gains, &noise).ok_or_else(|| {
             Error::new("the drive gains are not determined by these data: excite the coupling of joints")
         })?;
-        let mut largest: f64 = 0.0;
+        // A gain changes by at most half in one step: it keeps its sign.
+        let change = unknown.iter().enumerate().map(|(i, &j)| (step[p + i] / gains[j]).abs()).fold(0.0, f64::max);
+        let length = if change > 0.5 { 0.5 / change } else { 1.0 };
         for c in 0..p {
-            x[c] += step[c];
+            x[c] += length * step[c];
         }
         for (i, &j) in unknown.iter().enumerate() {
-            gains[j] += step[p + i];
-            largest = largest.max((step[p + i] / gains[j]).abs());
+            gains[j] += length * step[p + i];
         }
-        (noise, normal) = (noises(joints, &gains, &x), matrix);
-        if largest < 1e-10 {
+        (noise, normal) = (noises(&gains, &x), matrix);
+        if change < 1e-10 {
             break;
         }
     }
@@ -71,16 +103,38 @@ pub fn drive_gains(joints: &[Triangle], known: &[Option<f64>]) -> Result<DriveGa
     for (i, &j) in unknown.iter().enumerate() {
         sigma[j] = covariance[(p + i, p + i)].max(0.0).sqrt();
     }
-    Ok(DriveGains { gains, sigma, x, noise, iterations })
+    let noise = noise.iter().map(|s| s / discount.sqrt()).collect();
+    Ok(DriveGains { gains, sigma, x, noise, discount, iterations })
 }
 
-/// Least squares for (X, k) in torque, each joint's rows times `weights`.
-fn linear(
-    joints: &[Triangle],
-    known: &[Option<f64>],
-    unknown: &[usize],
-    weights: &[f64],
-) -> Result<(Vec<f64>, Vec<f64>), Error> {
+/// Gains from logs of motor currents; `known` where a gain is known, everything else as in `options`.
+///
+/// Fails as `identify` does, for logs without currents, and as [`drive_gains`] does.
+pub fn estimate_drive_gains(
+    regressor: &dyn Regressor,
+    logs: &[Log],
+    options: &Options,
+    known: &[Gain],
+) -> Result<DriveGains, Error> {
+    if let Some(log) = logs.iter().find(|l| l.effort_is != Effort::Current) {
+        return Err(Error::at(&log.name, 0, "the log holds torques; drive gains are estimated from currents"));
+    }
+    let mut options = options.clone();
+    options.transmission.drive_gains = Some(vec![1.0; regressor.coordinates().len()]);
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let records = logs.iter().map(|log| states(regressor, log, &options)).collect::<Result<Vec<_>, _>>()?;
+    let mut observations = records.iter().map(|s| Observation::of(&model, s, PARTS));
+    let mut all = observations.next().ok_or_else(|| Error::new("no log is given; at least one is needed"))?;
+    observations.for_each(|o| all.append(o));
+    let joints = all.joints(|_| true);
+    let (currents, _) = fit(&joints, Weights::Joint);
+    let rho = records.iter().map(|s| correlation(&model, s, &currents.x)).fold(0.0, f64::max).min(0.999);
+    drive_gains(&joints, known, (1.0 + rho) / (1.0 - rho))
+}
+
+/// Least squares for (X, k) in torque.
+fn linear(joints: &[Triangle], known: &[Option<f64>], unknown: &[usize]) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let p = joints.first().map_or(0, Triangle::columns);
     let m = p + unknown.len();
     let (mut total, mut block) = (Triangle::new(m), Block::new(m));
@@ -90,8 +144,8 @@ fn linear(
                 total.fold(&mut block);
             }
             let mut row = vec![0.0; m];
-            (i..p).for_each(|c| row[c] = weights[j] * t.at(i, c));
-            let current = weights[j] * t.at(i, p);
+            (i..p).for_each(|c| row[c] = t.at(i, c));
+            let current = t.at(i, p);
             let y = match known[j] {
                 Some(gain) => gain * current,
                 None => {
@@ -128,6 +182,7 @@ fn noises(joints: &[Triangle], gains: &[f64], x: &[f64]) -> Vec<f64> {
 fn gauss_newton(
     joints: &[Triangle],
     unknown: &[usize],
+    known: &[Gain],
     x: &[f64],
     gains: &[f64],
     noise: &[f64],
@@ -150,6 +205,12 @@ fn gauss_newton(
         jacobian /= s;
         normal += jacobian.transpose() * &jacobian;
         rhs += jacobian.transpose() * ((z - fit) / s);
+    }
+    for (i, &j) in unknown.iter().enumerate() {
+        if let Gain::Expected(value, deviation) = known[j] {
+            normal[(p + i, p + i)] += 1.0 / (deviation * deviation);
+            rhs[p + i] += (value - gains[j]) / (deviation * deviation);
+        }
     }
     let d = normal.diagonal().map(|x: f64| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
     let scaled = DMatrix::from_fn(m, m, |i, j| normal[(i, j)] * d[i] * d[j]);
@@ -184,7 +245,7 @@ mod tests {
 
     #[test]
     fn gains_come_back_exactly_without_noise() {
-        let found = drive_gains(&joints(0.0, 1), &[Some(3.0), None]).unwrap();
+        let found = drive_gains(&joints(0.0, 1), &[Gain::Known(3.0), Gain::Free], 1.0).unwrap();
         assert!((found.gains[1] - 0.5).abs() < 1e-10, "{found:?}");
         assert!((found.x[0] - 2.0).abs() < 1e-10);
     }
@@ -195,7 +256,7 @@ mod tests {
         let runs = 60;
         let (mut mean, mut chi) = (0.0, 0.0);
         for seed in 0..runs {
-            let found = drive_gains(&joints(1.5, 100 + seed), &[Some(3.0), None]).unwrap();
+            let found = drive_gains(&joints(1.5, 100 + seed), &[Gain::Known(3.0), Gain::Free], 1.0).unwrap();
             mean += found.gains[1] / runs as f64;
             chi += ((found.gains[1] - 0.5) / found.sigma[1]).powi(2) / runs as f64;
         }
@@ -204,9 +265,19 @@ mod tests {
         assert!((0.5..1.7).contains(&chi), "{chi}");
     }
 
+    /// With hardly any data the expected value stays; with good data it gives way.
+    #[test]
+    fn an_expected_gain_is_weighed_against_the_data() {
+        let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];
+        let weak = drive_gains(&joints(0.1, 3), &expected, 1e9).unwrap();
+        assert!((weak.gains[1] - 0.8).abs() < 0.01, "{weak:?}");
+        let strong = drive_gains(&joints(0.01, 3), &expected, 1.0).unwrap();
+        assert!((strong.gains[1] - 0.5).abs() < 0.01, "{strong:?}");
+    }
+
     #[test]
     fn the_scale_must_be_given() {
-        let message = drive_gains(&joints(0.0, 1), &[None, None]).unwrap_err().to_string();
+        let message = drive_gains(&joints(0.0, 1), &[Gain::Free; 2], 1.0).unwrap_err().to_string();
         assert!(message.contains("at least one of them known"), "{message}");
     }
 }

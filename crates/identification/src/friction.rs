@@ -5,7 +5,8 @@
 //!   [Vandanjon, Gautier, Desbats 1995, eq. 5];
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) on top of Coulomb, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
-//! - load: FL |tau| sign(dq), tau the measured torque;
+//! - load: FL |tau| sign(dq), tau the measured torque: it stands on both sides of the equation, so a
+//!   small residual proves nothing; for diagnosis, never to compare models with;
 //! - rotor inertia IA ddq, for regressors whose model has none.
 //!
 //! | term | names | unit |

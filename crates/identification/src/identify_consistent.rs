@@ -86,14 +86,22 @@ pub fn identify_consistent(
         method: format!("physically consistent, {}", fit.estimate.method),
         joints: residual.joints,
         total: residual.total,
+        // The parts left out were predicted by least squares, not by this.
+        cross_validation: None,
         ..fit.estimate.clone()
     };
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
         *parameter = valued(parameter, x);
     }
     estimate.remarks.push(format!(
-        "objective {:.6} within {:.1e} of the optimum over consistent bodies; residual {:.4}, least squares {:.4}; the data count 1/{:.1}",
-        consistent.objective, consistent.gap, estimate.total, fit.estimate.total, prior.discount
+        "physically consistent in {} Newton steps ({:?}): 1/2 chi^2 = {:.3}, at most {:.1e} above the optimum over all bodies; residual {:.4}, least squares {:.4}; data counted 1/{:.1}",
+        consistent.newton_steps,
+        consistent.outcome,
+        consistent.objective,
+        consistent.gap,
+        estimate.total,
+        fit.estimate.total,
+        prior.discount
     ));
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
 }

@@ -113,6 +113,38 @@ pub(crate) fn unit_of_inertial(name: &str) -> &'static str {
     }
 }
 
+/// The weight of the row of joint j at sample r: `weight(r, j)`.
+pub type RowWeight<'a> = &'a (dyn Fn(usize, usize) -> f64 + Sync);
+
+/// Fewer samples than this are not worth a thread.
+const PARALLEL: usize = 20_000;
+
+/// One triangle a joint of the samples in a range.
+fn part_of_rows(model: &Model, states: &States, range: std::ops::Range<usize>, weight: RowWeight) -> Vec<Triangle> {
+    let (n, p) = (model.n(), model.p());
+    let mut y = vec![0.0; n * model.regressor.parameters().len()];
+    let mut w = vec![0.0; n * p];
+    let mut blocks = vec![Block::new(p); n];
+    let mut triangles = vec![Triangle::new(p); n];
+    for r in range {
+        model.rows(states, r, &mut y, &mut w);
+        for j in (0..n).filter(|&j| states.used[r * n + j]) {
+            let (row, factor) = (&mut w[j * p..(j + 1) * p], weight(r, j));
+            if factor != 1.0 {
+                row.iter_mut().for_each(|x| *x *= factor);
+            }
+            blocks[j].push(row, factor * states.tau[r * n + j]);
+            if blocks[j].is_full() {
+                triangles[j].fold(&mut blocks[j]);
+            }
+        }
+    }
+    for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
+        triangle.fold(block);
+    }
+    triangles
+}
+
 /// The triangles of the rows, by part of the record and by joint.
 #[derive(Clone, Debug)]
 pub struct Observation {
@@ -131,42 +163,32 @@ impl Observation {
     }
 
     /// As `of`, the row of joint j at sample r multiplied by `weight(r, j)`.
-    pub fn of_rows(model: &Model, states: &States, parts: usize, weight: &dyn Fn(usize, usize) -> f64) -> Observation {
-        let (n, p, len) = (model.n(), model.p(), states.len());
+    pub fn of_rows(model: &Model, states: &States, parts: usize, weight: RowWeight) -> Observation {
+        let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
-        let mut y = vec![0.0; n * model.regressor.parameters().len()];
-        let mut w = vec![0.0; n * p];
-        let mut blocks = vec![Block::new(p); n];
-        let mut out = Vec::with_capacity(parts);
-        for part in 0..parts {
-            let mut triangles = vec![Triangle::new(p); n];
-            for r in part * len / parts..(part + 1) * len / parts {
-                model.rows(states, r, &mut y, &mut w);
-                for j in 0..n {
-                    if !states.used[r * n + j] {
-                        continue;
-                    }
-                    let (row, factor) = (&mut w[j * p..(j + 1) * p], weight(r, j));
-                    if factor != 1.0 {
-                        row.iter_mut().for_each(|x| *x *= factor);
-                    }
-                    blocks[j].push(row, factor * states.tau[r * n + j]);
-                    if blocks[j].is_full() {
-                        triangles[j].fold(&mut blocks[j]);
-                    }
+        let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
+        // Parts are independent: who computes one changes no bit of it.
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(parts);
+        let triangles = if threads < 2 || len < PARALLEL {
+            (0..parts).map(part).collect()
+        } else {
+            std::thread::scope(|scope| {
+                let share = |t: usize| (t * parts / threads..(t + 1) * parts / threads).map(part).collect::<Vec<_>>();
+                let workers: Vec<_> = (1..threads).map(|t| scope.spawn(move || share(t))).collect();
+                let mut all = share(0);
+                for (worker, t) in workers.into_iter().zip(1..) {
+                    // A worker that died has computed nothing; its share is done again here.
+                    all.extend(worker.join().unwrap_or_else(|_| share(t)));
                 }
-            }
-            for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
-                triangle.fold(block);
-            }
-            out.push(triangles);
-        }
+                all
+            })
+        };
         let over = |x: &[f64], f: &dyn Fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
             (0..n).map(|j| x.iter().skip(j).step_by(n).fold(start, |a, &b| f(a, b))).collect()
         };
         let (low, high) = (over(&states.q, &f64::min, f64::MAX), over(&states.q, &f64::max, f64::MIN));
         let speed = over(&states.dq, &|a, b| a.max(b.abs()), 0.0);
-        Observation { parts: out, range: low.into_iter().zip(high).collect(), speed }
+        Observation { parts: triangles, range: low.into_iter().zip(high).collect(), speed }
     }
 
     /// Takes the parts of another record.
@@ -203,4 +225,34 @@ pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
         total.merge(joint, weight);
     }
     total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+
+    /// Threads share the parts out; the triangles are those of one thread, bit for bit.
+    #[test]
+    fn threads_change_no_bit() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let states = arm.states(PARALLEL + 1);
+        let threaded = Observation::of(&model, &states, 7);
+        for (k, part) in threaded.parts.iter().enumerate() {
+            let range = k * states.len() / 7..(k + 1) * states.len() / 7;
+            assert_eq!(*part, part_of_rows(&model, &states, range, &|_, _| 1.0));
+        }
+        assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
+    }
+
+    #[test]
+    fn names_and_units() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let names: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["ZZ1", "MX1", "MY1", "FV1", "FS1", "OFF1"]);
+        let units: Vec<&str> = model.parameters.iter().map(|p| p.unit).collect();
+        assert_eq!(units, ["kg m^2", "kg m", "kg m", "N m s/rad", "N m", "N m"]);
+    }
 }

@@ -83,7 +83,7 @@ fn scores(model: &Model, states: &States, solution: &Solution, weights: &[f64], 
 }
 
 /// The largest lag-one correlation of the joints' residuals.
-fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
+pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     let (n, p) = (model.n(), model.p());
     let mut y = vec![0.0; n * model.regressor.parameters().len()];
     let mut w = vec![0.0; n * p];

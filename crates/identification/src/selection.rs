@@ -36,15 +36,11 @@ pub struct FrictionSelection {
 /// Errors this close to the best are as good.
 const AS_GOOD: f64 = 1.01;
 
-/// The customary candidates; speeds as shares of the fastest joint's, rad/s.
+/// The customary candidates; speeds as shares of the fastest joint's, rad/s. Load-dependent friction
+/// is not among them: its column is made of the torque to be predicted.
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
-    let mut out = vec![
-        vec![Viscous, Offset],
-        vec![Viscous, Coulomb, Offset],
-        vec![Asymmetric],
-        vec![Viscous, Coulomb, Offset, Load],
-    ];
+    let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
     for share in [0.01, 0.03, 0.1] {
         out.push(vec![Viscous, SmoothCoulomb(share * fastest), Offset]);
         out.push(vec![Viscous, Coulomb, Offset, Stribeck(share * fastest)]);

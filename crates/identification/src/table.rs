@@ -1,12 +1,13 @@
 //! A file of named columns of numbers, before anybody says what they mean.
 //!
 //! Delimited text (comma, semicolon, tab or blanks; `#` starts a comment line; one header line),
-//! plain or gzip. What a cell means, and which rows are usable, is for `log` to say.
+//! plain or gzip; or the arrays of a .npz (`npz`). What a cell means, and which rows are usable, is for `log` to say.
 
 use std::io::Read;
 use std::path::Path;
 
 use crate::Error;
+use crate::npz;
 
 /// Named columns of one length. A cell that is empty, missing or no number is NaN.
 #[derive(Clone, Debug, Default)]
@@ -40,6 +41,9 @@ impl Table {
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         if bytes.is_empty() {
             return Err(Error::at(file, 0, "the file is empty; a header line and rows of numbers are expected"));
+        }
+        if npz::is_numpy(bytes) {
+            return npz::read(file, bytes);
         }
         if !bytes.starts_with(&[0x1f, 0x8b]) {
             return Table::from_text(file, bytes);

@@ -116,6 +116,8 @@ impl<'a> Constants<'a> {
                 let angle = self.angle(g, a, "angle");
                 angle.turn(g).cos
             }
+            // A name of its own: no graph has an inverse tangent.
+            Value::Atan2(..) => self.number(g, Kind::Angle, value.number(&self.robot.symbols), "atan"),
         }
     }
 
@@ -162,7 +164,7 @@ fn names_a_symbol(value: &Value) -> bool {
         Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
         Value::Symbol(_) => true,
         Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => names_a_symbol(a),
-        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) => {
+        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
             names_a_symbol(a) || names_a_symbol(b)
         }
     }

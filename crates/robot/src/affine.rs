@@ -71,6 +71,9 @@ impl Affine {
             Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => {
                 part(a)?.terms.is_empty().then(|| Affine::constant(value.clone()))
             }
+            Value::Atan2(a, b) => {
+                (part(a)?.terms.is_empty() && part(b)?.terms.is_empty()).then(|| Affine::constant(value.clone()))
+            }
             Value::Number(_) | Value::Pi | Value::Symbol(_) => Some(Affine::constant(value.clone())),
         }
     }

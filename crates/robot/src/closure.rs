@@ -40,6 +40,26 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
     worst
 }
 
+/// The first loop without passive coordinates that does not close, and by how much.
+pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
+    for (k, one) in robot.loops.iter().enumerate().filter(|l| !robot.is_implicit(l.1)) {
+        let gap = largest_gap(robot, one);
+        if gap.position > TOLERANCE || gap.orientation > TOLERANCE {
+            let at: Vec<String> = gap.q.iter().map(|x| format!("{x:.3}")).collect();
+            let message = format!(
+                "loop {} does not close: its cut and twin frames are {:.3e} m and {:.3e} rad apart at q = [{}]; both \
+                 must stay below {TOLERANCE:e}",
+                k + 1,
+                gap.position,
+                gap.orientation,
+                at.join(", ")
+            );
+            return Err((k, message));
+        }
+    }
+    Ok(())
+}
+
 /// Distance of the origins, m, and angle between the axes, rad.
 pub(crate) fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
     let between = a.inverse().compose(b);

@@ -12,9 +12,14 @@ mod floating;
 pub mod format;
 mod inertial;
 pub mod kinematics;
+mod linear_angle;
 mod link;
 mod parameter;
+mod passive;
+mod polygon;
 pub mod value;
+mod value_parse;
+mod value_text;
 mod vector;
 
 pub use affine::Affine;

@@ -1,6 +1,7 @@
 //! The robot: links, joints, coordinates, loops.
 
 use crate::affine::Affine;
+use crate::closure;
 use crate::inertial::{Part, Pose};
 use crate::value::{CoordinateId, Symbol, Value};
 
@@ -225,6 +226,18 @@ impl Robot {
             let above = std::iter::successors(frame.antecedent, |&j| self.link(j).antecedent);
             passive(&frame.variable.terms) || above.into_iter().any(|j| passive(&self.link(j).joint.variable.terms))
         })
+    }
+
+    /// Gives a symbol a value, m or rad. Fails when there is no such symbol, or when a loop no longer
+    /// closes: the relations of its joints stay those of the file.
+    pub fn set_symbol(&mut self, name: &str, value: f64) -> Result<(), String> {
+        let Some(s) = self.symbols.iter().position(|s| s.name == name) else {
+            let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
+            return Err(format!("there is no such symbol; there are {}", known.join(", ")));
+        };
+        self.symbols[s].value = Value::Number(value);
+        self.symbols[s].generic = false;
+        closure::check(self).map_err(|(_, message)| message)
     }
 
     /// Gravity in f64, m/s^2, in the base frame.

@@ -5,6 +5,8 @@
 
 use std::f64::consts::PI;
 
+pub use crate::value_parse::parse;
+
 /// Index of a symbol in [`crate::Robot::symbols`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SymbolId(pub usize);
@@ -42,6 +44,8 @@ pub enum Value {
     Sqrt(Box<Value>),
     Sin(Box<Value>),
     Cos(Box<Value>),
+    /// Angle of the vector (second, first), rad.
+    Atan2(Box<Value>, Box<Value>),
 }
 
 /// What a name in an expression stands for.
@@ -70,6 +74,7 @@ impl Value {
             Value::Sqrt(a) => n(a).sqrt(),
             Value::Sin(a) => n(a).sin(),
             Value::Cos(a) => n(a).cos(),
+            Value::Atan2(a, b) => n(a).atan2(n(b)),
         }
     }
 
@@ -109,6 +114,20 @@ impl Value {
                 let inverse = if b1.0 < 0 { (-b1.1, -b1.0) } else { (b1.1, b1.0) };
                 Some((mul(p, inverse)?, mul(b0, inverse)?))
             }
+            Value::Atan2(a, b) => {
+                let ((p, y), (q, x)) = (f(a)?, f(b)?);
+                // Along an axis or a diagonal of the plane.
+                let eighths = match (y.0.signum(), x.0.signum()) {
+                    _ if p.0 != 0 || q.0 != 0 => return None,
+                    (0, 0 | 1) => 0,
+                    (1, 0) => 2,
+                    (0, _) => 4,
+                    (_, 0) => -2,
+                    (s, t) if y.0.abs() == x.0.abs() && y.1 == x.1 => s * if t > 0 { 1 } else { 3 },
+                    _ => return None,
+                };
+                Some((reduce(eighths, 4)?, (0, 1)))
+            }
             Value::Coordinate(_) | Value::Sqrt(_) | Value::Sin(_) | Value::Cos(_) => None,
         }
     }
@@ -146,203 +165,4 @@ fn add(a: Ratio, b: Ratio) -> Option<Ratio> {
 
 fn mul(a: Ratio, b: Ratio) -> Option<Ratio> {
     reduce(a.0.checked_mul(b.0)?, a.1.checked_mul(b.1)?)
-}
-
-/// Reads an expression: numbers, `pi`, names, `+ - * /`, parentheses, `sqrt sin cos`.
-///
-/// `name` says what an identifier stands for. The error is one sentence without a place: the
-/// caller knows the file and the line.
-pub fn parse(text: &str, name: &dyn Fn(&str) -> Option<Name>) -> Result<Value, String> {
-    let mut p = Parser { rest: text, depth: 0, name };
-    let value = p.sum()?;
-    p.skip();
-    if p.rest.is_empty() { Ok(value) } else { Err(format!("unexpected `{}` in `{text}`", p.rest.trim_end())) }
-}
-
-/// Deeper nesting than this is not a robot but an attack on the stack.
-const MAX_DEPTH: usize = 64;
-
-struct Parser<'a> {
-    rest: &'a str,
-    depth: usize,
-    name: &'a dyn Fn(&str) -> Option<Name>,
-}
-
-impl Parser<'_> {
-    fn skip(&mut self) {
-        self.rest = self.rest.trim_start();
-    }
-
-    fn take(&mut self, c: char) -> bool {
-        self.skip();
-        if let Some(rest) = self.rest.strip_prefix(c) {
-            self.rest = rest;
-            return true;
-        }
-        false
-    }
-
-    fn sum(&mut self) -> Result<Value, String> {
-        let mut v = self.product()?;
-        loop {
-            if self.take('+') {
-                v = Value::Add(Box::new(v), Box::new(self.product()?));
-            } else if self.take('-') {
-                v = Value::Sub(Box::new(v), Box::new(self.product()?));
-            } else {
-                return Ok(v);
-            }
-        }
-    }
-
-    fn product(&mut self) -> Result<Value, String> {
-        let mut v = self.factor()?;
-        loop {
-            if self.take('*') {
-                v = Value::Mul(Box::new(v), Box::new(self.factor()?));
-            } else if self.take('/') {
-                v = Value::Div(Box::new(v), Box::new(self.factor()?));
-            } else {
-                return Ok(v);
-            }
-        }
-    }
-
-    fn factor(&mut self) -> Result<Value, String> {
-        self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err(format!("the expression nests deeper than {MAX_DEPTH} levels"));
-        }
-        let v = self.unnested_factor();
-        self.depth -= 1;
-        v
-    }
-
-    fn unnested_factor(&mut self) -> Result<Value, String> {
-        if self.take('-') {
-            return Ok(Value::Neg(Box::new(self.factor()?)));
-        }
-        if self.take('+') {
-            return self.factor();
-        }
-        if self.take('(') {
-            let v = self.sum()?;
-            return if self.take(')') { Ok(v) } else { Err("a `(` is never closed".into()) };
-        }
-        self.skip();
-        let starts = |f: fn(char) -> bool| self.rest.chars().next().is_some_and(f);
-        if starts(|c| c.is_ascii_digit() || c == '.') {
-            return self.number();
-        }
-        if starts(|c| c.is_alphabetic() || c == '_') {
-            return self.identifier();
-        }
-        match self.rest.chars().next() {
-            Some(c) => Err(format!("a number, a name or `(` was expected, `{c}` was found")),
-            None => Err("the expression ends where a number or a name was expected".into()),
-        }
-    }
-
-    fn number(&mut self) -> Result<Value, String> {
-        let bytes = self.rest.as_bytes();
-        let mut end = 0;
-        while end < bytes.len() {
-            let exponent_sign = end > 0 && matches!(bytes[end - 1], b'e' | b'E') && matches!(bytes[end], b'+' | b'-');
-            if bytes[end].is_ascii_digit() || matches!(bytes[end], b'.' | b'e' | b'E') || exponent_sign {
-                end += 1;
-            } else {
-                break;
-            }
-        }
-        let (digits, rest) = self.rest.split_at(end);
-        self.rest = rest;
-        match digits.parse::<f64>() {
-            Ok(x) if x.is_finite() => Ok(Value::Number(x)),
-            _ => Err(format!("`{digits}` is not a finite number")),
-        }
-    }
-
-    fn identifier(&mut self) -> Result<Value, String> {
-        let end = self.rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(self.rest.len());
-        let (word, rest) = self.rest.split_at(end);
-        self.rest = rest;
-        if matches!(word, "sqrt" | "sin" | "cos") {
-            if !self.take('(') {
-                return Err(format!("`{word}` needs its argument in parentheses"));
-            }
-            let argument = Box::new(self.sum()?);
-            if !self.take(')') {
-                return Err(format!("the `(` of `{word}` is never closed"));
-            }
-            return Ok(match word {
-                "sqrt" => Value::Sqrt(argument),
-                "sin" => Value::Sin(argument),
-                _ => Value::Cos(argument),
-            });
-        }
-        if word == "pi" || word == "Pi" {
-            return Ok(Value::Pi);
-        }
-        match (self.name)(word) {
-            Some(Name::Symbol(s)) => Ok(Value::Symbol(s)),
-            Some(Name::Coordinate(c)) => Ok(Value::Coordinate(c)),
-            None => Err(format!("`{word}` is not the name of a symbol or a coordinate")),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(text: &str) -> Result<Value, String> {
-        parse(text, &|w| (w == "q1").then_some(Name::Coordinate(CoordinateId(0))))
-    }
-
-    #[test]
-    fn values() {
-        for (text, value) in [
-            ("5*pi/6", 5.0 * PI / 6.0),
-            ("-(1 + 2)*3", -9.0),
-            ("1e-3", 1e-3),
-            ("2 - 3 - 4", -5.0),
-            ("8/2/2", 2.0),
-            ("sqrt(2)/2", 2f64.sqrt() / 2.0),
-            ("--1", 1.0),
-        ] {
-            assert_eq!(read(text).unwrap().number(&[]), value, "{text}");
-        }
-    }
-
-    #[test]
-    fn multiples_of_pi() {
-        for (text, multiple) in [
-            ("5*pi/6", Some((5, 6))),
-            ("-pi/2", Some((-1, 2))),
-            ("pi*0.25", Some((1, 4))),
-            ("0", Some((0, 1))),
-            ("pi/2 - pi", Some((-1, 2))),
-            ("1.5", None),
-            ("pi + 1", None),
-            ("q1", None),
-        ] {
-            assert_eq!(read(text).unwrap().as_multiple_of_pi(&[]), multiple, "{text}");
-        }
-    }
-
-    #[test]
-    fn refusals_say_what_was_found() {
-        for (text, part) in [
-            ("D9", "`D9` is not the name"),
-            ("1 +", "ends where"),
-            ("(1", "never closed"),
-            ("1 2", "unexpected `2`"),
-            ("1e999", "not a finite number"),
-            ("sin 2", "parentheses"),
-        ] {
-            let message = read(text).unwrap_err();
-            assert!(message.contains(part), "{text}: {message}");
-        }
-        assert!(read(&"(".repeat(10_000)).unwrap_err().contains("nests deeper"));
-    }
 }

@@ -50,9 +50,13 @@ fn broken_descriptions_give_their_messages() {
 #[test]
 fn damaged_models_do_not_panic() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
-    for name in ["race.yaml", "ur5.urdf"] {
+    for name in ["race.yaml", "ur5.urdf", "../crates/robot/testdata/par/race.par"] {
         let text = std::fs::read_to_string(models.join(name)).unwrap();
-        let read = if name.ends_with("yaml") { format::read_yaml } else { format::read_urdf };
+        let read = match name.rsplit('.').next() {
+            Some("yaml") => format::read_yaml,
+            Some("par") => format::read_par,
+            _ => format::read_urdf,
+        };
         let mut state: u32 = 1995;
         for round in 0..300 {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -79,6 +83,12 @@ fn hostile_texts_are_refused() {
     let sum = "1+".repeat(100_000) + "1";
     for text in [format!("{head}{sum}}}"), format!("{head}{}}}", "-".repeat(900)), "[".repeat(100_000)] {
         assert!(format::read_yaml(&text, "x.yaml").is_err());
+    }
+    let powers = (0..60).fold("d2".to_string(), |v, _| format!("({v})**4"));
+    let texts =
+        ["(*".repeat(100_000), "d = {".repeat(100_000), format!("NL = 1\nd = {{{powers}}}"), "NL = 99999999".into()];
+    for text in texts {
+        assert!(format::read_par(&text, "x.par").is_err());
     }
     let deep = "<a>".repeat(100_000);
     let laughs = "<!DOCTYPE r [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><robot name=\"&b;\"/>";

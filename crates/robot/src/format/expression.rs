@@ -29,6 +29,14 @@ impl Names {
         Ok(())
     }
 
+    /// Adds a symbol without a value of its own, unless it is there already.
+    pub fn define_generic(&mut self, name: &str, value: f64) {
+        if !self.symbols.iter().any(|s| s.name == name) {
+            self.costs.push(1);
+            self.symbols.push(Symbol { name: name.into(), value: Value::Number(value), generic: true });
+        }
+    }
+
     /// A value free of coordinates, finite.
     pub fn constant(&self, source: Source, what: &str, node: &Node) -> Result<Value, Error> {
         let value = self.value(source, what, node, &[])?;
@@ -105,7 +113,7 @@ impl Names {
             Value::Number(_) | Value::Pi | Value::Coordinate(_) => 1,
             Value::Symbol(s) => 1 + self.costs[s.0],
             Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => 1 + self.cost(a),
-            Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) => two(a, b),
+            Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => two(a, b),
         }
     }
 }
@@ -120,5 +128,5 @@ pub(super) fn identifiers(text: &str) -> impl Iterator<Item = &str> {
 pub(super) fn is_name(word: &str) -> bool {
     let starts = word.chars().next().is_some_and(|c| c.is_alphabetic() || c == '_');
     let continues = word.chars().all(|c| c.is_alphanumeric() || c == '_');
-    starts && continues && !matches!(word, "pi" | "Pi" | "sqrt" | "sin" | "cos")
+    starts && continues && !matches!(word, "pi" | "Pi" | "sqrt" | "sin" | "cos" | "atan2")
 }

@@ -37,7 +37,7 @@ pub(super) fn given_angle(angle: f64) -> Value {
 }
 
 /// An angle computed from snapped ones, in (-pi, pi].
-pub(super) fn computed_angle(angle: f64) -> Value {
+pub(crate) fn computed_angle(angle: f64) -> Value {
     let n = (angle * 12.0 / PI).round();
     if (angle - n * PI / 12.0).abs() <= ROUNDING {
         let n = n as i64;

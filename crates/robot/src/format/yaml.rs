@@ -4,7 +4,8 @@
 //!
 //! Any number may be an expression in the symbols. The variable of a joint (theta of a revolute
 //! one, r of a prismatic one) may also name coordinates and is affine in them: its constant part
-//! goes into the geometry, its linear part into [`crate::Joint::variable`]. The keys are listed in
+//! goes into the geometry, its linear part into [`crate::Joint::variable`]. A passive joint or a cut
+//! whose variable is left out is found from the loops ([`crate::passive`]). The keys are listed in
 //! the constants below and in yaml_link.rs; an unknown key is refused.
 
 use super::expression::{Names, identifiers, is_name};
@@ -15,8 +16,9 @@ use super::yaml_link::{self, Draft};
 use super::yaml_loop;
 use crate::error::Error;
 use crate::inertial::Pose;
-use crate::link::{Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Robot, RotorInertia};
+use crate::link::{Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, PassiveCoordinate, Robot, RotorInertia};
 use crate::parameter::Inertial;
+use crate::passive;
 use crate::value::{CoordinateId, Value};
 
 const ROOT_KEYS: [&str; 10] = [
@@ -63,9 +65,10 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
     };
 
     let rotors = rotors(source, &fields)?;
+    let mut passive = Vec::new();
     let mut links = Vec::with_capacity(drafts.len());
     for draft in &drafts {
-        links.push(link(source, &names, &drafts, draft, rotors)?);
+        links.push(link(source, &names, &drafts, draft, rotors, &mut passive)?);
     }
     let mut coordinates: Vec<Coordinate> =
         names.coordinates.iter().map(|c| Coordinate { name: c.clone(), limits: Limits::default() }).collect();
@@ -74,7 +77,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         standard_parameters(source, node, &names, &mut links)?;
     }
     let loops = match fields.get("loops") {
-        Some(node) => yaml_loop::loops(source, node, &names, &drafts)?,
+        Some(node) => yaml_loop::loops(source, node, &names, &drafts, &mut passive)?,
         None => Vec::new(),
     };
     let mut robot = Robot {
@@ -82,7 +85,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         source: cited,
         symbols: names.symbols,
         coordinates,
-        passive: vec![],
+        passive,
         links,
         massless: 0,
         loops,
@@ -90,6 +93,10 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         notes: vec![],
     };
     snap_angles(&mut robot);
+    yaml_loop::check_passive(source, &robot, &drafts)?;
+    if let Some(node) = fields.get("loops") {
+        passive::resolve(&mut robot).map_err(|message| source.at(node, message))?;
+    }
     yaml_loop::check_closure(source, fields.get("loops"), &robot)?;
     Ok(robot)
 }
@@ -213,8 +220,15 @@ fn rotors(source: Source, fields: &Fields) -> Result<Rotors, Error> {
     Ok([Rotors::None, Rotors::Actuated, Rotors::All][which])
 }
 
-fn link(source: Source, names: &Names, drafts: &[Draft], draft: &Draft, rotors: Rotors) -> Result<Link, Error> {
-    let (geometry, variable) = draft.placement(source, names)?;
+fn link(
+    source: Source,
+    names: &Names,
+    drafts: &[Draft],
+    draft: &Draft,
+    rotors: Rotors,
+    passive: &mut Vec<PassiveCoordinate>,
+) -> Result<Link, Error> {
+    let (geometry, variable) = draft.placement(source, names, passive)?;
     let moves = draft.kind != JointKind::Fixed;
     let default = match (rotors, draft.drive) {
         (Rotors::All, _) if moves => RotorInertia::Unknown,

@@ -5,10 +5,10 @@ use super::node::{Fields, Node, Source};
 use super::yaml::find_link;
 use crate::affine::Affine;
 use crate::error::Error;
-use crate::link::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, RotorInertia};
-use crate::value::Value;
+use crate::link::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, PassiveCoordinate, RotorInertia};
+use crate::value::{CoordinateId, Value};
 
-const LINK_KEYS: [&str; 15] = [
+const LINK_KEYS: [&str; 16] = [
     "link",
     "name",
     "antecedent",
@@ -20,6 +20,7 @@ const LINK_KEYS: [&str; 15] = [
     "d",
     "theta",
     "r",
+    "start",
     "rotor_inertia",
     "friction",
     "limits",
@@ -88,15 +89,45 @@ pub(super) fn joint_kind(source: Source, fields: &Fields, default: JointKind) ->
     Ok([JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][which])
 }
 
-/// gamma .. r of a link or a loop frame, and what moves it; `what` names it in errors.
+/// The key that holds a joint variable.
+pub(super) fn variable_key(kind: JointKind) -> &'static str {
+    if kind == JointKind::Prismatic { "r" } else { "theta" }
+}
+
+/// The passive coordinate of a joint whose variable the file does not give; the loops find it, from
+/// `start` on where they must be searched.
+pub(super) fn passive_coordinate(
+    source: Source,
+    names: &Names,
+    fields: &Fields,
+    kind: JointKind,
+    label: &str,
+    passive: &mut Vec<PassiveCoordinate>,
+) -> Result<Option<CoordinateId>, Error> {
+    let (key, start) = (variable_key(kind), fields.get("start"));
+    if kind == JointKind::Fixed || fields.get(key).is_some() {
+        return match start {
+            Some(node) => Err(source.at(node, format!("`start` belongs to a passive joint without {key}"))),
+            None => Ok(None),
+        };
+    }
+    let start = start.map(|n| names.number(source, "`start`", n)).transpose()?.unwrap_or(0.0);
+    let separator = if label.starts_with(|c: char| c.is_ascii_digit()) { "" } else { "_" };
+    passive.push(PassiveCoordinate { name: format!("{key}{separator}{label}"), start });
+    Ok(Some(CoordinateId(names.coordinates.len() + passive.len() - 1)))
+}
+
+/// gamma .. r of a link or a loop frame, and what moves it: an expression, or `unknown` where there
+/// is none; `what` names it in errors.
 pub(super) fn placement(
     source: Source,
     names: &Names,
     fields: &Fields,
     what: &str,
     kind: JointKind,
+    unknown: Option<CoordinateId>,
 ) -> Result<(ModifiedDh, Affine), Error> {
-    let mut variable = Affine::constant(Value::ZERO);
+    let mut variable = unknown.map_or(Affine::constant(Value::ZERO), Affine::coordinate);
     let mut read = |key: &str, moving: bool| -> Result<Value, Error> {
         let Some(node) = fields.get(key) else { return Ok(Value::ZERO) };
         let named = format!("{key} of {what}");
@@ -133,7 +164,7 @@ pub(super) fn placement(
 impl<'a> Draft<'a> {
     /// The key that holds the joint variable.
     pub fn variable_key(&self) -> &'static str {
-        if self.kind == JointKind::Prismatic { "r" } else { "theta" }
+        variable_key(self.kind)
     }
 
     pub fn variable_node(&self) -> Option<&'a Node> {
@@ -164,9 +195,18 @@ impl<'a> Draft<'a> {
     }
 
     /// The geometry, and the joint variable without its constant part.
-    pub fn placement(&self, source: Source, names: &Names) -> Result<(ModifiedDh, Affine), Error> {
+    pub fn placement(
+        &self,
+        source: Source,
+        names: &Names,
+        passive: &mut Vec<PassiveCoordinate>,
+    ) -> Result<(ModifiedDh, Affine), Error> {
         let what = format!("link {}", self.label);
-        let (geometry, variable) = placement(source, names, &self.fields, &what, self.kind)?;
+        let unknown = match self.drive {
+            Drive::Passive => passive_coordinate(source, names, &self.fields, self.kind, &self.label, passive)?,
+            _ => None,
+        };
+        let (geometry, variable) = placement(source, names, &self.fields, &what, self.kind, unknown)?;
         let node = self.variable_node().unwrap_or(self.node);
         let key = self.variable_key();
         match (self.kind, self.drive, &variable.terms[..]) {

@@ -3,20 +3,27 @@
 use super::expression::Names;
 use super::node::{Node, Source};
 use super::yaml::find_link;
-use super::yaml_link::{Draft, joint_kind, placement};
+use super::yaml_link::{Draft, joint_kind, passive_coordinate, placement};
 use crate::closure;
 use crate::error::Error;
-use crate::link::{JointKind, Loop, LoopFrame, Robot};
+use crate::link::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
 
-const FRAME_KEYS: [&str; 8] = ["antecedent", "joint", "gamma", "b", "alpha", "d", "theta", "r"];
+const FRAME_KEYS: [&str; 9] = ["antecedent", "joint", "gamma", "b", "alpha", "d", "theta", "r", "start"];
 
 /// Reads `loops: [{cut: {..}, twin: {..}}]`; a cut moves as a revolute joint unless it says
-/// otherwise, a twin is fixed to its link.
-pub(super) fn loops(source: Source, node: &Node, names: &Names, drafts: &[Draft]) -> Result<Vec<Loop>, Error> {
+/// otherwise, a twin is fixed to its link. A cut without its variable is a passive coordinate.
+pub(super) fn loops(
+    source: Source,
+    node: &Node,
+    names: &Names,
+    drafts: &[Draft],
+    passive: &mut Vec<PassiveCoordinate>,
+) -> Result<Vec<Loop>, Error> {
     let mut loops = Vec::new();
     for (k, item) in node.list(source, "`loops`")?.iter().enumerate() {
         let fields = item.fields(source, "a loop", &["cut", "twin"])?;
-        let frame = |key: &str, kind| loop_frame(source, fields.require(key)?, names, drafts, k, key, kind);
+        let mut frame =
+            |key: &str, kind| loop_frame(source, fields.require(key)?, names, drafts, k, key, kind, passive);
         loops.push(Loop { cut: frame("cut", JointKind::Revolute)?, twin: frame("twin", JointKind::Fixed)? });
     }
     Ok(loops)
@@ -30,6 +37,7 @@ fn loop_frame(
     k: usize,
     key: &str,
     default: JointKind,
+    passive: &mut Vec<PassiveCoordinate>,
 ) -> Result<LoopFrame, Error> {
     let what = format!("the {key} of loop {}", k + 1);
     let fields = node.fields(source, &what, &FRAME_KEYS)?;
@@ -38,27 +46,35 @@ fn loop_frame(
     let antecedent =
         find_link(drafts, &word, drafts.len()).map_err(|e| source.at(carrier, format!("antecedent of {what}: {e}")))?;
     let kind = joint_kind(source, &fields, default)?;
-    let (geometry, variable) = placement(source, names, &fields, &what, kind)?;
+    let unknown = passive_coordinate(source, names, &fields, kind, &format!("{key}{}", k + 1), passive)?;
+    let (geometry, variable) = placement(source, names, &fields, &what, kind, unknown)?;
     Ok(LoopFrame { antecedent, geometry, kind, variable })
 }
 
 /// Refuses loops that do not close, with the distance left.
 pub(super) fn check_closure(source: Source, node: Option<&Node>, robot: &Robot) -> Result<(), Error> {
     let Some(node) = node else { return Ok(()) };
-    for (k, item) in node.list(source, "`loops`")?.iter().enumerate() {
-        let gap = closure::largest_gap(robot, &robot.loops[k]);
-        if gap.position > closure::TOLERANCE || gap.orientation > closure::TOLERANCE {
-            let at: Vec<String> = gap.q.iter().map(|x| format!("{x:.3}")).collect();
+    let items = node.list(source, "`loops`")?;
+    closure::check(robot).map_err(|(k, message)| source.at(&items[k], message))
+}
+
+/// Refuses passive joints without an expression outside every loop: nothing says how they move.
+pub(super) fn check_passive(source: Source, robot: &Robot, drafts: &[Draft]) -> Result<(), Error> {
+    let mut in_loop = vec![false; robot.links.len()];
+    for frame in robot.loops.iter().flat_map(|l| [&l.cut, &l.twin]) {
+        for j in std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent) {
+            in_loop[j.0] = true;
+        }
+    }
+    for (j, (link, draft)) in robot.links.iter().zip(drafts).enumerate() {
+        let unknown = link.joint.variable.terms.iter().any(|t| t.0.0 >= robot.n_coordinates());
+        if unknown && !in_loop[j] {
             let message = format!(
-                "loop {} does not close: its cut and twin frames are {:.3e} m and {:.3e} rad apart at q = [{}]; both \
-                 must stay below {:e}",
-                k + 1,
-                gap.position,
-                gap.orientation,
-                at.join(", "),
-                closure::TOLERANCE
+                "{} of passive link {} is missing, and no loop passes through it: nothing says how it moves",
+                draft.variable_key(),
+                draft.label
             );
-            return Err(source.at(item, message));
+            return Err(source.at(draft.node, message));
         }
     }
     Ok(())

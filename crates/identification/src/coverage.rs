@@ -1,0 +1,199 @@
+//! What the estimators promise, held against many simulated experiments (tests only).
+//!
+//! Per estimator: bias and RMSE over the Cramer-Rao bound sigma_i = sigma (W'W)^-1/2_ii, and the share
+//! of 95 % intervals that hold the truth.
+
+use crate::closed_loop::{ClosedLoop, Simulator, simulated};
+use crate::huber::reweighted;
+use crate::identify::{Options, Weights, fit, identify};
+use crate::identify_consistent::identity_map;
+use crate::log::{Effort, Log, LogReport};
+use crate::observation::{Model, Observation, weighted};
+use crate::physical::{Prior, consistent};
+use crate::random::Random;
+use crate::regressor::Regressor;
+use crate::robust::robust;
+use crate::signal::{Signal, States, gradient};
+use crate::test_arm::{Loop, Pendulum};
+
+/// Standard deviation of the torque noise, N m.
+const NOISE: f64 = 0.1;
+
+/// Errors of one estimator, parameter by parameter, in Cramer-Rao sigmas.
+#[derive(Default)]
+struct Tally {
+    errors: Vec<Vec<f64>>,
+    covered: usize,
+    intervals: usize,
+}
+
+impl Tally {
+    fn add(&mut self, x: &[f64], truth: &[f64], bound: &[f64], sigma: &[f64]) {
+        self.errors.push((0..truth.len()).map(|c| (x[c] - truth[c]) / bound[c]).collect());
+        self.intervals += truth.len();
+        self.covered += (0..truth.len()).filter(|&c| (x[c] - truth[c]).abs() <= 1.96 * sigma[c]).count();
+    }
+
+    /// Largest |bias|, root mean square error over the parameters, coverage.
+    fn summary(&self, name: &str) -> (f64, f64, f64) {
+        let (runs, p) = (self.errors.len() as f64, self.errors[0].len());
+        let mean = |c: usize| self.errors.iter().map(|e| e[c]).sum::<f64>() / runs;
+        let bias = (0..p).map(|c| mean(c).abs()).fold(0.0, f64::max);
+        let squares: f64 = self.errors.iter().flatten().map(|e| e * e).sum();
+        let rmse = (squares / (runs * p as f64)).sqrt();
+        let coverage = self.covered as f64 / self.intervals as f64;
+        println!("{name:<28} bias {bias:6.2}  RMSE/CRLB {rmse:6.2}  coverage {:5.1} %", 100.0 * coverage);
+        (bias, rmse, coverage)
+    }
+}
+
+/// Cramer-Rao standard deviations at noise-free states.
+fn bound(model: &Model, states: &States) -> Vec<f64> {
+    let (solution, _) = fit(&Observation::of(model, states, 1).joints(|_| true), Weights::None);
+    (0..model.p()).map(|c| NOISE * solution.inverse[(c, c)].sqrt()).collect()
+}
+
+#[test]
+fn estimators_against_the_bound() {
+    let arm = Pendulum::new();
+    let model = Model::new(&arm, &[], &[]);
+    let clean = arm.states(400);
+    let bound = bound(&model, &clean);
+    let mut random = Random::new(71);
+    let mut tallies: [Tally; 6] = Default::default();
+    for _ in 0..300 {
+        let (mut white, mut spikes, mut slow) = (clean.clone(), clean.clone(), clean.clone());
+        let mut drift = 0.0;
+        for r in 0..clean.len() {
+            let e = NOISE * random.normal();
+            white.tau[r] += e;
+            spikes.tau[r] += if random.uniform() < 0.05 { 20.0 * NOISE } else { e };
+            drift = 0.9 * drift + (1.0f64 - 0.81).sqrt() * e;
+            slow.tau[r] += drift;
+        }
+        let solve = |states: &States, weights| fit(&Observation::of(&model, states, 1).joints(|_| true), weights);
+        let sigma = |s: &crate::Solution| -> Vec<f64> {
+            (0..model.p()).map(|c| (s.variance * s.inverse[(c, c)]).sqrt()).collect()
+        };
+        let (ols, _) = solve(&white, Weights::None);
+        let huber = reweighted(&model, std::slice::from_ref(&white), &ols, 1).solution;
+        tallies[0].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
+        tallies[1].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
+        let (ols, _) = solve(&spikes, Weights::None);
+        let huber = reweighted(&model, std::slice::from_ref(&spikes), &ols, 1).solution;
+        tallies[2].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
+        tallies[3].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
+        let (ols, weights) = solve(&slow, Weights::Joint);
+        let wide = robust(&model, std::slice::from_ref(&slow), &ols, &weights);
+        tallies[4].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
+        tallies[5].add(&ols.x, &arm.truth, &bound, &wide.sigma);
+    }
+    let names = [
+        "OLS, white",
+        "Huber, white",
+        "OLS, 5 % outliers",
+        "Huber, 5 % outliers",
+        "WLS, slow noise",
+        "robust, slow noise",
+    ];
+    let s: Vec<_> = tallies.iter().zip(names).map(|(t, n)| t.summary(n)).collect();
+    // 300 runs: the standard error of a bias is 0.06, of a coverage 0.7 %, of the RMSE 4 %.
+    assert!(s[0].0 < 0.2 && (0.88..1.12).contains(&s[0].1) && (0.92..0.98).contains(&s[0].2));
+    assert!(s[1].0 < 0.2 && (0.88..1.18).contains(&s[1].1), "95 % efficiency");
+    assert!(s[3].1 < 0.6 * s[2].1 && s[3].0 < 0.5 * s[2].0, "outliers pull the robust estimate less");
+    assert!(s[4].2 < 0.7, "intervals for white noise do not hold in slow noise: {}", s[4].2);
+    // 400 samples at a correlation of 0.9 are worth twenty: Bartlett weights still fall short.
+    assert!(s[5].2 > 0.7, "robust intervals hold better: {}", s[5].2);
+}
+
+/// A body measured through all its ten parameters: the constraint helps when data are poor and does
+/// nothing when they are good.
+#[test]
+fn consistency_helps_poor_data_only() {
+    let body = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
+    let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
+    let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+    let mut random = Random::new(72);
+    for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
+        let (mut ls, mut bodies) = (0.0, 0.0);
+        for _ in 0..40 {
+            let (mut triangle, mut block) = (crate::Triangle::new(10), crate::Block::new(10));
+            for _ in 0..60 {
+                let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
+                let y: f64 = row.iter().zip(body).map(|(a, b)| a * b).sum();
+                block.push(&row, y + noise * random.normal());
+            }
+            triangle.fold(&mut block);
+            let white = weighted(&[triangle], &[1.0 / noise]);
+            let free = crate::solve(&white);
+            let prior = Prior { bodies: vec![None], scale: 1.0, gamma: 1e-3, discount: 1.0, friction: Vec::new() };
+            let constrained = consistent(&white, &map, &prior);
+            for c in 0..10 {
+                ls += (free.x[c] - body[c]).powi(2);
+                bodies += (constrained.x[c] - body[c]).powi(2);
+            }
+        }
+        let ratio = (bodies / ls).sqrt();
+        println!("noise {noise}: error of the consistent estimate over least squares {ratio:.3}");
+        assert!(ratio >= improvement.0 && ratio <= improvement.1, "noise {noise}: {ratio}");
+    }
+}
+
+/// Positions with noise, differentiated without a filter.
+#[test]
+fn simulating_estimators_forgive_bad_filters() {
+    let arm = Pendulum::new();
+    let model = Model::new(&arm, &[], &[]);
+    let control = Loop { samples: 400 };
+    let clean = control.simulate(&arm.truth).unwrap();
+    let bound = bound(&model, &clean);
+    let mut random = Random::new(73);
+    let mut tallies: [Tally; 3] = Default::default();
+    for _ in 0..40 {
+        let mut states = clean.clone();
+        states.q.iter_mut().for_each(|q| *q += 1e-3 * random.normal());
+        states.dq = gradient(&states.q, &states.t);
+        states.ddq = gradient(&states.dq, &states.t);
+        states.tau.iter_mut().for_each(|t| *t += NOISE * random.normal());
+        let (ls, _) = fit(&Observation::of(&model, &states, 1).joints(|_| true), Weights::Joint);
+        tallies[0].add(&ls.x, &arm.truth, &bound, &bound);
+        for (i, method) in [ClosedLoop::InstrumentalVariables, ClosedLoop::DirectAndInverse].into_iter().enumerate() {
+            let start: Vec<f64> = arm.truth.iter().map(|x| 1.2 * x).collect();
+            let found = simulated(&model, &states, &control, &start, method).unwrap();
+            tallies[i + 1].add(&found.x, &arm.truth, &bound, &found.sigma);
+        }
+    }
+    let names = ["LS, no filter", "IV, no filter", "DIDIM"];
+    let s: Vec<_> = tallies.iter().zip(names).map(|(t, n)| t.summary(n)).collect();
+    assert!(s[0].0 > 5.0, "least squares is biased: {}", s[0].0);
+    assert!(s[1].0 < 0.2 * s[0].0 && s[2].0 < 0.2 * s[0].0, "the others are not: {} {}", s[1].0, s[2].0);
+    assert!(s[2].1 < 2.0, "DIDIM is near the bound: {}", s[2].1);
+}
+
+/// Law: simulate without noise, identify, and the parameters are back to rounding, through the log and
+/// the whole pipeline.
+#[test]
+fn noise_free_logs_give_the_truth_back() {
+    let arm = Pendulum::new();
+    let states = arm.states(500);
+    let log = Log {
+        name: "exact".into(),
+        coordinates: arm.coordinates().to_vec(),
+        t: states.t.clone(),
+        q: vec![states.q.clone()],
+        dq: Some(vec![states.dq.clone()]),
+        ddq: Some(vec![states.ddq.clone()]),
+        effort: vec![states.dq.iter().zip(&states.tau).map(|(v, t)| t + 0.4 * v + 0.7 * v.signum()).collect()],
+        effort_is: Effort::Torque,
+        rows: (1..=500).collect(),
+        window: None,
+        report: LogReport { uniform: true, period: 0.01, ..LogReport::default() },
+    };
+    let signal = Signal { order: 0, ..Signal::default() };
+    let estimate = identify(&arm, &log, &Options { signal, ..Options::default() }).unwrap();
+    let truth = [("ZZ1", 0.3), ("MX1", 0.8), ("MY1", -0.1), ("FV1", 0.4), ("FS1", 0.7), ("OFF1", 0.0)];
+    for (name, value) in truth {
+        // Rounding of 500 rows at a condition number of ten.
+        assert!((estimate.value(name).unwrap() - value).abs() < 1e-12, "{name}: {estimate}");
+    }
+}

@@ -1,0 +1,254 @@
+//! Arrays of NumPy (.npz, .npy) as a table of named columns.
+//!
+//! An array of shape (N,) is a column of its key's name, one of shape (N, k) the columns key_1 ..
+//! key_k; N is the length of the longest array. Without a time, a scalar `frequency` or `fs` (Hz) or
+//! `dt` (s) makes one. Keys as common tools write them: `times positions velocities accelerations
+//! torques`, `t q dq ddq tau`.
+//!
+//! A .npz is a zip of .npy files, stored or deflated; only what NumPy writes of either is read here.
+
+use std::io::Read;
+
+use crate::Error;
+use crate::table::Table;
+
+/// Bytes of one array; more is not a log of a robot.
+const MAX_BYTES: usize = 1 << 32;
+
+/// Whether the bytes are a zip or an array of NumPy.
+pub fn is_numpy(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\x93NUMPY")
+}
+
+/// Reads the arrays of a file; a lone .npy has no names and is refused.
+pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
+    let at = |message: String| Error::at(file, 0, message);
+    if bytes.starts_with(b"\x93NUMPY") {
+        return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));
+    }
+    let mut arrays = Vec::new();
+    for (name, content) in entries(bytes).map_err(&at)? {
+        let Some(key) = name.strip_suffix(".npy") else { continue };
+        let array = array(&content).map_err(|e| at(format!("array `{key}`: {e}")))?;
+        if let Some(array) = array {
+            arrays.push((key.to_string(), array));
+        }
+    }
+    table(file, arrays)
+}
+
+struct Array {
+    shape: Vec<usize>,
+    /// Row by row.
+    values: Vec<f64>,
+}
+
+fn table(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
+    let rows = arrays.iter().filter(|a| !a.1.shape.is_empty()).map(|a| a.1.shape[0]).max().unwrap_or(0);
+    let mut table = Table { file: file.into(), ..Table::default() };
+    let push = |table: &mut Table, name: String, values: Vec<f64>| {
+        table.header.push(name);
+        table.columns.push(values);
+        table.texts.push(None);
+    };
+    let scalar = |key: &str| arrays.iter().find(|a| a.0 == key && a.1.values.len() == 1).map(|a| a.1.values[0]);
+    for (key, array) in &arrays {
+        match array.shape[..] {
+            [n] if n == rows && n > 1 => push(&mut table, key.clone(), array.values.clone()),
+            [n, k] if n == rows && n > 1 => {
+                for c in 0..k {
+                    let column = array.values.iter().skip(c).step_by(k).copied().collect();
+                    push(&mut table, format!("{key}_{}", c + 1), column);
+                }
+            }
+            _ => {}
+        }
+    }
+    let timed = table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
+    let period = scalar("dt").or(scalar("frequency").or(scalar("fs")).map(|f| 1.0 / f));
+    if let (false, Some(period)) = (timed, period) {
+        push(&mut table, "t".into(), (0..rows).map(|r| period * r as f64).collect());
+    }
+    if table.columns.is_empty() {
+        let message = "no array holds samples; arrays of shape (samples,) or (samples, joints) are expected";
+        return Err(Error::at(file, 0, message));
+    }
+    Ok(table)
+}
+
+fn number(bytes: &[u8], at: usize, len: usize) -> Result<usize, String> {
+    let end = at.checked_add(len).ok_or("a length is damaged")?;
+    let bytes = bytes.get(at..end).ok_or("the zip ends too early")?;
+    Ok(bytes.iter().rev().fold(0, |n, &b| n << 8 | usize::from(b)))
+}
+
+/// Name and content of every file in a zip, by its central directory.
+fn entries(bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or("the zip has no directory: cut short?")?;
+    let count = number(bytes, end + 10, 2)?;
+    let mut at = number(bytes, end + 16, 4)?;
+    let mut out = Vec::with_capacity(count);
+    for _ in 0..count {
+        if bytes.get(at..at.saturating_add(4)) != Some(b"PK\x01\x02") {
+            return Err("the directory of the zip is damaged".into());
+        }
+        let method = number(bytes, at + 10, 2)?;
+        let (packed, size) = (number(bytes, at + 20, 4)?, number(bytes, at + 24, 4)?);
+        let (name, extra, comment) =
+            (number(bytes, at + 28, 2)?, number(bytes, at + 30, 2)?, number(bytes, at + 32, 2)?);
+        let local = number(bytes, at + 42, 4)?;
+        let text = bytes.get(at + 46..at + 46 + name).ok_or("the zip ends too early")?;
+        let text = String::from_utf8_lossy(text).into_owned();
+        let start = local + 30 + number(bytes, local + 26, 2)? + number(bytes, local + 28, 2)?;
+        let content =
+            start.checked_add(packed).and_then(|end| bytes.get(start..end)).ok_or("the zip ends too early")?;
+        if size > MAX_BYTES {
+            return Err(format!("`{text}` claims {size} bytes"));
+        }
+        out.push((text, unpacked(method, content, size)?));
+        at += 46 + name + extra + comment;
+    }
+    Ok(out)
+}
+
+fn unpacked(method: usize, content: &[u8], size: usize) -> Result<Vec<u8>, String> {
+    match method {
+        0 => Ok(content.to_vec()),
+        8 => {
+            let mut out = Vec::new();
+            let reader = flate2::read::DeflateDecoder::new(content);
+            reader.take(size as u64).read_to_end(&mut out).map_err(|e| format!("the zip is damaged: {e}"))?;
+            if out.len() == size { Ok(out) } else { Err("the zip is damaged: an array is too short".into()) }
+        }
+        other => Err(format!("compression method {other} of zip is not read; save with numpy.savez")),
+    }
+}
+
+/// The numbers of a .npy; `None` for arrays that hold none.
+fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err("this is no array of NumPy".into());
+    }
+    let long = bytes.get(6) != Some(&1);
+    let (start, length) = if long { (12, number(bytes, 8, 4)?) } else { (10, number(bytes, 8, 2)?) };
+    let header = bytes.get(start..start + length).ok_or("the header is cut short")?;
+    let header = String::from_utf8_lossy(header);
+    let data = &bytes[start + length..];
+    let field = |key: &str| header.split(key).nth(1).map(|rest| rest.trim_start_matches([' ', ':', '\'', '"']));
+    let kind: String = field("descr").unwrap_or("").chars().take_while(|c| *c != '\'' && *c != '"').collect();
+    let fortran = field("fortran_order").is_some_and(|t| t.starts_with("True"));
+    let shape = field("shape").and_then(|t| t.strip_prefix('(')).and_then(|t| t.split(')').next()).unwrap_or("");
+    let shape: Vec<usize> = shape.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    let count = shape.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).filter(|&n| n <= MAX_BYTES / 8);
+    let count = count.ok_or("its shape is absurd")?;
+    let values = match kind.as_str() {
+        "<f8" => take(data, count, f64::from_le_bytes)?,
+        "<f4" => take(data, count, |b| f64::from(f32::from_le_bytes(b)))?,
+        "<i8" => take(data, count, |b| i64::from_le_bytes(b) as f64)?,
+        "<u8" => take(data, count, |b| u64::from_le_bytes(b) as f64)?,
+        "<i4" => take(data, count, |b| f64::from(i32::from_le_bytes(b)))?,
+        "<i2" => take(data, count, |b| f64::from(i16::from_le_bytes(b)))?,
+        // Texts, objects, booleans: no signal.
+        _ => return Ok(None),
+    };
+    let values = match shape[..] {
+        [n, k] if fortran => (0..n * k).map(|i| values[i % k * n + i / k]).collect(),
+        _ => values,
+    };
+    Ok(Some(Array { shape, values }))
+}
+
+fn take<const N: usize>(data: &[u8], count: usize, read: impl Fn([u8; N]) -> f64) -> Result<Vec<f64>, String> {
+    let (chunks, _) = data.as_chunks::<N>();
+    let chunks = chunks.get(..count).ok_or("the data are cut short")?;
+    Ok(chunks.iter().map(|c| read(*c)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn npy(descr: &str, shape: &str, fortran: &str, data: &[u8]) -> Vec<u8> {
+        let header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
+        let mut out = b"\x93NUMPY\x01\x00".to_vec();
+        out.extend((header.len() as u16).to_le_bytes());
+        out.extend(header.as_bytes());
+        out.extend(data);
+        out
+    }
+
+    fn zip(files: &[(&str, Vec<u8>, bool)]) -> Vec<u8> {
+        use std::io::Write;
+        let (mut out, mut directory) = (Vec::new(), Vec::new());
+        for (name, content, deflate) in files {
+            let packed = if *deflate {
+                let mut e = flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::fast());
+                e.write_all(content).unwrap();
+                e.finish().unwrap()
+            } else {
+                content.clone()
+            };
+            let offset = out.len() as u32;
+            let mut common = vec![0u8; 22];
+            common[4] = if *deflate { 8 } else { 0 };
+            common[14..18].copy_from_slice(&(packed.len() as u32).to_le_bytes());
+            common[18..22].copy_from_slice(&(content.len() as u32).to_le_bytes());
+            let names = [(name.len() as u16).to_le_bytes(), [0, 0]].concat();
+            out.extend(b"PK\x03\x04");
+            out.extend(&common);
+            out.extend(&names);
+            out.extend(name.as_bytes());
+            out.extend(&packed);
+            directory.extend(b"PK\x01\x02\0\0");
+            directory.extend(&common);
+            directory.extend(&names);
+            directory.extend([0; 10]);
+            directory.extend(offset.to_le_bytes());
+            directory.extend(name.as_bytes());
+        }
+        let start = out.len() as u32;
+        out.extend(&directory);
+        out.extend(b"PK\x05\x06\0\0\0\0");
+        out.extend((files.len() as u16).to_le_bytes());
+        out.extend((files.len() as u16).to_le_bytes());
+        out.extend((directory.len() as u32).to_le_bytes());
+        out.extend(start.to_le_bytes());
+        out.extend([0, 0]);
+        out
+    }
+
+    fn doubles(x: &[f64]) -> Vec<u8> {
+        x.iter().flat_map(|x| x.to_le_bytes()).collect()
+    }
+
+    #[test]
+    fn arrays_become_columns() {
+        let q = npy("<f8", "(3, 2)", "False", &doubles(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+        let dq = npy("<f8", "(3, 2)", "True", &doubles(&[1.0, 3.0, 5.0, 2.0, 4.0, 6.0]));
+        let fs = npy("<i8", "()", "False", &100i64.to_le_bytes());
+        let name = npy("<U4", "()", "False", &[0; 16]);
+        let file = zip(&[
+            ("positions.npy", q, false),
+            ("velocities.npy", dq, true),
+            ("frequency.npy", fs, true),
+            ("robot.npy", name, false),
+        ]);
+        let table = Table::from_bytes("log.npz", &file).unwrap();
+        assert_eq!(table.header, ["positions_1", "positions_2", "velocities_1", "velocities_2", "t"]);
+        assert_eq!(table.columns[1], [2.0, 4.0, 6.0]);
+        assert_eq!(table.columns[3], table.columns[1]);
+        assert_eq!(table.columns[4], [0.0, 0.01, 0.02]);
+    }
+
+    #[test]
+    fn refusals() {
+        let file = zip(&[("q.npy", npy("<f8", "(30, 2)", "False", &doubles(&[1.0])), false)]);
+        let message = |bytes: &[u8]| Table::from_bytes("log.npz", bytes).unwrap_err().to_string();
+        assert!(message(&file).contains("array `q`: the data are cut short"), "{}", message(&file));
+        assert!(message(&file[..file.len() - 30]).contains("no directory"));
+        assert!(message(&npy("<f8", "(1,)", "False", &doubles(&[1.0]))).contains("one array without names"));
+        for cut in 0..file.len() {
+            let _ = Table::from_bytes("log.npz", &file[..cut]);
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! The passive joints of closed loops as affine functions of the coordinates, where they are such.
+//!
+//! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation, and two more by
+//! its polygon where, with what other loops have settled already, the sides that keep their angle to
+//! each other add up to
+//!
+//! - two vectors: they are opposite;
+//! - four vectors, of equal lengths across: a parallelogram, v_1 = -v_3 and v_2 = -v_4. The crossed
+//!   four-bar with the same sides is the other solution of the closure, and is not meant.
+//!
+//! The loops are gone through again as long as one of them settles something: parallelograms that
+//! share links settle one after the other. The constants of the relations are exact: by how they
+//! change with each symbol, they are recognised as integer combinations of symbols and a multiple
+//! of pi/12. What is not settled stays a passive coordinate.
+//!
+//! Not here: general four-bars, slider-cranks and spatial loops, which no affine relation describes.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use crate::affine::Affine;
+use crate::format::computed_angle;
+use crate::linear_angle::{LinearAngle, wrapped};
+use crate::link::{JointKind, ModifiedDh, Note, Robot};
+use crate::polygon::{Polygon, ROUNDING, polygon};
+use crate::value::{CoordinateId, Symbol, SymbolId, Value};
+
+/// Settles what it can of [`Robot::passive`]: variables become affine, their constants go into the
+/// geometry, and each relation found is noted. Fails when a loop cannot close, or ties coordinates
+/// together.
+pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
+    if robot.passive.is_empty() {
+        return Ok(());
+    }
+    let mut steps = Vec::new();
+    let relations = settle(robot, &robot.symbols, &mut steps)?;
+    let constants = exact_constants(robot, &steps, &relations);
+    apply(robot, &relations, &constants);
+    Ok(())
+}
+
+/// How an equation came about, so that it can be formed again at other values of the symbols.
+#[derive(Clone, Debug)]
+enum Step {
+    /// The orientation of a loop.
+    Turn(usize),
+    /// The sums of some sides of a loop and of some others are opposite.
+    Opposite(usize, Vec<usize>, Vec<usize>),
+}
+
+/// x_pivot = constant - sum of the other coefficients times their variables.
+#[derive(Clone, Debug)]
+struct Relation {
+    pivot: usize,
+    coefficients: Vec<f64>,
+    constant: f64,
+}
+
+/// An equation or an angle: coefficients of the variables, and a constant.
+type Linear = (Vec<f64>, f64);
+
+/// With what the relations say put in.
+fn reduced(relations: &[Relation], (mut coefficients, mut constant): Linear) -> Linear {
+    for relation in relations {
+        let factor = coefficients[relation.pivot];
+        if factor != 0.0 {
+            for (c, r) in coefficients.iter_mut().zip(&relation.coefficients) {
+                *c -= factor * r;
+            }
+            constant += factor * relation.constant;
+        }
+    }
+    for c in &mut coefficients {
+        if c.abs() < ROUNDING {
+            *c = 0.0;
+        }
+    }
+    (coefficients, constant)
+}
+
+/// The relations of all loops; `steps` tells how they came about.
+fn settle(robot: &Robot, symbols: &[Symbol], steps: &mut Vec<Step>) -> Result<Vec<Relation>, String> {
+    let mut relations: Vec<Relation> = Vec::new();
+    let mut polygons = Vec::with_capacity(robot.loops.len());
+    for (l, one) in robot.loops.iter().enumerate() {
+        let named = |e: String| format!("loop {} cannot close: {e}", l + 1);
+        let planar = if robot.is_implicit(one) { polygon(robot, symbols, one).map_err(named)? } else { None };
+        polygons.push(planar);
+    }
+    let mut tried: Vec<Step> = (0..polygons.len()).filter(|&l| polygons[l].is_some()).map(Step::Turn).collect();
+    let mut first = true;
+    loop {
+        let mut news = false;
+        for step in tried.drain(..) {
+            let equation = equation(&polygons, &relations, &step);
+            if add(robot, &mut relations, equation, &step)? {
+                steps.push(step);
+                news = true;
+            }
+        }
+        if !news && !first {
+            return Ok(relations);
+        }
+        first = false;
+        for (l, polygon) in polygons.iter().enumerate() {
+            if let Some(polygon) = polygon {
+                tried.extend(opposite(l, polygon, &relations)?);
+            }
+        }
+        if tried.is_empty() {
+            return Ok(relations);
+        }
+    }
+}
+
+/// Which sums of sides must be opposite, given the relations so far.
+fn opposite(l: usize, polygon: &Polygon, relations: &[Relation]) -> Result<Vec<Step>, String> {
+    // Sides that keep their angle to each other: their coefficients, their sum, their indices.
+    let mut groups: Vec<(Vec<f64>, [f64; 2], Vec<usize>)> = Vec::new();
+    for (k, side) in polygon.sides.iter().enumerate() {
+        let (turn, angle) = reduced(relations, (side.turn.clone(), 0.0));
+        let vector = rotated(side.vector, angle);
+        let alike =
+            |g: &&mut (Vec<f64>, [f64; 2], Vec<usize>)| g.0.iter().zip(&turn).all(|(a, b)| (a - b).abs() < ROUNDING);
+        match groups.iter_mut().find(alike) {
+            Some(group) => {
+                group.1 = [group.1[0] + vector[0], group.1[1] + vector[1]];
+                group.2.push(k);
+            }
+            None => groups.push((turn, vector, vec![k])),
+        }
+    }
+    let length = |g: &(Vec<f64>, [f64; 2], Vec<usize>)| g.1[0].hypot(g.1[1]);
+    groups.retain(|g| length(g) > ROUNDING);
+    let equal = |i: usize, j: usize| (length(&groups[i]) - length(&groups[j])).abs() <= ROUNDING;
+    let step = |i: usize, j: usize| Step::Opposite(l, groups[i].2.clone(), groups[j].2.clone());
+    match groups.len() {
+        1 => Err(format!("loop {} cannot close: its ends stay {:.3e} m apart", l + 1, length(&groups[0]))),
+        2 if equal(0, 1) => Ok(vec![step(0, 1)]),
+        2 => {
+            let [a, b] = [length(&groups[0]), length(&groups[1])];
+            Err(format!("loop {} cannot close: {a:.6} m on one side never meets {b:.6} m on the other", l + 1))
+        }
+        4 if equal(0, 2) && equal(1, 3) => Ok(vec![step(0, 2), step(1, 3)]),
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// The equation of a step; `None` where its sides vanish.
+fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &Step) -> Option<Linear> {
+    match step {
+        Step::Turn(l) => polygons[*l].as_ref().map(|p| (p.turn.clone(), p.angle)),
+        Step::Opposite(l, one, other) => {
+            let polygon = polygons[*l].as_ref()?;
+            // Phi of the first of the sides, and the angle of the sum where that Phi is zero.
+            let sum = |sides: &[usize]| -> Linear {
+                let lead = reduced(relations, (polygon.sides[sides[0]].turn.clone(), 0.0));
+                let mut total = [0.0; 2];
+                for &k in sides {
+                    let (_, angle) = reduced(relations, (polygon.sides[k].turn.clone(), 0.0));
+                    let v = rotated(polygon.sides[k].vector, angle - lead.1);
+                    total = [total[0] + v[0], total[1] + v[1]];
+                }
+                (polygon.sides[sides[0]].turn.clone(), total[1].atan2(total[0]))
+            };
+            let (a, b) = (sum(one), sum(other));
+            Some((a.0.iter().zip(&b.0).map(|(x, y)| x - y).collect(), PI + b.1 - a.1))
+        }
+    }
+}
+
+/// Adds an equation; false when it says nothing new.
+fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, step: &Step) -> Result<bool, String> {
+    let Some((coefficients, constant)) = equation else { return Ok(false) };
+    // Sum c x = constant; put in, the constant of the relations changes sides.
+    let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
+    let constant = constant - moved;
+    let (Step::Turn(l) | Step::Opposite(l, ..)) = step;
+    let n = robot.n_coordinates();
+    let Some(pivot) = (n..coefficients.len()).rev().find(|&k| (coefficients[k].abs() - 1.0).abs() < ROUNDING) else {
+        if coefficients[n..].iter().any(|c| *c != 0.0) {
+            return Ok(false);
+        }
+        let tied: Vec<&str> =
+            (0..n).filter(|&k| coefficients[k] != 0.0).map(|k| robot.coordinates[k].name.as_str()).collect();
+        if !tied.is_empty() {
+            let message = format!(
+                "loop {} ties the coordinates {} together: one of their joints is passive",
+                l + 1,
+                tied.join(", ")
+            );
+            return Err(message);
+        }
+        let gap = wrapped(constant).abs();
+        if gap > ROUNDING {
+            return Err(format!("loop {} cannot close: its ends stay {gap:.3e} rad apart", l + 1));
+        }
+        return Ok(false);
+    };
+    let sign = coefficients[pivot].signum();
+    let coefficients: Vec<f64> = coefficients.iter().map(|c| sign * c).collect();
+    let new = Relation { pivot, coefficients, constant: wrapped(sign * constant) };
+    for old in relations.iter_mut() {
+        let factor = old.coefficients[pivot];
+        if factor != 0.0 {
+            for (c, r) in old.coefficients.iter_mut().zip(&new.coefficients) {
+                *c -= factor * r;
+            }
+            old.constant = wrapped(old.constant - factor * new.constant);
+        }
+    }
+    relations.push(new);
+    Ok(true)
+}
+
+/// The constants of the relations as values: exact, or a number that holds at these lengths.
+fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec<(Value, bool)> {
+    let free: Vec<usize> = (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect();
+    // The constants when each free symbol moves by its own amount.
+    let moved = |amounts: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
+        let mut symbols = robot.symbols.clone();
+        for &s in &free {
+            let value = symbols[s].value.number(&robot.symbols) + amounts(s);
+            symbols[s].value = Value::Number(value);
+        }
+        let polygons: Vec<Option<Polygon>> =
+            robot.loops.iter().map(|one| polygon(robot, &symbols, one).unwrap_or(None)).collect();
+        let mut again: Vec<Relation> = Vec::new();
+        for step in steps {
+            let equation = equation(&polygons, &again, step);
+            let added = add(robot, &mut again, equation, step);
+            if !matches!(added, Ok(true)) {
+                return None;
+            }
+        }
+        Some(again.iter().map(|r| r.constant).collect())
+    };
+    const STEP: f64 = 0.0137;
+    let singly: Vec<Option<Vec<f64>>> = free.iter().map(|&s| moved(&|k| if k == s { STEP } else { 0.0 })).collect();
+    let amount = |s: usize| 0.05 + 0.031 * (s as f64 * 1.7).sin();
+    let together = moved(&amount);
+    let constant = |r: usize| -> (Value, bool) {
+        let at = relations[r].constant;
+        let inexact = (computed_angle(at), false);
+        let (mut rest, mut expected) = (at, at);
+        let mut terms: BTreeMap<usize, i64> = BTreeMap::new();
+        for (&s, constants) in free.iter().zip(&singly) {
+            let Some(constants) = constants else { return inexact };
+            let slope = wrapped(constants[r] - at) / STEP;
+            if (slope - slope.round()).abs() > 1e-9 {
+                return inexact;
+            }
+            if slope.round() != 0.0 {
+                terms.insert(s, slope.round() as i64);
+                rest -= slope.round() * robot.symbols[s].value.number(&robot.symbols);
+                expected += slope.round() * amount(s);
+            }
+        }
+        match &together {
+            Some(constants) if wrapped(constants[r] - expected).abs() < 1e-9 => {
+                let mut sum = LinearAngle::default();
+                terms.into_iter().for_each(|(s, m)| sum.add_symbol(SymbolId(s), m));
+                sum.add(&computed_angle(wrapped(rest)), 1, &robot.symbols);
+                (sum.value(), true)
+            }
+            _ => inexact,
+        }
+    };
+    (0..relations.len()).map(constant).collect()
+}
+
+fn is_number(value: &Value) -> bool {
+    match value {
+        Value::Number(_) | Value::Pi => true,
+        Value::Symbol(_) | Value::Coordinate(_) => false,
+        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => is_number(a),
+        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
+            is_number(a) && is_number(b)
+        }
+    }
+}
+
+/// Puts the relations into the joints, and numbers the passive coordinates that remain.
+fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)]) {
+    let n = robot.n_coordinates();
+    let total = robot.n_variables();
+    let remains: Vec<usize> = (n..total).filter(|k| relations.iter().all(|r| r.pivot != *k)).collect();
+    let place = |k: usize| if k < n { k } else { n + remains.iter().position(|&r| r == k).unwrap_or_default() };
+    let solution = |k: usize| -> (Affine, bool) {
+        let Some(r) = relations.iter().position(|r| r.pivot == k) else {
+            return (Affine::coordinate(CoordinateId(place(k))), true);
+        };
+        let others = (0..total).filter(|&i| i != k && relations[r].coefficients[i] != 0.0);
+        let terms = others.map(|i| (CoordinateId(place(i)), -relations[r].coefficients[i])).collect();
+        (Affine { terms, offset: constants[r].0.clone() }, constants[r].1)
+    };
+    let solutions: Vec<(Affine, bool)> = (0..total).map(solution).collect();
+
+    let names: Vec<String> = (0..total).map(|k| robot.coordinate_name(CoordinateId(k)).to_string()).collect();
+    let new_name = |k: CoordinateId| if k.0 < n { names[k.0].clone() } else { names[remains[k.0 - n]].clone() };
+    for k in n..total {
+        let (affine, exact) = &solutions[k];
+        let text = if remains.contains(&k) {
+            "is found from no parallelogram and stays a passive coordinate".to_string()
+        } else {
+            let how = if *exact { "" } else { ", a constant that holds at these lengths only" };
+            format!("= {} by the loops{how}", affine.text(&Value::ZERO, &robot.symbols, &new_name))
+        };
+        robot.notes.push(Note { subject: names[k].clone(), text });
+    }
+
+    let symbols = robot.symbols.clone();
+    let put_in = |geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine| {
+        let mut coefficients: BTreeMap<CoordinateId, f64> = BTreeMap::new();
+        for &(k, c) in &variable.terms {
+            let solved = &solutions[k.0].0;
+            for &(i, x) in &solved.terms {
+                *coefficients.entry(i).or_default() += c * x;
+            }
+            if solved.offset != Value::ZERO {
+                let slot = if kind == JointKind::Prismatic { &mut geometry.r } else { &mut geometry.theta };
+                *slot = if c.fract() == 0.0 && kind == JointKind::Revolute {
+                    let mut sum = LinearAngle::default();
+                    sum.add(slot, 1, &symbols);
+                    sum.add(&solved.offset, c as i64, &symbols);
+                    sum.value()
+                } else {
+                    let product = Value::Mul(Box::new(Value::Number(c)), Box::new(solved.offset.clone()));
+                    Value::Add(Box::new(slot.clone()), Box::new(product))
+                };
+            }
+        }
+        variable.terms = coefficients.into_iter().filter(|t| t.1.abs() > ROUNDING).collect();
+    };
+    for link in &mut robot.links {
+        put_in(&mut link.geometry, link.joint.kind, &mut link.joint.variable);
+    }
+    for one in &mut robot.loops {
+        for frame in [&mut one.cut, &mut one.twin] {
+            put_in(&mut frame.geometry, frame.kind, &mut frame.variable);
+        }
+    }
+    robot.passive = remains.iter().map(|&k| robot.passive[k - n].clone()).collect();
+}
+
+fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (s, c) = angle.sin_cos();
+    [c * x - s * y, s * x + c * y]
+}

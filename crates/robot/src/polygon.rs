@@ -1,0 +1,141 @@
+//! A planar loop as a closed polygon.
+//!
+//! Where all the joints that move in a loop are revolute and their axes parallel, the loop lives in
+//! the plane across them. Each rigid side is a vector s_k of that plane, turned by Phi_k, the sum of
+//! the joint variables before it, signed by the direction of their axes:
+//!
+//! ```text
+//! sum_k s_k exp(i Phi_k) = 0        Phi_cut - Phi_twin = delta  (mod 2 pi)
+//! ```
+//! The Phi are linear in the variables; what is constant in an angle is in the s_k and in delta.
+
+use crate::inertial::Pose;
+use crate::link::{JointKind, Loop, LoopFrame, Robot};
+use crate::value::{CoordinateId, Symbol};
+use crate::vector::{Vector3, cross, dot, norm, plus, product, scaled, transposed, turn};
+
+/// m and rad: what rounding may leave between frames that coincide.
+pub(crate) const ROUNDING: f64 = 1e-9;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Polygon {
+    /// In the order of the loop: the common link, the way to the cut, the way back from the twin.
+    pub sides: Vec<Side>,
+    /// Coefficients of Phi_cut - Phi_twin, one a variable of the robot.
+    pub turn: Vec<f64>,
+    /// delta, rad.
+    pub angle: f64,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Side {
+    /// m, in the plane.
+    pub vector: [f64; 2],
+    /// Coefficients of Phi.
+    pub turn: Vec<f64>,
+}
+
+/// The polygon of a loop at the values of `symbols`; `None` when it is not planar, an error when
+/// it cannot close.
+pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<Option<Polygon>, String> {
+    let (cut, twin) = (Way::new(robot, &one.cut), Way::new(robot, &one.twin));
+    let common = cut.links.iter().zip(&twin.links).take_while(|(a, b)| a == b).count();
+    let (cut, twin) = (cut.after(common, robot, symbols), twin.after(common, robot, symbols));
+    let Some(first) = cut.joints.iter().chain(&twin.joints).next() else { return Ok(None) };
+    let axis = first.axis;
+    let parallel = |j: &MovingJoint| j.kind == JointKind::Revolute && norm(cross(j.axis, axis)) < ROUNDING;
+    if !cut.joints.iter().chain(&twin.joints).all(parallel) {
+        return Ok(None);
+    }
+
+    let between = product(&twin.end.rotation, &transposed(&cut.end.rotation));
+    let off = norm(plus(turn(&between, axis), axis, -1.0));
+    if off > ROUNDING {
+        return Err(format!("its joints turn about one direction, and about it the two ends differ by {off:.1e} rad"));
+    }
+    let apart = dot(plus(twin.end.position, cut.end.position, -1.0), axis).abs();
+    if apart > ROUNDING {
+        return Err(format!("its joints move in one plane, and the two ends lie in planes {apart:.3e} m apart"));
+    }
+
+    // Any two directions across the axis.
+    let across = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|e| cross(axis, e));
+    let longest = across.into_iter().max_by(|a, b| norm(*a).total_cmp(&norm(*b))).unwrap_or_default();
+    let x = scaled(longest, 1.0 / norm(longest));
+    let y = cross(axis, x);
+    let flat = |v: Vector3| [dot(v, x), dot(v, y)];
+
+    let n = robot.n_variables();
+    let (outward, phi_cut) = cut.sides(axis, n);
+    let (back, phi_twin) = twin.sides(axis, n);
+    let mut sides: Vec<Side> = outward.into_iter().map(|(v, turn)| Side { vector: flat(v), turn }).collect();
+    sides.extend(back.into_iter().rev().map(|(v, turn)| Side { vector: flat(scaled(v, -1.0)), turn }));
+    let x_turned = turn(&between, x);
+    Ok(Some(Polygon {
+        sides,
+        turn: phi_cut.iter().zip(&phi_twin).map(|(a, b)| a - b).collect(),
+        angle: dot(x_turned, y).atan2(dot(x_turned, x)),
+    }))
+}
+
+/// One side of a loop, from the base to its frame.
+struct Way<'a> {
+    links: Vec<usize>,
+    frame: &'a LoopFrame,
+    joints: Vec<MovingJoint>,
+    end: Pose,
+}
+
+/// A joint that moves, at zero variables, in the frame where the way begins.
+struct MovingJoint {
+    axis: Vector3,
+    origin: Vector3,
+    kind: JointKind,
+    terms: Vec<(CoordinateId, f64)>,
+}
+
+impl<'a> Way<'a> {
+    fn new(robot: &Robot, frame: &'a LoopFrame) -> Way<'a> {
+        let mut links: Vec<usize> =
+            std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent).map(|j| j.0).collect();
+        links.reverse();
+        Way { links, frame, joints: Vec::new(), end: Pose::IDENTITY }
+    }
+
+    /// Without its first `common` links, in the frame of the last of them.
+    fn after(mut self, common: usize, robot: &Robot, symbols: &[Symbol]) -> Way<'a> {
+        self.links.drain(..common);
+        let mut pose = Pose::IDENTITY;
+        let frame = self.frame;
+        let links = self.links.iter().map(|&j| {
+            let link = &robot.links[j];
+            (&link.geometry, link.joint.kind, &link.joint.variable)
+        });
+        for (geometry, kind, variable) in links.chain([(&frame.geometry, frame.kind, &frame.variable)]) {
+            pose = pose.compose(&geometry.pose(symbols, 0.0, 0.0));
+            if kind != JointKind::Fixed && !variable.terms.is_empty() {
+                let axis = [0, 1, 2].map(|i| pose.rotation[i][2]);
+                self.joints.push(MovingJoint { axis, origin: pose.position, kind, terms: variable.terms.clone() });
+            }
+        }
+        self.end = pose;
+        self
+    }
+
+    /// The vectors from joint to joint with their Phi, and the Phi of the end.
+    fn sides(&self, axis: Vector3, n: usize) -> (Vec<(Vector3, Vec<f64>)>, Vec<f64>) {
+        let mut sides = Vec::with_capacity(self.joints.len() + 1);
+        let mut phi = vec![0.0; n];
+        let mut from = [0.0; 3];
+        for joint in &self.joints {
+            sides.push((plus(joint.origin, from, -1.0), phi.clone()));
+            from = joint.origin;
+            let sign = dot(joint.axis, axis).signum();
+            for &(k, c) in &joint.terms {
+                phi[k.0] += sign * c;
+            }
+        }
+        sides.push((plus(self.end.position, from, -1.0), phi.clone()));
+        (sides, phi)
+    }
+}

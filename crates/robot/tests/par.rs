@@ -1,0 +1,172 @@
+//! .par files: what they say, and what the loops say of what they do not.
+
+use std::path::Path;
+
+use robot::{Drive, JointKind, Robot, RotorInertia, closure, format};
+
+fn testdata(name: &str) -> Robot {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/par").join(name);
+    format::read(&path).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn read(text: &str) -> Robot {
+    format::read_par(text, "t.par").unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// theta or r of every link and cut, as a formula.
+fn variables(robot: &Robot) -> Vec<String> {
+    let name = |k| robot.coordinate_name(k).to_string();
+    let links = robot.links.iter().map(|l| (&l.joint.variable, l.joint.kind, &l.geometry));
+    let cuts = robot.loops.iter().map(|l| (&l.cut.variable, l.cut.kind, &l.cut.geometry));
+    let text = |(variable, kind, geometry): (&robot::Affine, JointKind, &robot::ModifiedDh)| {
+        let constant = if kind == JointKind::Prismatic { &geometry.r } else { &geometry.theta };
+        variable.text(constant, &robot.symbols, &name)
+    };
+    links.chain(cuts).map(text).collect()
+}
+
+#[test]
+fn sr400_has_one_parallelogram() {
+    let robot = testdata("sr400.par");
+    let names: Vec<&str> = robot.coordinates.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["th1", "th2", "th4", "th5", "th6", "th7"]);
+    assert!(robot.passive.is_empty());
+    let found = variables(&robot);
+    assert_eq!(found[2], "th7 - th2 - pi/2");
+    assert_eq!(found[7], "th2 - th7");
+    assert_eq!(robot.links[2].joint.drive, Drive::Passive);
+    assert!(robot.symbols.iter().all(|s| s.generic));
+    assert_eq!(robot.gravity_number(), [0.0, 0.0, -9.81]);
+    assert!(robot.notes.iter().any(|n| n.subject == "symbols" && n.text.contains("generic")), "{:?}", robot.notes);
+}
+
+/// Three parallelograms that share links: what models/race.yaml says, from the cut frames alone.
+#[test]
+fn race_finds_its_passive_joints() {
+    let robot = testdata("race.par");
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    let yaml = format::read(&models.join("race.yaml")).unwrap();
+    let renamed = |text: &String| {
+        let text = text.replace("q1", "th1").replace("q2", "th2").replace("q3", "th8");
+        let mut words: Vec<String> = text.replace("- ", "-").replace("+ ", "").split(' ').map(str::to_string).collect();
+        words.sort();
+        words
+    };
+    let found: Vec<_> = variables(&robot).iter().map(&renamed).collect();
+    let given: Vec<_> = variables(&yaml).iter().map(&renamed).collect();
+    assert_eq!(found, given);
+    for one in &robot.loops {
+        let gap = closure::largest_gap(&robot, one);
+        assert!(gap.position < 1e-12 && gap.orientation < 1e-12, "{gap:?}");
+    }
+}
+
+#[test]
+fn old_files_are_read() {
+    let robot = testdata("old_style.par");
+    assert_eq!((robot.name.as_str(), robot.links.len()), ("old_style", 2));
+    assert_eq!(variables(&robot), ["q1 - pi/2", "r2"]);
+    assert_eq!(robot.links[0].geometry.alpha.as_multiple_of_pi(&robot.symbols), Some((1, 4)));
+    assert_eq!(robot.links[1].joint.kind, JointKind::Prismatic);
+    assert_eq!(robot.links[1].geometry.d.number(&robot.symbols), 0.3);
+    assert_eq!(robot.gravity_number(), [0.0, 0.0, -9.81]);
+    let generic: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
+    assert_eq!(generic, ["G3"]);
+    // A rotor inertia of 0 is none; the ten of a link are known together or not at all.
+    let rotors: Vec<RotorInertia> = robot.links.iter().map(|l| l.joint.rotor_inertia).collect();
+    assert_eq!(rotors, [RotorInertia::Absent, RotorInertia::Known(0.02)]);
+    assert_eq!(robot.links[0].joint.friction.viscous, Some(0.4));
+    assert!(robot.links.iter().all(|l| l.inertial.is_none()));
+    let told = |subject: &str| robot.notes.iter().any(|n| n.subject == subject);
+    assert!(told("link 1") && told("FX") && told("symbols"), "{:?}", robot.notes);
+}
+
+/// A general four-bar has no affine relation but that of its orientation: the cut follows the two
+/// passive joints, which stay.
+#[test]
+fn a_general_four_bar_keeps_its_passive_coordinates() {
+    let robot = read(
+        "NL = 3\nNJ = 4\nType = 2\nant = {0, 1, 0, 3, 2}\nsigma = {0, 0, 0, 0, 2}\nmu = {1, 0, 0, 0, 0}\n\
+         d = {0, L1, L2, L3, L4}\ntheta = {th1, th2, th3, th4, 0}\n",
+    );
+    let names: Vec<&str> = robot.passive.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["th2", "th3"]);
+    assert_eq!(variables(&robot), ["th1", "th2", "th3", "th1 + th2 - th3"]);
+    assert!(robot.is_implicit(&robot.loops[0]));
+}
+
+/// A YAML's passive joints may be left to the loops; a constant that is no combination of symbols
+/// is a number.
+#[test]
+fn yaml_leaves_passive_joints_to_the_loops() {
+    let text = "convention: khalil-kleinfinger\nname: x\nsymbols: {A: 0.3, B: 0.2, C: 0.4}\nlinks:\n\
+                \x20 - {link: 1, antecedent: base, theta: q1}\n\
+                \x20 - {link: 2, antecedent: 1, drive: passive, d: A, theta: q2 + pi}\n\
+                \x20 - {link: 3, antecedent: base, drive: passive, d: B}\n\
+                loops:\n  - cut: {antecedent: 3, d: A}\n    twin: {antecedent: 2, d: B}\n";
+    let error = format::read_yaml(text, "x.yaml").unwrap_err().to_string();
+    assert!(error.contains("`q2`"), "{error}");
+    let robot = format::read_yaml(&text.replace(", theta: q2 + pi", ""), "x.yaml").unwrap();
+    assert_eq!(variables(&robot), ["q1", "-q1", "q1", "-q1"]);
+    // The base's side lies askew, by the angle of (B, C).
+    let base = "gamma: 'atan2(C, B)', d: sqrt(B*B + C*C)";
+    let twin = "gamma: 0.1, d: sqrt(B*B + C*C)";
+    let askew = text.replace(", theta: q2 + pi", "").replace("passive, d: B", &format!("passive, {base}"));
+    let robot = format::read_yaml(&askew.replace("2, d: B", &format!("2, {twin}")), "x.yaml").unwrap();
+    let inexact = robot.notes.iter().filter(|n| n.text.contains("these lengths only")).count();
+    assert!(inexact > 0 && robot.passive.is_empty(), "{:?}", robot.notes);
+}
+
+/// What is written is read back: the same motion, the same values; and written again, the same text.
+#[test]
+fn written_files_read_back() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let models = std::fs::read_dir(root.join("../../models")).unwrap();
+    let files: Vec<_> = models
+        .chain(std::fs::read_dir(root.join("testdata/par")).unwrap())
+        .map(|f| f.unwrap().path())
+        .filter(|p| p.extension().is_some_and(|e| e != "md"))
+        .collect();
+    assert!(files.len() > 15);
+    for file in files {
+        let robot = format::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        let (text, _) = format::write_par(&robot);
+        let back = format::read_par(&text, "back.par").unwrap_or_else(|e| panic!("{}: {e}\n{text}", file.display()));
+        let q: Vec<f64> = (0..robot.n_variables()).map(|k| 0.3 + 0.7 * k as f64).collect();
+        assert_eq!(back.n_variables(), robot.n_variables(), "{}", file.display());
+        // Generic values depend on the names alone, which may change for symbols of gravity.
+        for (a, b) in robot.link_poses(&q).iter().zip(back.link_poses(&q)) {
+            for i in 0..3 {
+                assert!((a.position[i] - b.position[i]).abs() < 1e-14, "{}", file.display());
+                for j in 0..3 {
+                    assert!((a.rotation[i][j] - b.rotation[i][j]).abs() < 1e-14, "{}", file.display());
+                }
+            }
+        }
+        assert_eq!(robot.gravity_number(), back.gravity_number());
+        for (a, b) in robot.links.iter().zip(&back.links) {
+            assert_eq!(a.inertial, b.inertial);
+            assert_eq!(a.joint.rotor_inertia, b.joint.rotor_inertia);
+            assert_eq!(a.antecedent, b.antecedent);
+        }
+        let body = |text: &str| text.lines().filter(|l| !l.starts_with("(*")).collect::<Vec<_>>().join("\n");
+        let again = format::read_par(&format::write_par(&back).0, "again.par").unwrap();
+        assert_eq!(body(&format::write_par(&back).0), body(&format::write_par(&again).0));
+    }
+}
+
+/// The sample files of OpenSYMORO, as they are.
+#[test]
+fn the_samples_of_opensymoro_are_read() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
+    let folder = std::env::var_os("RIST_SHARED").map_or(shared, std::path::PathBuf::from).join("models/par");
+    let Ok(files) = std::fs::read_dir(&folder) else {
+        println!("skipped: ../shared is absent");
+        return;
+    };
+    for file in files.map(|f| f.unwrap().path()) {
+        let robot = format::read(&file).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(Some(robot.name.as_str()), file.file_stem().and_then(|s| s.to_str()));
+        assert!(robot.passive.is_empty() && robot.n_coordinates() == 6);
+    }
+}

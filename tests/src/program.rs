@@ -1,0 +1,50 @@
+//! The program `rist`, built and run as a user runs it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// What a run left behind.
+pub struct Run {
+    pub code: Option<i32>,
+    pub out: String,
+    pub err: String,
+}
+
+/// Runs `rist` with these arguments in `folder`.
+pub fn rist(folder: &Path, arguments: &[&str]) -> Run {
+    let Output { status, stdout, stderr } =
+        Command::new(built()).args(arguments).current_dir(folder).output().expect("rist can be started");
+    let text = |bytes| String::from_utf8(bytes).expect("rist prints UTF-8");
+    Run { code: status.code(), out: text(stdout), err: text(stderr) }
+}
+
+/// An empty folder of this name, for one test.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = target().join("tmp").join(format!("{name}-{}", std::process::id()));
+    std::fs::remove_dir_all(&folder).ok();
+    std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    folder
+}
+
+/// target/debug, or whatever stands for it: this test runs from its `deps`.
+fn target() -> PathBuf {
+    let here = std::env::current_exe().expect("a test has a path");
+    here.ancestors().nth(2).expect("target/debug/deps/test").to_path_buf()
+}
+
+/// A package cannot name another's program; so it is built here, once a test file.
+fn built() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+        build.args(["build", "--quiet", "--package", "cli", "--bin", "rist"]).current_dir(crate::workspace());
+        if !cfg!(debug_assertions) {
+            build.arg("--release");
+        }
+        build.arg("--target-dir").arg(target().parent().expect("target/debug has a parent"));
+        let made = build.output().expect("cargo can be started");
+        assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+        target().join(format!("rist{}", std::env::consts::EXE_SUFFIX))
+    })
+}

@@ -1,0 +1,331 @@
+//! The program `rist` as a user meets it: what it prints is what the library computes, and what it refuses
+//! it refuses with exit code 2, the file, the line and the reason, leaving no half-written file behind.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use expr::{Count, Function, Tape};
+use modeling::{BaseParameters, Derivation};
+use robot::Robot;
+use serde_json::{Value as Json, json};
+use tests::program::{folder, rist};
+use tests::random::{Random, State};
+use tests::{dot, model, model_path, recursion, standard_names};
+
+/// What follows from a model, by the library.
+struct Derived {
+    robot: Robot,
+    standard: Function,
+    torque: Function,
+    base: Function,
+    parameters: BaseParameters,
+    names: Vec<String>,
+}
+
+fn derived(robot: Robot) -> Derived {
+    let mut derivation = Derivation::new(&robot).unwrap_or_else(|open| panic!("{open}"));
+    let standard = derivation.regressor();
+    let parameters = derivation.base_parameters(&standard).unwrap_or_else(|unclear| panic!("{unclear}"));
+    let (base, torque) = (parameters.regressor(&standard).bound(), derivation.torque().bound());
+    let names = standard_names(&robot);
+    Derived { standard: standard.bound(), torque, base, parameters, names, robot }
+}
+
+fn path(file: &str) -> String {
+    model_path(file).display().to_string()
+}
+
+fn evaluated(function: &Function, inputs: &[f64]) -> Vec<f64> {
+    let tape = Tape::new(function);
+    let mut outputs = vec![f64::NAN; tape.n_outputs()];
+    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+#[test]
+fn inspect_prints_what_the_library_finds() {
+    let here = folder("inspect");
+    for file in ["race.yaml", "ur5.urdf"] {
+        let d = derived(model(file));
+        let run = rist(&here, &["inspect", &path(file), "--json"]);
+        assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{file}");
+        let found: Json = serde_json::from_str(&run.out).unwrap();
+        assert_eq!(found["robot"], d.robot.name);
+        let coordinates: Vec<&str> = d.robot.coordinates.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(found["coordinates"], json!(coordinates));
+        assert_eq!(found["standard"], json!(d.names));
+        let no_effect: Vec<&String> = d.parameters.no_effect.iter().map(|&c| &d.names[c]).collect();
+        assert_eq!(found["no_effect"], json!(no_effect));
+        let base: Vec<Json> = d
+            .parameters
+            .base
+            .iter()
+            .map(|b| {
+                let term = |t: &modeling::Term| json!({"parameter": d.names[t.parameter], "coefficient": t.coefficient, "symbolic": t.symbolic});
+                json!({
+                    "name": b.name,
+                    "parameter": d.names[b.column],
+                    "rule": b.rule,
+                    "terms": b.terms.iter().map(term).collect::<Vec<_>>(),
+                })
+            })
+            .collect();
+        for (found, expected) in found["base"].as_array().unwrap().iter().zip(&base) {
+            for key in ["name", "parameter", "rule"] {
+                assert_eq!(found[key], expected[key], "{file} {key}");
+            }
+            let (found, expected) = (found["terms"].as_array().unwrap(), expected["terms"].as_array().unwrap());
+            assert_eq!(found.len(), expected.len());
+            for (found, expected) in found.iter().zip(expected) {
+                assert_eq!(found["parameter"], expected["parameter"], "{file}");
+                assert_eq!(found["symbolic"], expected["symbolic"], "{file}");
+                let [a, b] = [found, expected].map(|term| term["coefficient"].as_f64().unwrap());
+                // serde_json reads numbers to an ulp.
+                assert!((a - b).abs() <= f64::EPSILON * b.abs(), "{file}: {a} {b}");
+            }
+        }
+        assert_eq!(found["base"].as_array().unwrap().len(), base.len());
+        assert_eq!(found["rank"]["numeric"], d.parameters.len());
+        let gap = &found["rank"]["gap"];
+        assert!(gap.is_null() || gap.as_f64().is_some_and(|g| g >= 1e3), "{file}: {gap}");
+        let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
+        for (name, function) in [("regressor", &d.standard), ("base_regressor", &d.base), ("torque", &d.torque)] {
+            assert_eq!(found["ops"][name], count(function.count()), "{file} {name}");
+        }
+
+        let run = rist(&here, &["inspect", &path(file)]);
+        assert_eq!(run.code, Some(0));
+        for b in &d.parameters.base {
+            assert!(run.out.contains(if b.terms.len() > 1 { &b.rule } else { &b.name }), "{file}: {}", b.name);
+        }
+        assert!(run.out.contains(&format!("rank {}", d.parameters.len())), "{file}");
+    }
+}
+
+/// A CSV of states, with the parameters of one random robot for the torque.
+fn states_file(folder: &Path, robot: &Robot, states: &[State], x: &[f64]) -> String {
+    let header = |kind: &str| robot.coordinates.iter().map(|c| format!("{kind}_{}", c.name)).collect::<Vec<_>>();
+    let parameters: Vec<String> = standard_names(robot).iter().map(|name| format!("x_{name}")).collect();
+    let mut text = [header("q"), header("dq"), header("ddq"), parameters].concat().join(",") + "\n";
+    for state in states {
+        let cells: Vec<String> = state.inputs().iter().chain(x).map(|x| format!("{x:?}")).collect();
+        writeln!(text, "{}", cells.join(",")).unwrap();
+    }
+    let path = folder.join("states.csv");
+    std::fs::write(&path, text).unwrap();
+    path.display().to_string()
+}
+
+#[test]
+fn evaluate_prints_the_three_quantities_to_the_last_bit() {
+    for file in ["race.yaml", "stanford.yaml"] {
+        let here = folder("evaluate");
+        let d = derived(model(file));
+        let mut random = Random(31);
+        let states: Vec<State> = (0..5).map(|_| random.state(&d.robot)).collect();
+        let x = random.parameters(&d.robot);
+        let csv = states_file(&here, &d.robot, &states, &x);
+        let columns = |names: &[String]| {
+            let of = |c: &robot::Coordinate| names.iter().map(|p| format!("Y_{}_{p}", c.name)).collect::<Vec<_>>();
+            d.robot.coordinates.iter().flat_map(of).collect::<Vec<String>>().join(",")
+        };
+        let base_names: Vec<String> = d.parameters.base.iter().map(|b| b.name.clone()).collect();
+        let torques: Vec<String> = d.robot.coordinates.iter().map(|c| format!("tau_{}", c.name)).collect();
+        for (quantity, header, function) in [
+            ("regressor", columns(&d.names), &d.standard),
+            ("base-regressor", columns(&base_names), &d.base),
+            ("torque", torques.join(","), &d.torque),
+        ] {
+            let run = rist(&here, &["evaluate", &path(file), &csv, "--quantity", quantity]);
+            assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{file} {quantity}");
+            let mut lines = run.out.lines();
+            assert_eq!(lines.next(), Some(header.as_str()), "{file} {quantity}");
+            for (k, state) in states.iter().enumerate() {
+                let inputs = if quantity == "torque" { [state.inputs(), x.clone()].concat() } else { state.inputs() };
+                let found: Vec<f64> = lines.next().unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+                let expected = evaluated(function, &inputs);
+                // Printed with the digits that read back; one state or many, the operations are the same.
+                assert_eq!(found, expected, "{file} {quantity}, state {k}");
+            }
+            assert_eq!(lines.next(), None);
+        }
+    }
+}
+
+/// Smooth motions of both joints, t in s: q, dq, ddq.
+fn motion(t: f64) -> State {
+    let sines = [[(0.9, 1.7), (0.3, 4.1)], [(0.8, 2.3), (0.4, 3.1)]];
+    let sum = |f: &dyn Fn(f64, f64) -> f64| sines.iter().map(|s| s.iter().map(|&(a, w)| f(a, w)).sum()).collect();
+    State {
+        q: sum(&|a, w| a * (w * t).sin()),
+        dq: sum(&|a, w| a * w * (w * t).cos()),
+        ddq: sum(&|a, w| -a * w * w * (w * t).sin()),
+    }
+}
+
+const HEADER: &str = "t,q1,q2,dq1,dq2,tau1,tau2";
+
+/// Six seconds at 1 kHz of a two-link arm with the standard parameters x, without noise and without friction.
+fn log(robot: &Robot, x: &[f64]) -> Vec<String> {
+    (0..6000)
+        .map(|k| {
+            let t = f64::from(k) * 1e-3;
+            let state = motion(t);
+            let tau = recursion::torque(robot, &state, x);
+            let cells = [&[t], &state.q[..], &state.dq, &tau].concat();
+            cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
+        })
+        .collect()
+}
+
+fn write_log(folder: &Path, rows: &[String]) {
+    std::fs::write(folder.join("log.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+}
+
+#[test]
+fn identify_gives_back_the_parameters_that_made_the_log() {
+    let here = folder("identify");
+    let d = derived(model("planar2r_vertical.yaml"));
+    let x = Random(32).physical_parameters(&d.robot);
+    write_log(&here, &log(&d.robot, &x));
+    let unfiltered = ["--order", "0", "--decimate", "1", "--friction", "none", "--ols"];
+    let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
+    let run = rist(&here, &[&arguments[..], &unfiltered].concat());
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{}", run.out);
+
+    let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
+    let estimate: Json = serde_yaml::from_str(&text).unwrap();
+    let parameters = estimate["parameters"].as_array().unwrap();
+    let expected = d.parameters.values(&x);
+    assert_eq!(parameters.len(), expected.len());
+    let scale = expected.iter().fold(0.0f64, |s, x| s.max(x.abs()));
+    for ((found, base), expected) in parameters.iter().zip(&d.parameters.base).zip(&expected) {
+        assert_eq!(found["name"], base.name);
+        // Accelerations come by central differences of dq: off by (w h)^2 / 6 = 3e-6 of themselves at w = 4.1
+        // rad/s and h = 1 ms, and by more in the first and the last row of 6000. Nothing else is inexact.
+        let value = found["value"].as_f64().unwrap();
+        assert!((value - expected).abs() <= 3e-5 * scale, "{}: {value} {expected}", base.name);
+        assert!(run.out.contains(&base.name));
+    }
+
+    // With the filter and the weights of the defaults: the same to a tenth of a percent of the largest.
+    let run = rist(&here, &[&arguments[..], &["--friction", "none"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
+    let estimate: Json = serde_yaml::from_str(&text).unwrap();
+    for (found, expected) in estimate["parameters"].as_array().unwrap().iter().zip(&expected) {
+        let value = found["value"].as_f64().unwrap();
+        assert!((value - expected).abs() <= 1e-3 * scale, "{found}: {expected}");
+    }
+    // What the parameters mean: they predict the torque of any other motion.
+    let state = State { q: vec![0.4, -1.0], dq: vec![1.0, 2.0], ddq: vec![-3.0, 1.0] };
+    let y = evaluated(&d.base, &state.inputs());
+    let values: Vec<f64> =
+        estimate["parameters"].as_array().unwrap().iter().map(|p| p["value"].as_f64().unwrap()).collect();
+    for (row, tau) in y.chunks(values.len()).zip(recursion::torque(&d.robot, &state, &x)) {
+        let (found, size) = dot(row, &values);
+        assert!((found - tau).abs() <= 1e-3 * size, "{found} {tau}");
+    }
+}
+
+#[test]
+fn generate_writes_the_file_of_the_library() {
+    let here = folder("generate");
+    let model = path("race.yaml");
+    let to_file = rist(&here, &["generate", &model, "--out", "race.rs"]);
+    assert_eq!(to_file.code, Some(0), "{}", to_file.err);
+    let written = std::fs::read_to_string(here.join("race.rs")).unwrap();
+    let module = modeling::module(&tests::model("race.yaml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(written, codegen::rust_file(&module, &format!("rist generate {model}")));
+    assert_eq!(rist(&here, &["generate", &model]).out, written);
+    assert_eq!(files(&here), ["race.rs"], "and nothing beside it");
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Exit code 2, each of `said` in the message, nothing printed, and no file that was not there before.
+fn refused(folder: &Path, arguments: &[&str], said: &[&str]) {
+    let before = files(folder);
+    let run = rist(folder, arguments);
+    assert_eq!((run.code, run.out.as_str()), (Some(2), ""), "{arguments:?}: {}", run.err);
+    for part in said {
+        assert!(run.err.contains(part), "{arguments:?}: no `{part}` in: {}", run.err);
+    }
+    assert_eq!(files(folder), before, "{arguments:?}");
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_its_place() {
+    let here = folder("refused");
+    refused(&here, &["inspect", "nowhere.yaml"], &["nowhere.yaml"]);
+    refused(&here, &["generate", "nowhere.yaml", "--out", "x.rs"], &["nowhere.yaml"]);
+    refused(&here, &["frobnicate"], &["frobnicate"]);
+
+    let text = tests::model_text("rx90.yaml");
+    let line = 1 + text.lines().position(|l| l.contains("link: 3,")).unwrap();
+    std::fs::write(here.join("typo.yaml"), text.replace("antecedent: 2, d: D3", "antecedent: 2, dd: D3")).unwrap();
+    refused(&here, &["inspect", "typo.yaml"], &[&format!("typo.yaml:{line}"), "`dd`", "`d`"]);
+    refused(&here, &["generate", "typo.yaml", "--out", "x.rs"], &["typo.yaml"]);
+    refused(&here, &["generate", &path("race.yaml"), "--out", "no/such/folder/x.rs"], &["no/such/folder/x.rs"]);
+
+    let states = |text: &str| std::fs::write(here.join("states.csv"), text).unwrap();
+    let evaluate = |quantity| ["evaluate", "planar.yaml", "states.csv", "--quantity", quantity];
+    std::fs::copy(model_path("planar2r_vertical.yaml"), here.join("planar.yaml")).unwrap();
+    states("q_q1,q_q2\n0.1,0.2\n0.1,NaN\n");
+    refused(&here, &evaluate("regressor"), &["states.csv:3", "q_q2", "NaN"]);
+    states("q_q1\n0.1\n");
+    refused(&here, &evaluate("regressor"), &["states.csv", "q_q2"]);
+    states("q_q1,q_q2\n");
+    refused(&here, &evaluate("regressor"), &["states.csv"]);
+    states("q_q1,q_q2\n0.1,0.2\n");
+    refused(&here, &evaluate("torque"), &["x_XX1"]);
+}
+
+#[test]
+fn a_log_that_cannot_be_used_is_refused_with_its_place() {
+    let here = folder("bad_log");
+    let robot = model("planar2r_vertical.yaml");
+    let rows = log(&robot, &Random(33).physical_parameters(&robot));
+    let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
+    refused(&here, &arguments, &["log.csv"]);
+    let mut broken = rows.clone();
+    broken[40] = broken[40].replace(',', "x,");
+    write_log(&here, &broken);
+    refused(&here, &arguments, &["log.csv:42"]);
+    std::fs::write(here.join("log.csv"), "").unwrap();
+    refused(&here, &arguments, &["log.csv"]);
+    std::fs::write(here.join("log.csv"), format!("{HEADER}\n")).unwrap();
+    refused(&here, &arguments, &["log.csv"]);
+    std::fs::write(here.join("log.csv"), format!("{}\n{}\n", HEADER.replace("tau2", "other"), rows.join("\n")))
+        .unwrap();
+    refused(&here, &arguments, &["log.csv", "q2"]);
+}
+
+#[test]
+fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
+    let here = folder("nan_log");
+    let robot = model("planar2r_vertical.yaml");
+    let mut rows = log(&robot, &Random(33).physical_parameters(&robot));
+    let without_q2 = |row: &String| {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[2] = "NaN";
+        cells.join(",")
+    };
+    let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
+    rows[998] = without_q2(&rows[998]);
+    write_log(&here, &rows);
+    let run = rist(&here, &arguments);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    assert!(run.out.contains("1 rows left out") && run.out.contains("line 1000"), "{}", run.out);
+    let estimate = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
+    assert!(!estimate.contains("NaN") && !estimate.contains(".nan"), "{estimate}");
+
+    std::fs::remove_file(here.join("estimate.yaml")).unwrap();
+    write_log(&here, &rows.iter().map(without_q2).collect::<Vec<_>>());
+    refused(&here, &arguments, &["log.csv"]);
+}

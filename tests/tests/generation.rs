@@ -1,0 +1,102 @@
+//! Law 7 and the form of what is generated: the same bytes again, a file that compiles alone without std, with
+//! nothing in it that could fail; and any tree of joints is generated, large or small.
+
+use std::path::Path;
+use std::process::Command;
+
+use expr::Tape;
+use modeling::Derivation;
+use robot::Robot;
+use tests::program::folder;
+use tests::random::Random;
+use tests::urdf_text::random_tree;
+use tests::{dot, models, recursion};
+
+fn generated(robot: &Robot) -> String {
+    let module = modeling::module(robot, &[]).unwrap_or_else(|unclear| panic!("{}: {unclear}", robot.name));
+    codegen::rust_file(&module, "this test")
+}
+
+/// With warnings as errors: as a library of its own, or as a module of a crate without std.
+fn compiles(folder: &Path, root: &str, text: &str) {
+    std::fs::write(folder.join("x.rs"), text).unwrap();
+    std::fs::write(folder.join("without_std.rs"), "#![no_std]\npub mod x;\n").unwrap();
+    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
+    let arguments = "--crate-type lib --edition 2024 --emit=metadata -D warnings".split(' ');
+    let out = Command::new(rustc).args(arguments).arg(root).current_dir(folder).output().unwrap();
+    assert!(out.status.success(), "{root}: {}", String::from_utf8_lossy(&out.stderr));
+}
+
+#[test]
+fn the_same_robot_gives_the_same_bytes() {
+    for (file, robot) in models() {
+        assert!(generated(&robot) == generated(&tests::model(&file)), "{file}: two renderings differ");
+    }
+}
+
+#[test]
+fn a_generated_file_compiles_alone_without_std_and_without_a_warning() {
+    let folder = folder("generation");
+    for (_, robot) in models() {
+        let text = generated(&robot);
+        compiles(&folder, "x.rs", &text);
+        compiles(&folder, "without_std.rs", &text);
+    }
+}
+
+#[test]
+fn nothing_in_a_generated_file_can_fail_or_allocate() {
+    for (file, robot) in models() {
+        for line in generated(&robot).lines().filter(|line| !line.trim_start().starts_with("//")) {
+            for word in
+                ["unwrap", "expect", "panic", "assert", "alloc", "Vec", "Box", "vec!", "std::", "unsafe", "extern"]
+            {
+                assert!(!line.contains(word), "{file}: {line}");
+            }
+            // An index is a literal, checked by the compiler.
+            for index in line.split('[').skip(1) {
+                let inside = index.split(']').next().unwrap_or_default();
+                let literal = inside.chars().all(|c| c.is_ascii_digit());
+                let type_or_list = inside.is_empty() || inside.contains([';', ',', '"', '(', ' ']) || inside == "R";
+                assert!(literal || type_or_list || inside.contains("f64") || inside == "inline", "{file}: {line}");
+            }
+        }
+    }
+}
+
+/// Read, derived to the right torque, regrouped and generated.
+fn goes_all_the_way(n: usize, reach: usize, seed: u64) {
+    let text = random_tree(n, reach, seed);
+    let robot = robot::format::read_urdf(&text, "tree.urdf").unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(robot.n_coordinates(), n);
+    let mut derivation = Derivation::new(&robot).unwrap();
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).unwrap_or_else(|unclear| panic!("{n} joints: {unclear}"));
+    let mut random = Random(seed);
+    let (state, x) = (random.state(&robot), random.parameters(&robot));
+    let tape = Tape::new(&base.regressor(&regressor));
+    let mut y = vec![f64::NAN; tape.n_outputs()];
+    tape.evaluate(&state.inputs(), &mut tape.workspace(), &mut y);
+    let x_base = base.values(&x);
+    for (row, tau) in y.chunks(base.len()).zip(recursion::torque(&robot, &state, &x)) {
+        let (found, size) = dot(row, &x_base);
+        // The rules of a long arm add up lengths over many links.
+        assert!((found - tau).abs() <= 1e-10 * (1.0 + size), "{n} joints: {found} {tau}");
+    }
+    compiles(&folder(&format!("tree_of_{n}")), "without_std.rs", &generated(&robot));
+}
+
+#[test]
+fn one_joint_is_generated() {
+    goes_all_the_way(1, 1, 41);
+}
+
+#[test]
+fn a_serial_robot_of_thirty_joints_is_generated() {
+    goes_all_the_way(30, 1, 42);
+}
+
+#[test]
+fn a_tree_of_forty_four_joints_is_generated() {
+    goes_all_the_way(44, 6, 43);
+}

@@ -1,0 +1,148 @@
+//! The repository keeps its own rules: who knows whom, the length of files, clean lines.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value as Json;
+use tests::workspace;
+
+/// Package -> packages of this workspace it depends on, in whatever way.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+    let arguments = ["metadata", "--no-deps", "--offline", "--format-version", "1"];
+    let out = Command::new(cargo).args(arguments).current_dir(workspace()).output().unwrap();
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let metadata: Json = serde_json::from_slice(&out.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let name = |v: &Json| v["name"].as_str().unwrap().to_string();
+    let ours: BTreeSet<String> = packages.iter().map(name).collect();
+    let of = |p: &Json| p["dependencies"].as_array().unwrap().iter().map(name).filter(|d| ours.contains(d)).collect();
+    packages.iter().map(|p| (name(p), of(p))).collect()
+}
+
+#[test]
+fn packages_know_whom_architecture_lets_them_know() {
+    let text = std::fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap();
+    let table: BTreeMap<String, String> = text
+        .lines()
+        .skip_while(|line| !line.starts_with("| package | knows |"))
+        .skip(2)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| {
+            let cells: Vec<String> = line.split('|').map(|cell| cell.replace('`', "").trim().to_string()).collect();
+            (cells[1].clone(), cells[2].clone())
+        })
+        .collect();
+    let found = dependencies();
+    assert_eq!(table.keys().collect::<Vec<_>>(), found.keys().collect::<Vec<_>>(), "a row for each package");
+    for (package, knows) in &found {
+        let list = |names: &str| names.split(", ").map(String::from).collect::<BTreeSet<String>>();
+        let allowed: BTreeSet<String> = match table[package].as_str() {
+            "nothing" => BTreeSet::new(),
+            "all" => found.keys().cloned().collect(),
+            text => match text.strip_prefix("all but ") {
+                Some(names) => found.keys().filter(|k| !list(names).contains(*k)).cloned().collect(),
+                None => list(text),
+            },
+        };
+        assert!(allowed.iter().all(|name| found.contains_key(name)), "{package}: {allowed:?}");
+        assert!(knows.is_subset(&allowed), "{package} knows {knows:?}, ARCHITECTURE.md allows {allowed:?}");
+    }
+}
+
+#[test]
+fn what_repairs_generated_builds_without_it() {
+    let found = dependencies();
+    for package in ["xtask", "codegen", "modeling", "expr", "robot"] {
+        let mut reached: BTreeSet<&String> = BTreeSet::new();
+        let mut next: Vec<&String> = vec![found.get_key_value(package).unwrap().0];
+        while let Some(name) = next.pop() {
+            if reached.insert(name) {
+                next.extend(&found[name]);
+            }
+        }
+        assert!(!reached.contains(&"generated".to_string()), "{package} reaches generated: {reached:?}");
+    }
+}
+
+/// Text files of the repository, without what is built.
+fn files() -> Vec<PathBuf> {
+    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if path.is_dir() && !(name.starts_with('.') && name != ".cargo" && name != ".ci") && name != "target" {
+                walk(&path, found);
+            } else if path.is_file() {
+                found.push(path);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(&workspace(), &mut found);
+    let kinds = ["rs", "md", "toml", "yaml", "yml", "urdf", "par", "bib"];
+    found.retain(|path| path.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind)));
+    found.sort();
+    found
+}
+
+fn relative(path: &Path) -> String {
+    path.strip_prefix(workspace()).unwrap().to_string_lossy().replace('\\', "/")
+}
+
+#[test]
+fn a_file_over_four_hundred_lines_says_why() {
+    let reasons: BTreeMap<String, String> = serde_yaml::from_str(include_str!("../data/long_files.yaml")).unwrap();
+    let mut long = BTreeSet::new();
+    for path in files() {
+        let name = relative(&path);
+        if !name.ends_with(".rs") || name.starts_with("generated/src/robots/") {
+            continue;
+        }
+        let n = std::fs::read_to_string(&path).unwrap().lines().count();
+        if n > 400 {
+            let why = "one algorithm a file: divide it, or give the reason in tests/data/long_files.yaml";
+            assert!(reasons.get(&name).is_some_and(|r| !r.is_empty()), "{name} has {n} lines; {why}");
+            long.insert(name);
+        }
+    }
+    let stale: Vec<&String> = reasons.keys().filter(|name| !long.contains(*name)).collect();
+    assert!(stale.is_empty(), "no longer long: {stale:?}; take them out of tests/data/long_files.yaml");
+}
+
+#[test]
+fn lines_end_where_they_end() {
+    let files = files();
+    assert!(files.len() > 100, "{} files", files.len());
+    for path in files {
+        // Broken descriptions are broken on purpose.
+        if relative(&path).contains("/testdata/") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        for (k, line) in text.lines().enumerate() {
+            assert!(line == line.trim_end(), "{}:{}: space at the end of the line", relative(&path), k + 1);
+            assert!(!line.contains('\r'), "{}:{}: a carriage return", relative(&path), k + 1);
+        }
+        assert!(text.is_empty() || text.ends_with('\n'), "{}: the last line does not end", relative(&path));
+    }
+}
+
+#[test]
+fn nothing_is_left_for_later() {
+    // Composed here, so that this file does not find itself.
+    let words = [
+        concat!("todo", "!("),
+        concat!("unimplemented", "!("),
+        concat!("#[", "ignore"),
+        concat!("allow(", "dead_code"),
+    ];
+    for path in files().iter().filter(|p| p.extension().is_some_and(|e| e == "rs")) {
+        let text = std::fs::read_to_string(path).unwrap();
+        for (k, line) in text.lines().enumerate() {
+            let inside_text = line.contains('"');
+            assert!(inside_text || words.iter().all(|w| !line.contains(w)), "{}:{}: {line}", relative(path), k + 1);
+        }
+    }
+}
