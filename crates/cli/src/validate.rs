@@ -27,7 +27,7 @@ pub struct Arguments {
     gain: Vec<String>,
 
     /// Cut-off of the low-pass on position and torque, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 40.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
     cutoff: f64,
 
     /// Write the validation as YAML
