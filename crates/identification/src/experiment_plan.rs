@@ -10,10 +10,11 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::candidates::Candidate;
 use crate::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use crate::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind, Profile};
+use crate::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
 use crate::information_matrix::{InformationMatrix, Rows};
 use crate::least_squares::{Solution, solve};
 use crate::planning::{Criterion, Search, exchange, scales, value_of};
+use crate::profile::Profile;
 use crate::regressor::Regressor;
 use crate::triangle::{Block, Triangle};
 

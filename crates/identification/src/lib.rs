@@ -63,10 +63,15 @@ pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use essential::{Elimination, Essential, essential, select};
 pub use estimate::{Estimate, Identified, JointResidual, Status};
+<<<<<<< HEAD
 pub use exciting_trajectory::{
     ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
 };
 pub use friction::{FrictionTerm, label as coordinate_label};
+=======
+pub use exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind, Projector, Reference, SpectralEquation};
+pub use friction::FrictionTerm;
+>>>>>>> rist
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
 pub use huber::{Reweighted, reweighted};
@@ -102,11 +107,14 @@ pub use write_back::{JointDynamics, WrittenBack, mjcf_joints, write_back};
 // Identification by spectrum analysis, continued.
 mod drive_gains;
 mod experiment_plan;
+mod filtered_estimation;
 mod friction_columns;
 mod harmonic_estimation;
+mod harmonic_fit;
 mod harmonic_rows;
 mod monte_carlo;
 mod paper_estimation;
+mod profile;
 mod record_file;
 mod report;
 mod simulation_setup;
@@ -128,6 +136,7 @@ pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
 pub use harmonic_rows::{Band, JointSpectrum, joint_spectra};
 pub use monte_carlo::{BenchmarkArm, Comparison, Figures, Fixture, Method, Scenario, inverse_dynamics};
 pub use paper_estimation::{PaperWeights, paper_estimate, paper_rows};
+pub use profile::Profile;
 pub use report::{parameter_picture, report, torque_picture};
 pub use simulation_setup::{SimulationSetup, motion_limits};
 pub use spectral_experiment::{NoiseLevels, SpectralExperiment};
