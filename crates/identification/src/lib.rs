@@ -63,15 +63,8 @@ pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use essential::{Elimination, Essential, essential, select};
 pub use estimate::{Estimate, Identified, JointResidual, Status};
-<<<<<<< HEAD
-pub use exciting_trajectory::{
-    ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
-};
-pub use friction::{FrictionTerm, label as coordinate_label};
-=======
 pub use exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind, Projector, Reference, SpectralEquation};
-pub use friction::FrictionTerm;
->>>>>>> rist
+pub use friction::{FrictionTerm, label as coordinate_label};
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
 pub use huber::{Reweighted, reweighted};
