@@ -17,7 +17,7 @@ fn read(path: &Path) -> Robot {
 }
 
 fn base(robot: &Robot) -> BaseParameters {
-    let mut derivation = Derivation::new(robot).unwrap();
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
     let regressor = derivation.regressor();
     derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.name))
 }

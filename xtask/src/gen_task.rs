@@ -71,7 +71,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
                 robot.name
             ));
         }
-        modules.push(module.name);
+        modules.push(module);
     }
     let index = Path::new(FOLDER).join("mod.rs");
     rendered.files.insert(index.clone(), codegen::index_file(&modules));

@@ -1,5 +1,6 @@
-//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`.
+//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`.
 
+mod bench_task;
 mod gen_task;
 
 use std::process::ExitCode;
@@ -9,6 +10,7 @@ Tasks of this repository.
 
 cargo xtask gen [MODEL..]           write generated/src/robots/ from models/ (all, without an argument)
 cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to run
+cargo xtask bench                   time derivations, calls and the compilation of a generated file
 
 A MODEL is a path such as models/race.yaml.";
 
@@ -16,6 +18,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match arguments.split_first() {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
+        Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, _)) if task == "--help" || task == "-h" || task == "help" => {
             println!("{USAGE}");
             return ExitCode::SUCCESS;

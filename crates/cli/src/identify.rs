@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use identification::{
-    Estimate, FrictionTerm, JointDynamics, Log, Options, Weights, bodies, coordinate_label, identify_consistent,
-    write_back,
+    ColumnNames, Estimate, FrictionTerm, JointDynamics, Log, Options, SpectralMethod, Weights, bodies,
+    coordinate_label, identify_consistent, write_back,
 };
 use robot::{Coordinate, LinkId, Robot};
 
@@ -21,8 +21,22 @@ pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The log
+    /// The log; with --plan the directory of its logs, one an experiment: e01.csv, ..
     log: PathBuf,
+
+    /// ls: least squares on filtered samples; of the experiments of a plan, rist: the paper's rows of Sp; rist-mh:
+    /// all their harmonics, with friction
+    #[arg(long, value_enum, default_value_t = Method::Ls)]
+    method: Method,
+
+    /// The plan behind the logs, for rist and rist-mh
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
+
+    /// Torque per unit of current of a drive, N m/A, for rist and rist-mh [default: as the file says]; of one drive
+    /// only: the others are estimated
+    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
+    gain: Vec<String>,
 
     /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
     #[arg(long, value_name = "HZ")]
@@ -63,7 +77,37 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Method {
+    Ls,
+    Rist,
+    RistMh,
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let spectral = match arguments.method {
+        Method::Ls => None,
+        Method::Rist => Some(SpectralMethod::Paper),
+        Method::RistMh => Some(SpectralMethod::Harmonic),
+    };
+    match (spectral, &arguments.plan) {
+        (None, None) => identify_samples(arguments),
+        (Some(method), Some(plan)) => {
+            let names = match &arguments.options {
+                Some(path) => Options::read(path)?.columns,
+                None => ColumnNames::default(),
+            };
+            let (model, gain, out) = (&arguments.model, &arguments.gain, arguments.out.as_deref());
+            crate::identify_spectrum::run(model, &arguments.log, plan, method, gain, &names, out)
+        }
+        (None, Some(_)) => Err(Failure::new("--plan is for --method rist and rist-mh")),
+        (Some(_), None) => {
+            Err(Failure::new("--method rist and rist-mh need the plan behind the logs: --plan plan.yaml"))
+        }
+    }
+}
+
+fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read_with_values()?;
     let mut derived = Derived::new(&robot, &arguments.model.model)?;
     let regressor = derived.regressor(&robot);

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use clap::Args;
 use expr::Count;
+use robot::format::Angles;
 use robot::{JointKind, Robot};
 use serde_json::{Value, json};
 
@@ -24,10 +25,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     let derived = Derived::new(&robot, &arguments.model.model)?;
+    let tilted = Tilted::new(arguments, &robot, &derived)?;
     if arguments.json {
-        print(&(format!("{:#}\n", as_json(&robot, &derived))))?;
+        print(&(format!("{:#}\n", as_json(&robot, &derived, &tilted))))?;
     } else {
-        print(&as_text(&robot, &derived))?;
+        print(&(as_text(&robot, &derived) + &tilted.text()))?;
     }
     let parameters = &derived.parameters;
     if parameters.coincident.is_empty() {
@@ -44,7 +46,60 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     )))
 }
 
-fn as_json(robot: &Robot, derived: &Derived) -> Value {
+/// What the file's angles, as given, would add to the base parameters: what appears only because some
+/// axis is almost, but not quite, parallel or at right angles to another.
+struct Tilted {
+    /// Name and share of the torque.
+    appear: Vec<(String, f64)>,
+    /// The angles that were taken for others.
+    because: Vec<String>,
+}
+
+impl Tilted {
+    fn new(arguments: &Arguments, robot: &Robot, derived: &Derived) -> Result<Tilted, Failure> {
+        let because: Vec<String> = robot
+            .notes
+            .iter()
+            .filter(|n| n.text.contains("is taken"))
+            .map(|n| format!("{}: {}", n.subject, n.text))
+            .collect();
+        let mut tilted = Tilted { appear: Vec::new(), because };
+        if tilted.because.is_empty() {
+            return Ok(tilted);
+        }
+        let given = arguments.model.read_angles(Angles::AsGiven)?;
+        // Where even the rank of the given angles is not clear there is nothing to list.
+        let Ok(as_given) = Derived::new(&given, &arguments.model.model) else { return Ok(tilted) };
+        let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
+        tilted.appear = as_given
+            .parameters
+            .base
+            .iter()
+            .filter(|b| !kept(b.column))
+            .map(|b| (as_given.parameters.standard[b.column].display(&given).to_string(), b.share))
+            .collect();
+        Ok(tilted)
+    }
+
+    fn text(&self) -> String {
+        if self.because.is_empty() {
+            return String::new();
+        }
+        let because = self.because.join("; ");
+        if self.appear.is_empty() {
+            return format!("\nwith the angles as given the base parameters are the same ({because})\n");
+        }
+        let largest = self.appear.iter().map(|a| a.1).fold(0.0, f64::max);
+        let names: Vec<&str> = self.appear.iter().map(|a| a.0.as_str()).collect();
+        format!(
+            "\n{} more appear only with the angles as given ({because}): {}; they carry {largest:.0e} of the torque\n",
+            names.len(),
+            names.join(" ")
+        )
+    }
+}
+
+fn as_json(robot: &Robot, derived: &Derived, tilted: &Tilted) -> Value {
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
     let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
@@ -54,6 +109,7 @@ fn as_json(robot: &Robot, derived: &Derived) -> Value {
             "name": b.name,
             "parameter": name(b.column),
             "rule": b.rule,
+            "share": b.share,
             "terms": b.terms.iter().map(term).collect::<Vec<_>>(),
         })
     };
@@ -65,6 +121,11 @@ fn as_json(robot: &Robot, derived: &Derived) -> Value {
         "links": robot.links.iter().map(|l| json!({"name": l.name, "joint": l.joint.name, "label": l.label})).collect::<Vec<_>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
         "base": parameters.base.iter().map(base).collect::<Vec<_>>(),
+        "as_given": tilted
+            .appear
+            .iter()
+            .map(|(name, share)| json!({"parameter": name, "share": share}))
+            .collect::<Vec<_>>(),
         "coincident": parameters.coincident.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "rank": {
@@ -120,7 +181,7 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
             .terms
             .iter()
             .map(|&(k, c)| {
-                let coordinate = &robot.coordinates[k.0].name;
+                let coordinate = robot.coordinate_name(k);
                 match c {
                     1.0 => format!("+ {coordinate}"),
                     -1.0 => format!("- {coordinate}"),

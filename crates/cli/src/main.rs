@@ -1,12 +1,20 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod convert;
 mod datasets;
 mod evaluate;
 mod failure;
 mod generate;
 mod identify;
+mod identify_spectrum;
 mod inspect;
+mod lint;
 mod model;
+mod plan;
+mod report;
+mod simulate;
+mod spectrum;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -24,18 +32,30 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Inspect(inspect::Arguments),
+    Convert(convert::Arguments),
+    Lint(lint::Arguments),
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
+    Plan(plan::Arguments),
+    Simulate(simulate::Arguments),
     Identify(identify::Arguments),
+    Validate(validate::Arguments),
+    Report(report::Arguments),
     Datasets(datasets::Arguments),
 }
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Inspect(arguments) => inspect::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
+        Command::Lint(arguments) => lint::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Validate(arguments) => validate::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Datasets(arguments) => datasets::run(&arguments),
     };
     match outcome {

@@ -9,6 +9,7 @@ use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
 use identification::{Regressor, StandardMap};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
+use robot::format::{Angles, Mimic, ReadOptions};
 use robot::{Drive, Inertial, LinkId, Robot, RotorInertia};
 
 use crate::failure::Failure;
@@ -22,6 +23,11 @@ pub struct ModelArguments {
     /// Value of a symbol of the description, m or rad: D3=0.45 (a .par file gives its symbols none)
     #[arg(long = "value", value_name = "NAME=VALUE", value_parser = assignment)]
     values: Vec<(String, f64)>,
+
+    /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+    /// their own
+    #[arg(long, value_enum, default_value_t = MimicJoints::Constraint)]
+    mimic: MimicJoints,
 
     /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says: a YAML's
     /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
@@ -41,9 +47,20 @@ enum RotorJoints {
     All,
 }
 
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum MimicJoints {
+    Constraint,
+    Independent,
+}
+
 impl ModelArguments {
     pub fn read(&self) -> Result<Robot, Failure> {
-        let mut robot = read(&self.model, self.rotor_inertia)?;
+        self.read_angles(Angles::Meant)
+    }
+
+    /// With rounded angles taken for what they were meant to be, or as given.
+    pub fn read_angles(&self, angles: Angles) -> Result<Robot, Failure> {
+        let mut robot = read(&self.model, self.rotor_inertia, self.mimic, angles)?;
         for (name, value) in &self.values {
             robot
                 .set_symbol(name, *value)
@@ -75,8 +92,12 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
     }
 }
 
-fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
-    let mut robot = robot::format::read(path)?;
+fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints, angles: Angles) -> Result<Robot, Failure> {
+    let mimic = match mimic {
+        MimicJoints::Constraint => Mimic::Constraint,
+        MimicJoints::Independent => Mimic::Independent,
+    };
+    let mut robot = robot::format::read_with(path, ReadOptions { mimic, angles })?;
     let Some(rotors) = rotors else { return Ok(robot) };
     for link in &mut robot.links {
         let has = match rotors {
@@ -95,7 +116,12 @@ fn read(path: &Path, rotors: Option<RotorJoints>) -> Result<Robot, Failure> {
 
 /// Reads a robot with rotor inertias at its actuated joints, or none.
 pub fn read_with_rotors(path: &Path, rotors: bool) -> Result<Robot, Failure> {
-    read(path, Some(if rotors { RotorJoints::Actuated } else { RotorJoints::None }))
+    read(
+        path,
+        Some(if rotors { RotorJoints::Actuated } else { RotorJoints::None }),
+        MimicJoints::Constraint,
+        Angles::Meant,
+    )
 }
 
 /// How the base parameters follow from the standard ones, in numbers.

@@ -2,11 +2,15 @@
 //!
 //! Arguments: draws (50), scenarios (all), `R3G` or `R3B` (both).
 
+#[path = "../tests/tree_robot/arm.rs"]
+mod arm;
+#[path = "../tests/tree_robot/golden.rs"]
+mod golden;
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;
 
 use identification::{Fixture, Method, Scenario};
-use tree_robot::{TreeRobot, benchmark};
+use tree_robot::TreeRobot;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
@@ -21,8 +25,8 @@ fn main() {
             continue;
         }
         let robot = TreeRobot::r3(gravity);
-        let arm = benchmark::benchmark_arm(name, &robot);
-        let mut plan = benchmark::golden_plan();
+        let arm = arm::benchmark_arm(name, &robot);
+        let mut plan = golden::golden_plan();
         if !gravity {
             plan.pop();
         }

@@ -3,6 +3,10 @@
 //! Words choose among `R3G`, `R3B`, `PUMA560` and `scaling` (the planner's time against the number of
 //! candidates); none: all.
 
+#[path = "../tests/tree_robot/candidates.rs"]
+mod candidates;
+#[path = "../tests/tree_robot/puma.rs"]
+mod puma;
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;
 
@@ -12,19 +16,19 @@ use identification::{
     Candidate, Criterion, Random, Rows, Search, certified_efficiency, condition_bound, determinant_bound, exchange,
     value_of,
 };
-use tree_robot::{TreeRobot, benchmark};
+use tree_robot::TreeRobot;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
     let wanted = |name: &str| words.is_empty() || words.iter().any(|w| w == name);
     for (name, gravity) in [("R3G", true), ("R3B", false)] {
         if wanted(name) {
-            let candidates = benchmark::benchmark_candidates(&TreeRobot::r3(gravity), gravity);
+            let candidates = candidates::benchmark_candidates(&TreeRobot::r3(gravity), gravity);
             plans(name, &candidates, &[8, 12, 16, 20], 24, 3000);
         }
     }
     if wanted("PUMA560") {
-        plans("PUMA560", &benchmark::puma_candidates(), &[24, 32, 48], 4, 4000);
+        plans("PUMA560", &puma::puma_candidates(), &[24, 32, 48], 4, 4000);
     }
     if wanted("scaling") {
         scaling();
@@ -77,7 +81,7 @@ fn plans(name: &str, candidates: &[Candidate], counts: &[usize], starts: usize, 
 /// Seconds for twelve experiments and four starts.
 fn scaling() {
     let robot = TreeRobot::r3(true);
-    let all = benchmark::benchmark_candidates(&robot, true);
+    let all = candidates::benchmark_candidates(&robot, true);
     for copies in [1, 2, 4, 8] {
         let blocks: Vec<Rows> = all.iter().map(|c| c.information.clone()).collect();
         let blocks: Vec<Rows> = std::iter::repeat_n(blocks, copies).flatten().collect();

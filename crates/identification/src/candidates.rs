@@ -16,8 +16,9 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 3.2 and table 1, made exact.
 
-use crate::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind, Profile};
+use crate::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
 use crate::information_matrix::Rows;
+use crate::profile::Profile;
 use crate::random::Random;
 use crate::regressor::Regressor;
 use crate::spectrum_rows::{MeasuredMotion, gravity_rows, spectral_rows};

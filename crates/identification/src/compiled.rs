@@ -32,4 +32,9 @@ impl Regressor for Compiled {
         let filled = self.function.fill(q, dq, ddq, y);
         debug_assert!(filled, "the lengths are those of the coordinates and parameters");
     }
+
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        let filled = self.function.fill_many(states, y);
+        debug_assert!(filled, "the lengths are those of the coordinates and parameters");
+    }
 }

@@ -43,6 +43,8 @@ pub struct GainEstimate {
     /// Sum of squares of the residuals, of unit variance when noise is all there is.
     pub chi_square: f64,
     pub freedom: usize,
+    /// Of the linearised equations, columns scaled.
+    pub condition_number: f64,
 }
 
 /// Equations with nuisance columns to equations without: the rows of the triangle below them.
@@ -149,6 +151,7 @@ pub fn maximum_likelihood(joints: &[JointEquations], p: usize, known: usize, gai
         deviation: (0..p).map(deviation).collect(),
         determined: last.as_ref().map_or(vec![false; p], |s| s.determined[..p].to_vec()),
         parameters: x,
+        condition_number: last.as_ref().map_or(f64::INFINITY, |s| s.condition_number),
         steps,
         chi_square,
         freedom: rows.saturating_sub(last.as_ref().map_or(0, |s| s.rank)),

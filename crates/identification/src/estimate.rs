@@ -12,6 +12,9 @@ use crate::Error;
 pub struct Estimate {
     /// Name of the robot.
     pub model: String,
+    /// Of the base regressor it was made with; empty where it is not kept.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub fingerprint: String,
     /// How it was estimated, in words.
     pub method: String,
     pub logs: Vec<String>,

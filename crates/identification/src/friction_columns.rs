@@ -40,12 +40,12 @@ impl FrictionShape {
 
     /// Names without the joint, with units, in the order of the columns.
     pub fn names(&self) -> Vec<(&'static str, &'static str)> {
-        let mut names = vec![("FV+", "N m s/rad"), ("FS+", "N m"), ("FV-", "N m s/rad"), ("FS-", "N m")];
+        let mut names = vec![("FVP", "N m s/rad"), ("FSP", "N m"), ("FVN", "N m s/rad"), ("FSN", "N m")];
         if self.load {
-            names.extend([("FL+", "1"), ("FL-", "1")]);
+            names.extend([("FLP", "1"), ("FLN", "1")]);
         }
         if self.stribeck.is_some() {
-            names.extend([("FT+", "N m"), ("FT-", "N m")]);
+            names.extend([("FTP", "N m"), ("FTN", "N m")]);
         }
         names
     }

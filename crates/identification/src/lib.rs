@@ -63,9 +63,7 @@ pub use dynamics::{Dynamics, RegressorDynamics, torque};
 pub use error::Error;
 pub use essential::{Elimination, Essential, essential, select};
 pub use estimate::{Estimate, Identified, JointResidual, Status};
-pub use exciting_trajectory::{
-    ExcitingTrajectory, Motion, MotionKind, Profile, Projector, Reference, SpectralEquation,
-};
+pub use exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind, Projector, Reference, SpectralEquation};
 pub use friction::{FrictionTerm, label as coordinate_label};
 pub use friction_law::FrictionLaw;
 pub use header::Quantity;
@@ -101,27 +99,50 @@ pub use write_back::{JointDynamics, WrittenBack, mjcf_joints, write_back};
 
 // Identification by spectrum analysis, continued.
 mod drive_gains;
+mod experiment_plan;
+mod filtered_estimation;
 mod friction_columns;
 mod harmonic_estimation;
+mod harmonic_fit;
 mod harmonic_rows;
 mod monte_carlo;
 mod paper_estimation;
+mod profile;
+mod record_file;
+mod report;
+mod simulation_setup;
 mod spectral_experiment;
+mod spectral_identification;
+mod spectral_validation;
+pub mod svg;
+mod trajectory_file;
 mod validation_trajectory;
 
 pub use drive_gains::{
     GainEstimate, JointEquations, Scaling, gains_by_total_least_squares, maximum_likelihood, without_nuisance,
+};
+pub use experiment_plan::{
+    ExperimentPlan, ModelReference, PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter,
 };
 pub use friction_columns::FrictionShape;
 pub use harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
 pub use harmonic_rows::{Band, JointSpectrum, joint_spectra};
 pub use monte_carlo::{BenchmarkArm, Comparison, Figures, Fixture, Method, Scenario, inverse_dynamics};
 pub use paper_estimation::{PaperWeights, paper_estimate, paper_rows};
+pub use profile::Profile;
+pub use report::{parameter_picture, report, torque_picture};
+pub use simulation_setup::{SimulationSetup, motion_limits};
 pub use spectral_experiment::{NoiseLevels, SpectralExperiment};
+pub use spectral_identification::{Gains, SpectralMethod, identify_spectrum};
+pub use spectral_validation::{JointValidation, MotionValidation, TorquePicture, ValidationReport, validate_motions};
+pub use trajectory_file::{TrajectoryFormat, trajectory_file};
 pub use validation_trajectory::{ValidationMotion, validation_trajectory};
 
 #[cfg(test)]
 extern crate self as identification;
+#[cfg(test)]
+#[path = "../tests/tree_robot/candidates.rs"]
+mod robot_candidates;
 #[cfg(test)]
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;

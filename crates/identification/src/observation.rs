@@ -103,13 +103,16 @@ pub fn row_residuals(model: &Model, states: &States, x: &[f64]) -> Vec<f64> {
     out
 }
 
-/// First moments in kg m, masses in kg, everything else (inertias, lengths times moments) in kg m^2.
-fn unit_of_inertial(name: &str) -> &'static str {
-    let mut letters = name.chars();
-    match (letters.next(), letters.next()) {
-        (Some('M' | 'm'), Some('X' | 'Y' | 'Z' | 'x' | 'y' | 'z')) => "kg m",
-        (Some('M' | 'm'), _) => "kg",
-        _ => "kg m^2",
+/// First moments in kg m (`MXR4`, `D2MXR4`), masses in kg, inertias in kg m^2; a label behind an
+/// underscore is not looked at.
+pub(crate) fn unit_of_inertial(name: &str) -> &'static str {
+    let letters = name.split('_').next().unwrap_or(name).to_ascii_uppercase();
+    if ["MX", "MY", "MZ"].iter().any(|moment| letters.contains(moment)) {
+        "kg m"
+    } else if letters.starts_with('M') {
+        "kg"
+    } else {
+        "kg m^2"
     }
 }
 

@@ -13,4 +13,17 @@ pub trait Regressor: Sync {
 
     /// Writes Y at one instant. `y` has coordinates().len() * parameters().len() entries.
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
+
+    /// Writes Y at many instants, one after the other: `states` holds q, dq, ddq of one instant after
+    /// the other. A regressor that can do several at a time says how.
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        let n = self.coordinates().len();
+        let size = n * self.parameters().len();
+        if size == 0 {
+            return;
+        }
+        for (s, y) in states.chunks_exact(3 * n).zip(y.chunks_exact_mut(size)) {
+            self.fill(&s[..n], &s[n..2 * n], &s[2 * n..], y);
+        }
+    }
 }

@@ -227,7 +227,8 @@ impl Record {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exciting_trajectory::{ExcitingTrajectory, MotionKind, Profile};
+    use crate::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+    use crate::profile::Profile;
 
     /// One mass on a rail, inertia 2.
     struct Mass;

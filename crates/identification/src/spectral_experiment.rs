@@ -105,7 +105,8 @@ pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exciting_trajectory::{MotionKind, Profile};
+    use crate::exciting_trajectory::MotionKind;
+    use crate::profile::Profile;
     use crate::random::Random;
 
     fn noisy(count: usize) -> Record {

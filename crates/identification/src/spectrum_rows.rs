@@ -231,7 +231,8 @@ impl EquationBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exciting_trajectory::{MotionKind, Profile};
+    use crate::exciting_trajectory::MotionKind;
+    use crate::profile::Profile;
     use crate::tree_robot::TreeRobot;
 
     fn torque(columns: &[Vec<Vec<f64>>], x: &[f64]) -> Vec<Vec<f64>> {

@@ -54,6 +54,9 @@ pub struct BaseParameter {
     pub column: usize,
     /// Itself first, then what it absorbed, by column.
     pub terms: Vec<Term>,
+    /// What its column adds to those before it, relative to the largest column: what weight it can have in
+    /// the torque.
+    pub share: f64,
     /// The terms as a formula: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
     pub rule: String,
 }
@@ -235,7 +238,13 @@ pub(crate) fn base_parameters(
         }
         let bare = names::regrouped(robot, standard[column], terms.len() > 1);
         let rule = rule::text(&bare, &formula, &name);
-        base.push(BaseParameter { name: names::base(robot, standard[column], bare), column, terms, rule });
+        base.push(BaseParameter {
+            name: names::base(robot, standard[column], bare),
+            column,
+            terms,
+            share: scan.share[column],
+            rule,
+        });
     }
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && betas.get(c).is_none_or(Vec::is_empty))

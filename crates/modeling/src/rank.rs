@@ -25,6 +25,8 @@ pub(crate) struct Scan {
     pub dependent: Vec<(usize, Vec<f64>)>,
     /// Relative distance of each column (of a zero column: its relative norm).
     pub distance: Vec<f64>,
+    /// The same distance relative to the norm of the largest column.
+    pub share: Vec<f64>,
 }
 
 pub(crate) fn scan(matrix: DMatrix<f64>) -> Scan {
@@ -33,7 +35,7 @@ pub(crate) fn scan(matrix: DMatrix<f64>) -> Scan {
     let norms: Vec<f64> = triangle.column_iter().map(|c| c.norm()).collect();
     let largest = norms.iter().fold(0.0, |a: f64, &b| a.max(b));
 
-    let mut s = Scan { kept: vec![], zero: vec![], dependent: vec![], distance: vec![0.0; p] };
+    let mut s = Scan { kept: vec![], zero: vec![], dependent: vec![], distance: vec![0.0; p], share: vec![0.0; p] };
     let mut basis: Vec<DVector<f64>> = Vec::new();
     // kept column k = sum_i basis_i factors[k][i]
     let mut factors: Vec<Vec<f64>> = Vec::new();
@@ -54,6 +56,7 @@ pub(crate) fn scan(matrix: DMatrix<f64>) -> Scan {
             }
         }
         s.distance[c] = v.norm() / norms[c];
+        s.share[c] = v.norm() / largest;
         if s.distance[c] > INDEPENDENT {
             let norm = v.norm();
             along.push(norm);

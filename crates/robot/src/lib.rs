@@ -7,6 +7,7 @@
 
 mod affine;
 pub mod closure;
+pub mod convention;
 mod error;
 mod floating;
 pub mod format;
@@ -14,6 +15,7 @@ mod inertial;
 pub mod kinematics;
 mod linear_angle;
 mod link;
+pub mod lint;
 mod parameter;
 mod passive;
 mod polygon;

@@ -131,3 +131,41 @@ fn fixed_links_are_lumped_and_absent_inertials_told() {
     let name = robot::StandardParameter::all(&robot)[0].display(&robot).to_string();
     assert_eq!(name, "XX_one");
 }
+
+const GRIPPER: &str = "<joint name=\"left\" type=\"prismatic\"><parent link=\"b\"/><child link=\"c\"/>\
+    <origin xyz=\"0 0 0.1\"/><axis xyz=\"0 1 0\"/><limit lower=\"0\" upper=\"0.04\" effort=\"1\" velocity=\"1\"/></joint>\
+    <joint name=\"right\" type=\"prismatic\"><parent link=\"b\"/><child link=\"d\"/><mimic joint=\"left\" multiplier=\"-2\" offset=\"0.01\"/>\
+    <origin xyz=\"0 0 0.1\"/><axis xyz=\"0 1 0\"/><limit lower=\"-0.05\" upper=\"0.04\" effort=\"1\" velocity=\"1\"/></joint>\
+    <joint name=\"thumb\" type=\"revolute\"><parent link=\"d\"/><child link=\"e\"/><mimic joint=\"right\" multiplier=\"3\" offset=\"0.5\"/>\
+    <axis xyz=\"1 0 0\"/><limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/></joint>";
+
+/// q_right = 0.01 - 2 q_left and q_thumb = 0.5 + 3 q_right. The reader itself holds the re-framed
+/// robot against the file at random positions.
+#[test]
+fn mimic_joints_follow() {
+    let body = links(&["a", "b", "c", "d", "e"])
+        + &joint("one", "continuous", "a", "b", ["0 0 0", "0 0 0", "0 0 1"])
+        + GRIPPER;
+    let robot = read(&body);
+    let names: Vec<&str> = robot.coordinates.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["one", "left"]);
+    let moves: Vec<(&str, Vec<f64>)> =
+        robot.links.iter().map(|l| (l.label.as_str(), l.joint.variable.terms.iter().map(|t| t.1).collect())).collect();
+    assert_eq!(moves, [("one", vec![1.0]), ("left", vec![1.0]), ("right", vec![-2.0]), ("thumb", vec![-6.0])]);
+    assert!((robot.links[3].geometry.theta.number(&[]).rem_euclid(std::f64::consts::TAU) - 0.53).abs() < 1e-12);
+    // -0.05 <= 0.01 - 2 q <= 0.04 beside 0 <= q <= 0.04.
+    let (low, high) = robot.coordinates[1].limits.position.unwrap();
+    assert!((low, (high - 0.03).abs() < 1e-12) == (0.0, true), "{low} {high}");
+
+    let text = format!("<robot name=\"t\">{body}</robot>");
+    let options = format::ReadOptions { mimic: format::Mimic::Independent, ..format::ReadOptions::default() };
+    let robot = format::read_urdf_with(&text, "t.urdf", options).unwrap();
+    assert_eq!(robot.n_coordinates(), 4);
+    assert!(robot.notes.iter().any(|n| n.subject == "right" && n.text.contains("mimics")));
+    let circle = text.replace(
+        "<axis xyz=\"0 1 0\"/><limit lower=\"0\"",
+        "<mimic joint=\"thumb\"/><axis xyz=\"0 1 0\"/><limit lower=\"0\"",
+    );
+    let message = format::read_urdf(&circle, "t.urdf").unwrap_err().to_string();
+    assert!(message.contains("run in a circle"), "{message}");
+}

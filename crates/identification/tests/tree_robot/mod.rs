@@ -1,11 +1,15 @@
-//! A plain f64 recursion for small trees of revolute joints, to test identification with: R3G, R3B
-//! (a three-axis arm with and without gravity) and a closed-loop arm cut into a tree.
+//! A plain f64 recursion for small trees of revolute joints, to test identification with, and the
+//! arm of the benchmarks R3G (with gravity) and R3B (balanced).
 //!
 //! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r); joint variables are affine in q.
 
-use identification::{Dynamics, Regressor};
+use identification::{Dynamics, ExcitingTrajectory, MotionKind, Profile, Regressor};
 
-pub mod benchmark;
+/// Of the arm: rad/s, rad/s^2, rad/s, and N m a sample.
+pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
+pub const ACCELERATION: [f64; 3] = [30.0, 40.0, 60.0];
+const SLOW: [f64; 3] = [0.5; 3];
+pub const NOISE: [f64; 3] = [0.20, 0.15, 0.10];
 
 type V = [f64; 3];
 
@@ -34,8 +38,6 @@ pub struct TreeRobot {
     kept: Vec<usize>,
     /// Values of the base parameters.
     pub truth: Vec<f64>,
-    /// base = grouping * standard.
-    pub grouping: Vec<Vec<f64>>,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -77,8 +79,7 @@ impl TreeRobot {
     /// observation matrix.
     pub fn new(links: Vec<Link>, gravity: V, coordinates: &[&str]) -> TreeRobot {
         let coordinates: Vec<String> = coordinates.iter().map(|s| s.to_string()).collect();
-        let mut robot =
-            TreeRobot { links, gravity, coordinates, names: vec![], kept: vec![], truth: vec![], grouping: vec![] };
+        let mut robot = TreeRobot { links, gravity, coordinates, names: vec![], kept: vec![], truth: vec![] };
         robot.reduce();
         robot
     }
@@ -109,69 +110,6 @@ impl TreeRobot {
             ),
         ];
         TreeRobot::new(links, [0.0, 0.0, if gravity { -9.81 } else { 0.0 }], &["q1", "q2", "q3"])
-    }
-
-    /// A PUMA 560 in the frames of Corke and Armstrong-Helouvry, with rotor inertias. Standard
-    /// parameters are not given: it serves planning.
-    pub fn puma() -> TreeRobot {
-        let half_pi = std::f64::consts::FRAC_PI_2;
-        // alpha, d, r.
-        let frames = [
-            (0.0, 0.0, 0.0),
-            (-half_pi, 0.0, 0.2435),
-            (0.0, 0.4318, -0.0934),
-            (half_pi, -0.0203, 0.4331),
-            (-half_pi, 0.0, 0.0),
-            (half_pi, 0.0, 0.0),
-        ];
-        let link = |(j, (alpha, d, r)): (usize, (f64, f64, f64))| Link {
-            antecedent: j.checked_sub(1),
-            geometry: [0.0, 0.0, alpha, d, 0.0, r],
-            variable: vec![(j, 1.0)],
-            standard: [0.0; 11],
-            has_rotor: true,
-        };
-        let links = frames.into_iter().enumerate().map(link).collect();
-        TreeRobot::new(links, [0.0, 0.0, -9.81], &["q1", "q2", "q3", "q4", "q5", "q6"])
-    }
-
-    /// The reconstruction of the CEA R.A.C.E, axes 1 to 3: ten links, three loops that the affine
-    /// joint variables close; no gravity.
-    pub fn race() -> TreeRobot {
-        let pi = std::f64::consts::PI;
-        let (half_pi, del, g10) = (0.5 * pi, 5.0 * pi / 6.0, pi / 3.0);
-        let link = |antecedent, geometry, variable: &[(usize, f64)], standard, has_rotor| Link {
-            antecedent,
-            geometry,
-            variable: variable.to_vec(),
-            standard,
-            has_rotor,
-        };
-        let x = [
-            [0.7019, 0.0, 0.0, 0.685867, 0.0, 0.096178, 0.0, 0.0, -2.0, 12.0, 0.02],
-            [0.00091, 0.0, -0.000421, 0.003086, 0.0, 0.003798, 0.021871, 0.0, 0.004191, 0.252198, 0.0008],
-            [3.4e-05, -1.6e-05, 0.0, 3.9e-05, 0.0, 7e-05, 0.0008, 0.0008, 0.0, 0.04, 0.0],
-            [0.002154, 0.002654, -0.002562, 0.015928, 4.6e-05, 0.016597, 0.065675, -0.004276, 0.016792, 0.395325, 0.0],
-            [0.000341, -0.000328, -0.000467, 0.001615, -0.00013, 0.001538, 0.01095, 0.003052, 0.004419, 0.102455, 0.0],
-            [0.002103, 0.0, 0.0, 0.001613, -0.00056, 0.00073, 0.0, -0.014, -0.016, 0.4, 0.0],
-            [2.6e-05, 0.0, 0.00018, 0.001825, 0.0, 0.001801, 0.009, 0.0, -0.0012, 0.06, 0.0],
-            [0.002529, 0.0, -7.2e-05, 0.002613, 0.0003, 0.000597, 0.0024, -0.005, 0.0318, 0.56, 0.0004],
-            [5.6e-05, 0.0, -0.00027, 0.001855, 0.0, 0.001801, 0.009, 0.0, 0.0018, 0.06, 0.0],
-            [2.5e-05, 0.0, 0.00018, 0.001825, 0.0, 0.001801, 0.009, 0.0, -0.0012, 0.06, 0.0],
-        ];
-        let links = vec![
-            link(None, [0.0; 6], &[(0, 1.0)], x[0], true),
-            link(Some(0), [0.0, 0.0, half_pi, 0.0, 0.0, 0.0], &[(1, 1.0)], x[1], true),
-            link(Some(1), [0.0, 0.0, 0.0, 0.30, 0.0, 0.0], &[(1, -1.0)], x[2], false),
-            link(Some(1), [0.0, 0.0, 0.0, 0.30, -del, 0.0], &[(2, 1.0), (1, -1.0)], x[3], false),
-            link(Some(3), [0.0, 0.0, 0.0, 0.30, del, 0.0], &[(2, -1.0)], x[4], false),
-            link(Some(4), [0.0, 0.0, -half_pi, 0.17, 0.0, 0.0], &[], x[5], false),
-            link(Some(0), [0.0, 0.0, half_pi, 0.08, 0.0, 0.0], &[(1, 1.0)], x[6], false),
-            link(Some(0), [0.0, 0.0, half_pi, 0.0, 0.0, 0.0], &[(2, 1.0)], x[7], true),
-            link(Some(7), [0.0, 0.0, 0.0, 0.08, 0.0, 0.0], &[(1, 1.0), (2, -1.0)], x[8], false),
-            link(Some(2), [g10, 0.0, 0.0, 0.07, -del - g10, 0.0], &[(2, 1.0)], x[9], false),
-        ];
-        TreeRobot::new(links, [0.0; 3], &["q1", "q2", "q3"])
     }
 
     fn motion(&self, q: &[f64], dq: &[f64], ddq: &[f64], out: &mut [Motion]) {
@@ -336,7 +274,6 @@ impl TreeRobot {
         }
         let standard: Vec<f64> = self.links.iter().flat_map(|l| l.standard).collect();
         self.truth = grouping.iter().map(|row| dot(row, &standard)).collect();
-        self.grouping = grouping;
     }
 }
 
@@ -378,4 +315,10 @@ impl Dynamics for TreeRobot {
             }
         }
     }
+}
+
+/// Four seconds of a bang-bang swing at the greatest acceleration that respects the velocity.
+pub fn bang_bang(kind: MotionKind, fast: usize, slow: &[usize], centre: [f64; 3], period: usize) -> ExcitingTrajectory {
+    let acceleration = ACCELERATION[fast].min(4.0 * VELOCITY[fast] / (period as f64 * 1e-3));
+    ExcitingTrajectory::swing(kind, fast, slow, &centre, Profile::BangBang, period, acceleration, &SLOW, 4.0, 1e-3)
 }

@@ -16,11 +16,14 @@ mod reframe;
 mod snap;
 mod suggestion;
 mod urdf;
+mod urdf_mimic;
 mod urdf_text;
 mod urdf_tree;
+mod urdf_write;
 mod yaml;
 mod yaml_link;
 mod yaml_loop;
+mod yaml_write;
 
 use std::fs::File;
 use std::io::Read;
@@ -31,8 +34,11 @@ use crate::link::Robot;
 pub use par::read_par;
 pub use par_write::write_par;
 pub(crate) use snap::computed_angle;
-pub use urdf::read_urdf;
+pub use urdf::{Angles, ReadOptions, read_urdf, read_urdf_with};
+pub use urdf_mimic::Mimic;
+pub use urdf_write::write_urdf;
 pub use yaml::read_yaml;
+pub use yaml_write::write_yaml;
 
 /// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
 const MAX_BYTES: u64 = 16 << 20;
@@ -43,19 +49,24 @@ const MAX_BYTES: u64 = 16 << 20;
 /// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
 /// a robot.
 pub fn read(path: &Path) -> Result<Robot, Error> {
+    read_with(path, ReadOptions::default())
+}
+
+/// As [`read`], with options.
+pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     let file_name = path.display().to_string();
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let reader = match extension.as_str() {
-        "yaml" | "yml" => read_yaml,
-        "urdf" | "xml" => read_urdf,
-        "par" => read_par,
+    let text = || read_text(path, &file_name, extension == "par");
+    match extension.as_str() {
+        "yaml" | "yml" => yaml::read_yaml_with(&text()?, &file_name, options.angles),
+        "urdf" | "xml" => read_urdf_with(&text()?, &file_name, options),
+        "par" => read_par(&text()?, &file_name),
         _ => {
             let message =
                 format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
-            return Err(whole_file(&file_name, message));
+            Err(whole_file(&file_name, message))
         }
-    };
-    reader(&read_text(path, &file_name, extension == "par")?, &file_name)
+    }
 }
 
 fn read_text(path: &Path, file_name: &str, may_be_latin: bool) -> Result<String, Error> {

@@ -16,6 +16,7 @@
 
 use std::collections::BTreeSet;
 
+use super::Angles;
 use super::expression::{Names, identifiers, is_name};
 use super::node::{Content, Node, Source};
 use super::par_generic::{generic_value, gravity_value, note_generic};
@@ -23,6 +24,7 @@ use super::par_parameters::{friction, inertial, note_unused, rotor_inertia};
 use super::par_table::{Table, text};
 use super::par_text::scan;
 use super::par_variables::{Mover, own_variables};
+use super::snap::snap_angles;
 use crate::affine::Affine;
 use crate::closure;
 use crate::error::Error;
@@ -109,6 +111,7 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
         gravity,
         notes,
     };
+    snap_angles(&mut robot, Angles::Meant);
     let place = || table.at("ant", String::new()).place;
     passive::resolve(&mut robot).map_err(|message| Error { place: place(), message })?;
     closure::check(&robot).map_err(|(_, message)| Error { place: place(), message })?;

@@ -174,7 +174,7 @@ fn tell(robot: &Robot, names: &Names, notes: &mut Vec<Note>) {
     for (j, link) in robot.links.iter().enumerate() {
         let joint = &link.joint;
         if link.label != (j + 1).to_string() || link.name != format!("link {}", j + 1) {
-            note(&link.name, format!("link `{}` is link {} in the file", link.label, j + 1));
+            note(&link.name, format!("names are not carried: it is link {} in the file", j + 1));
         }
         if joint.kind != JointKind::Fixed && joint.variable.terms.is_empty() {
             note(&link.name, "its joint is locked: written as fixed (sigma = 2)".into());

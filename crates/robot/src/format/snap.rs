@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use super::Angles;
 use crate::kinematics::sin_cos;
 use crate::link::{ModifiedDh, Note, Robot};
 use crate::value::Value;
@@ -23,14 +24,15 @@ const LENGTH: f64 = 1e-9;
 const ROUNDING: f64 = 1e-12;
 
 /// An angle as given: the exact multiple of pi/12 it is taken for, or itself.
-pub(super) fn given_angle(angle: f64) -> Value {
+pub(super) fn given_angle(angle: f64, angles: Angles) -> Value {
     let twelfths = angle * 12.0 / PI;
     let n = twelfths.round();
     let away = (angle - n * PI / 12.0).abs();
     let step = n.rem_euclid(12.0);
-    let tolerance = match step as i64 {
-        0 | 6 => RIGHT,
-        2 | 3 | 4 | 8 | 9 | 10 => ROUND,
+    let tolerance = match (step as i64, angles) {
+        (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, Angles::AsGiven) => SILENT,
+        (0 | 6, Angles::Meant) => RIGHT,
+        (2 | 3 | 4 | 8 | 9 | 10, Angles::Meant) => ROUND,
         _ => -1.0,
     };
     if away <= tolerance && n.abs() < 1e6 { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
@@ -116,17 +118,18 @@ pub(super) fn unit_axis(axis: Vector3) -> Option<Vector3> {
 }
 
 /// Takes the angles that the user rounded for what they were meant to be, and says so.
-pub(super) fn snap_angles(robot: &mut Robot) {
+pub(super) fn snap_angles(robot: &mut Robot, angles: Angles) {
     let symbols = &robot.symbols;
     let mut notes = Vec::new();
     let mut snap = |subject: &str, geometry: &mut ModifiedDh| {
-        let angles = [("gamma", &mut geometry.gamma), ("alpha", &mut geometry.alpha), ("theta", &mut geometry.theta)];
-        for (key, value) in angles {
+        let given_angles =
+            [("gamma", &mut geometry.gamma), ("alpha", &mut geometry.alpha), ("theta", &mut geometry.theta)];
+        for (key, value) in given_angles {
             if value.as_multiple_of_pi(symbols).is_some() {
                 continue;
             }
             let given = value.number(symbols);
-            let meant = given_angle(given);
+            let meant = given_angle(given, angles);
             let Some((n, d)) = meant.as_multiple_of_pi(symbols) else { continue };
             if (given - meant.number(symbols)).abs() > SILENT {
                 let text = format!("{key} = {given} is taken for {n}/{d} pi");
@@ -165,11 +168,15 @@ mod tests {
             ("0", (0, 1)),
             ("6.2832", (2, 1)),
         ] {
-            assert_eq!(given_angle(angle.parse().unwrap()).as_multiple_of_pi(&[]), Some(multiple), "{angle}");
+            assert_eq!(
+                given_angle(angle.parse().unwrap(), Angles::Meant).as_multiple_of_pi(&[]),
+                Some(multiple),
+                "{angle}"
+            );
         }
         for angle in ["1.57", "0.7853", "0.2618", "1.75057"] {
             let angle = angle.parse().unwrap();
-            assert_eq!(given_angle(angle), Value::Number(angle));
+            assert_eq!(given_angle(angle, Angles::Meant), Value::Number(angle));
         }
     }
 
@@ -183,7 +190,7 @@ mod tests {
 
     #[test]
     fn rotations_keep_exact_entries() {
-        let quarter = given_angle(PI / 4.0);
+        let quarter = given_angle(PI / 4.0, Angles::Meant);
         let m = rotation(&[quarter.clone(), Value::ZERO, quarter]);
         assert_eq!(m[0], [0.5f64.sqrt(), -0.5, 0.5]);
         assert_eq!(unit_axis([0.0, -3.0, 1e-9]), Some([0.0, -1.0, 0.0]));

@@ -6,14 +6,16 @@
 //! kept: [`Link::file_frame`] and [`Link::parts`]. At the end the re-framed robot is held against
 //! the file: every joint frame of the URDF is where the file has it.
 //!
-//! Not here: mimic joints as constraints, rotors (a URDF describes none), meshes.
+//! Joints that mimic another follow it (urdf_mimic.rs).
+//!
+//! Not here: rotors (a URDF describes none), meshes.
 
 use urdf_rs::JointType;
 
 use super::node::Source;
 use super::reframe::{Framed, Given, frames};
 use super::snap;
-use super::suggestion::did_you_mean;
+use super::urdf_mimic::{Follows, Mimic, followed};
 use super::urdf_text::{Checked, check, shown};
 use super::urdf_tree::{Moving, moving_links};
 use crate::affine::Affine;
@@ -30,27 +32,79 @@ const TOLERANCE: f64 = 1e-9;
 
 /// Reads a robot from URDF; `file` is the name errors carry.
 ///
-/// Joints are labelled by their names, one coordinate each, without rotor inertia. Gravity is
-/// (0, 0, -9.81) in the root link. Fails, with the line, on anything but a tree of revolute,
-/// continuous, prismatic and fixed joints with finite numbers.
+/// Joints are labelled by their names, one coordinate each unless they mimic another, without rotor
+/// inertia. Gravity is (0, 0, -9.81) in the root link. Fails, with the line, on anything but a tree
+/// of revolute, continuous, prismatic and fixed joints with finite numbers.
 pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
+    read_urdf_with(text, file, ReadOptions::default())
+}
+
+/// What a file leaves to its reader.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The mimic joints of a URDF.
+    pub mimic: Mimic,
+    pub angles: Angles,
+}
+
+/// What a rounded angle is taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Angles {
+    /// 1.5707 is pi/2.
+    #[default]
+    Meant,
+    /// 1.5707 is 1.5707.
+    AsGiven,
+}
+
+/// As [`read_urdf`], with options.
+pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
     let checked = check(source, text)?;
     let model = urdf_rs::read_from_string(&checked.text)
         .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
     let mut notes = Vec::new();
-    let moving = moving_links(source, &checked, &model, &mut notes)?;
+    let moving = moving_links(source, &checked, &model, options.angles, &mut notes)?;
     let given: Vec<Given> = moving.iter().map(|m| m.given.clone()).collect();
     let framed = frames(&given);
 
+    let followed = followed(source, &checked, &model, options.mimic)?;
+    let follows: Vec<Follows> = moving.iter().map(|m| followed[m.joint]).collect();
+    // The joints that lead, in the order of the moving links.
+    let leaders: Vec<usize> = moving.iter().map(|m| m.joint).filter(|&j| followed[j].leader == j).collect();
     let mut links = Vec::with_capacity(moving.len());
-    let mut coordinates = Vec::with_capacity(moving.len());
-    for (k, (moving, framed)) in moving.iter().zip(framed).enumerate() {
+    let mut coordinates: Vec<Coordinate> = Vec::with_capacity(leaders.len());
+    let mut narrower = Vec::new();
+    for ((moving, mut framed), follows) in moving.iter().zip(framed).zip(&follows) {
         let joint = &model.joints[moving.joint];
-        check_mimic(source, &checked, joint, &mut notes)?;
-        coordinates.push(Coordinate { name: joint.name.clone(), limits: limits(joint, &checked, &mut notes) });
+        let limits = limits(joint, &checked, &mut notes);
+        let k = leaders.iter().position(|&j| j == follows.leader).map(CoordinateId);
+        if follows.leader == moving.joint {
+            coordinates.push(Coordinate { name: joint.name.clone(), limits });
+        } else {
+            follows.shift(&mut framed.geometry, moving.given.prismatic);
+            narrower.extend(k.map(|k| (k, *follows, limits)));
+        }
+        if joint.mimic.is_some() && options.mimic == Mimic::Independent {
+            let text = "mimics another joint in the file; read as a coordinate of its own, as was asked".into();
+            notes.push(Note { subject: joint.name.clone(), text });
+        }
         notes.extend(nearly_parallel(joint, &framed));
-        links.push(link(&model, &checked, moving, framed, CoordinateId(k), &mut notes));
+        // A joint that follows a fixed one does not move.
+        let terms = k.filter(|_| follows.multiplier != 0.0).map(|k| (k, follows.multiplier));
+        let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
+        let drive = match (follows.leader == moving.joint, variable.terms.is_empty()) {
+            (true, _) => Drive::Actuated,
+            (false, false) => Drive::Passive,
+            (false, true) => Drive::Locked,
+        };
+        links.push(link(&model, &checked, moving, framed, (drive, variable), &mut notes));
+    }
+    for (k, follows, limits) in narrower {
+        follows.narrow(&mut coordinates[k.0], limits);
+    }
+    if coordinates.is_empty() {
+        return Err(source.place(checked.at, "no joint of the robot moves by itself"));
     }
     let robot = Robot {
         name: if model.name.is_empty() { "robot".into() } else { model.name },
@@ -64,7 +118,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
         gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],
         notes,
     };
-    check_frames(source, &checked, &robot, &given)?;
+    check_frames(source, &checked, &robot, &given, &follows)?;
     Ok(robot)
 }
 
@@ -86,7 +140,7 @@ fn link(
     checked: &Checked,
     moving: &Moving,
     framed: Framed,
-    k: CoordinateId,
+    (drive, variable): (Drive, Affine),
     notes: &mut Vec<Note>,
 ) -> Link {
     let joint = &model.joints[moving.joint];
@@ -102,8 +156,8 @@ fn link(
         joint: Joint {
             name: joint.name.clone(),
             kind: if moving.given.prismatic { JointKind::Prismatic } else { JointKind::Revolute },
-            drive: Drive::Actuated,
-            variable: Affine::coordinate(k),
+            drive,
+            variable,
             rotor_inertia: RotorInertia::Absent,
             friction: Friction {
                 viscous: given(mark.is_some_and(|m| m.has_damping), damping),
@@ -188,28 +242,23 @@ fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> L
     }
 }
 
-fn check_mimic(source: Source, checked: &Checked, joint: &urdf_rs::Joint, notes: &mut Vec<Note>) -> Result<(), Error> {
-    let Some(mimic) = &joint.mimic else { return Ok(()) };
-    if !checked.joints.contains_key(&mimic.joint) {
-        let meant = did_you_mean(&mimic.joint, checked.joints.keys().map(String::as_str));
-        let (name, other) = (shown(&joint.name), shown(&mimic.joint));
-        let message = format!("joint `{name}` mimics `{other}`, which is no joint{meant}");
-        return Err(source.place(checked.joints.get(&joint.name).map_or((0, 0), |m| m.mimic_at), message));
-    }
-    let text = format!("mimics `{}` in the file; here it is a coordinate of its own", mimic.joint);
-    notes.push(Note { subject: joint.name.clone(), text });
-    Ok(())
-}
-
 /// The forward kinematics of the re-framed robot against that of the file.
-fn check_frames(source: Source, checked: &Checked, robot: &Robot, given: &[Given]) -> Result<(), Error> {
-    for q in configurations(given.len(), 4) {
+fn check_frames(
+    source: Source,
+    checked: &Checked,
+    robot: &Robot,
+    given: &[Given],
+    follows: &[Follows],
+) -> Result<(), Error> {
+    for q in configurations(robot.n_coordinates(), 4) {
+        // Positions of the joints of the file.
+        let position = |j: usize| robot.links[j].joint.variable.rate(&q) + follows[j].offset;
         let poses = robot.link_poses(&q);
         let mut file: Vec<Pose> = Vec::with_capacity(given.len());
         for (j, joint) in given.iter().enumerate() {
             let motion = match joint.prismatic {
-                true => Pose { position: scaled(joint.axis, q[j]), ..Pose::IDENTITY },
-                false => Pose { rotation: rotation_about(joint.axis, q[j]), ..Pose::IDENTITY },
+                true => Pose { position: scaled(joint.axis, position(j)), ..Pose::IDENTITY },
+                false => Pose { rotation: rotation_about(joint.axis, position(j)), ..Pose::IDENTITY },
             };
             let ahead = joint.pose.compose(&motion);
             let wanted = joint.antecedent.map_or(ahead, |i| file[i].compose(&ahead));

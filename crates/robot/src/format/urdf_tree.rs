@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use urdf_rs::JointType;
 
+use super::Angles;
 use super::node::Source;
 use super::reframe::Given;
 use super::snap;
@@ -32,6 +33,7 @@ pub(super) fn moving_links(
     source: Source,
     checked: &Checked,
     model: &urdf_rs::Robot,
+    angles: Angles,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<Moving>, Error> {
     let link_index: BTreeMap<&str, usize> = model.links.iter().enumerate().map(|(k, l)| (l.name.as_str(), k)).collect();
@@ -48,7 +50,7 @@ pub(super) fn moving_links(
         reached[j] = true;
         let joint = &model.joints[j];
         let child = tree.child[j];
-        let pose = parent.compose(&origin(joint, notes));
+        let pose = parent.compose(&origin(joint, angles, notes));
         let pose = Pose { rotation: snap::exact(&pose.rotation), ..pose };
         if joint.joint_type == JointType::Fixed {
             if let Some(i) = carrier {
@@ -177,9 +179,9 @@ fn mark<'a>(checked: &'a Checked, joint: &urdf_rs::Joint) -> Option<&'a JointMar
 }
 
 /// The joint frame in the parent link's frame, with the angles that were meant.
-fn origin(joint: &urdf_rs::Joint, notes: &mut Vec<Note>) -> Pose {
+fn origin(joint: &urdf_rs::Joint, angles: Angles, notes: &mut Vec<Note>) -> Pose {
     let given = *joint.origin.rpy;
-    let rpy: [Value; 3] = given.map(snap::given_angle);
+    let rpy: [Value; 3] = given.map(|angle| snap::given_angle(angle, angles));
     for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {
         if (taken.number(&[]) - given).abs() > SILENT {
             let text = format!("{name} {given} is taken as {}", multiple_of_pi(taken));

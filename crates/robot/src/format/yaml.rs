@@ -8,6 +8,7 @@
 //! whose variable is left out is found from the loops ([`crate::passive`]). The keys are listed in
 //! the constants below and in yaml_link.rs; an unknown key is refused.
 
+use super::Angles;
 use super::expression::{Names, identifiers, is_name};
 use super::node::{Content, Fields, Node, Source};
 use super::snap::snap_angles;
@@ -43,6 +44,11 @@ const MAX_SYMBOLS: usize = 1000;
 /// Fails, with the line and column, on anything but a complete, consistent description whose
 /// loops close.
 pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
+    read_yaml_with(text, file, Angles::Meant)
+}
+
+/// As [`read_yaml`], with what rounded angles are taken for.
+pub(super) fn read_yaml_with(text: &str, file: &str, angles: Angles) -> Result<Robot, Error> {
     let source = Source { file };
     if text.len() > MAX_BYTES {
         return Err(source.error(0, 0, "the description is larger than 1 MiB"));
@@ -92,7 +98,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
         gravity,
         notes: vec![],
     };
-    snap_angles(&mut robot);
+    snap_angles(&mut robot, angles);
     yaml_loop::check_passive(source, &robot, &drafts)?;
     if let Some(node) = fields.get("loops") {
         passive::resolve(&mut robot).map_err(|message| source.at(node, message))?;

@@ -1,0 +1,33 @@
+//! `rist lint`: classic mistakes in a description.
+
+use std::fmt::Write;
+
+use clap::Args;
+
+use crate::failure::{Failure, print};
+use crate::model::ModelArguments;
+
+/// Look for classic mistakes in a description's inertial parameters
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let robot = arguments.model.read()?;
+    let findings = robot::lint::lint(&robot);
+    let mut text = String::new();
+    for finding in &findings {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}: {}", finding.link, finding.text);
+    }
+    let unknown = robot.links.iter().filter(|l| l.inertial.is_none()).count();
+    let _ = writeln!(
+        text,
+        "{} findings in {} links, {unknown} of them without parameters",
+        findings.len(),
+        robot.links.len()
+    );
+    print(&text)
+}

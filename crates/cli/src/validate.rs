@@ -1,0 +1,73 @@
+//! `rist validate`: an estimate and logs it was not made from -> how well it predicts.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use identification::{ColumnNames, Effort, Estimate, Log, Record, validate_motions};
+
+use crate::failure::{Failure, print, write_file};
+use crate::model::ModelArguments;
+use crate::spectrum::{Subject, read_text};
+
+/// Compare measured and predicted torques on motions that were not used
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The estimate
+    estimate: PathBuf,
+
+    /// Logs that the estimate was not made from
+    #[arg(required = true)]
+    logs: Vec<PathBuf>,
+
+    /// Torque per unit of current of a drive, N m/A [default: of the estimate, of the file, or 1]
+    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
+    gain: Vec<String>,
+
+    /// Cut-off of the low-pass on position and torque, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
+    cutoff: f64,
+
+    /// Write the validation as YAML
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let subject = Subject::read(&arguments.model)?;
+    let regressor = subject.regressor.as_ref();
+    let file = arguments.estimate.display().to_string();
+    let estimate = Estimate::from_yaml(&file, &read_text(&arguments.estimate)?)?;
+    subject.check(&arguments.estimate, &estimate.model, &estimate.fingerprint)?;
+    let mut records = Vec::new();
+    let mut currents = false;
+    for path in &arguments.logs {
+        let (log, _) = Log::read(path, regressor.coordinates(), &ColumnNames::default())?;
+        currents |= log.effort_is == Effort::Current;
+        records.push((path.display().to_string(), Record::from_log(&log)?));
+    }
+    let mut gain = vec![1.0; regressor.coordinates().len()];
+    if currents {
+        for (k, (g, of_file)) in gain.iter_mut().zip(subject.drive_gains()).enumerate() {
+            let coordinate = &regressor.coordinates()[k];
+            let label = coordinate.strip_prefix('q').filter(|d| d.parse::<usize>().is_ok());
+            let name = label.map_or(format!("KT_{coordinate}"), |d| format!("KT{d}"));
+            *g = estimate.value(&name).or(of_file).unwrap_or(1.0);
+        }
+        for text in &arguments.gain {
+            let (k, given) = subject.gain_of(text)?;
+            gain[k] = given;
+        }
+    }
+    let parameters = subject.parameters(&estimate);
+    let method = &estimate.method;
+    let report =
+        validate_motions(&subject.reference, method, regressor, &parameters, &gain, &records, arguments.cutoff)?;
+    print(&report.to_string())?;
+    match &arguments.out {
+        Some(out) => write_file(out, &report.to_yaml()?),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,66 @@
+//! The shape of a swing: bang-bang as the paper has it, or smooth with the same symmetry.
+//!
+//! Both are odd about each quarter period and about each half: what makes friction of the moving joint
+//! orthogonal to its acceleration at odd harmonics (`exciting_trajectory`).
+//!
+//! [Vandanjon, Gautier, Desbats 1995], section 3.2, for the bang-bang profile.
+
+/// The shape of a swing from A to B and back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Profile {
+    /// Square acceleration.
+    BangBang,
+    /// A polynomial of degree seven each way: acceleration and jerk vanish at A and B.
+    Smooth,
+}
+
+impl Profile {
+    /// (v_peak T / L, a_peak T^2 / L).
+    pub fn peaks(self) -> (f64, f64) {
+        match self {
+            Profile::BangBang => (4.0, 16.0),
+            // The blend 35u^4 - 84u^5 + 70u^6 - 20u^7 over T/2 peaks at 35/16 and 84 sqrt(5)/25.
+            Profile::Smooth => (4.375, 4.0 * 84.0 * 5.0_f64.sqrt() / 25.0),
+        }
+    }
+
+    /// Position in [-1, 1] with its first and second derivative with respect to u = t/T, at u in
+    /// [0, 1). At a corner the acceleration is the mean of its two sides, as a Fourier series has it.
+    pub fn at(self, u: f64) -> (f64, f64, f64) {
+        match self {
+            Profile::BangBang => {
+                let (s, sign, rest) = match u {
+                    u if u < 0.25 => (u, 1.0, -1.0),
+                    u if u < 0.75 => (u - 0.5, -1.0, 1.0),
+                    u => (u - 1.0, 1.0, -1.0),
+                };
+                let corner = u == 0.25 || u == 0.75;
+                (rest + sign * 16.0 * s * s, sign * 32.0 * s, if corner { 0.0 } else { sign * 32.0 })
+            }
+            Profile::Smooth => {
+                let (s, sign) = if u < 0.5 { (2.0 * u, 1.0) } else { (2.0 * u - 1.0, -1.0) };
+                let c = 1.0 - s;
+                let p = s.powi(4) * (35.0 - 84.0 * s + 70.0 * s * s - 20.0 * s.powi(3));
+                let dp = 140.0 * (s * c).powi(3);
+                let ddp = 420.0 * (s * c).powi(2) * (1.0 - 2.0 * s);
+                (sign * (2.0 * p - 1.0), sign * 4.0 * dp, sign * 8.0 * ddp)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peaks_are_those_announced() {
+        for profile in [Profile::BangBang, Profile::Smooth] {
+            let fine = (0..4000).map(|i| profile.at(f64::from(i) / 4000.0));
+            let (v, a) = fine.fold((0.0_f64, 0.0_f64), |m, p| (m.0.max(p.1.abs()), m.1.max(p.2.abs())));
+            let (v_peak, a_peak) = profile.peaks();
+            // L = 2 in the unit profile; a maximum missed by at most half of 1/4000.
+            assert!((v / 2.0 - v_peak).abs() < 1e-4 * v_peak && (a / 2.0 - a_peak).abs() < 1e-4 * a_peak);
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! Inertial parameters of a link in the conventions of others: by name, with their point and axes.
+//!
+//! Everywhere the off-diagonal entries are those of the inertia matrix, ixy = -sum m x y. The
+//! conventions differ in the point (the origin of a frame, or the centre of mass), in the order, in
+//! what stands for the centre (first moment m c, or c), and in whether the inertia is divided by the
+//! mass. Two traps: Pinocchio's Iyy stands before its Ixz; a URDF's inertia is about the centre of
+//! mass, in the axes of its own inertial frame.
+//!
+//! ```text
+//! I_O = I_C + m (c . c E - c c^T)
+//! ```
+//! What is read and written is linear but for m in the denominator: those about the centre of mass
+//! need m != 0. The frame is the caller's: Khalil's link frame, or [`crate::Link::file_frame`].
+
+use crate::inertial::{Part, Pose, transform_inertial};
+
+/// Whose names and order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Convention {
+    /// XX XY XZ YY YZ ZZ MX MY MZ M
+    Symoro,
+    /// m mx my mz Ixx Ixy Iyy Ixz Iyz Izz (lower triangle, row by row)
+    Pinocchio,
+    /// mass, x y z of the centre, ixx ixy ixz iyy iyz izz about it; rpy zero
+    Urdf,
+    /// Ixx Ixy Ixz Iyy Iyz Izz mx my mz m
+    Figaroh,
+    /// L_xx L_xy L_xz L_yy L_yz L_zz l_x l_y l_z m
+    SymPyBotics,
+    /// Mass, CenterOfMass, Inertia = Ixx Iyy Izz Iyz Ixz Ixy about the origin of the body
+    Matlab,
+    /// mass, pos, fullinertia = xx yy zz xy xz yz about the centre of mass
+    Mujoco,
+    /// mass, p_BoBcm, unit inertia Gxx Gyy Gzz Gxy Gxz Gyz about the origin Bo
+    Drake,
+}
+
+/// The point an inertia is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The origin of the frame.
+    Origin,
+    /// The centre of mass, in axes parallel to the frame's.
+    Centre,
+}
+
+/// What an entry is, by its place in XX XY XZ YY YZ ZZ MX MY MZ M.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Entry {
+    Inertia(usize),
+    UnitInertia(usize),
+    FirstMoment(usize),
+    Centre(usize),
+    Mass,
+}
+
+type Row = (&'static str, Entry);
+
+/// Ten parameters of one link, each with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedParameters {
+    pub convention: Convention,
+    pub about: About,
+    /// In the order of the convention.
+    pub values: [(&'static str, f64); 10],
+}
+
+impl Convention {
+    pub const ALL: [Convention; 8] = {
+        use Convention::*;
+        [Symoro, Pinocchio, Urdf, Figaroh, SymPyBotics, Matlab, Mujoco, Drake]
+    };
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Convention::Symoro => "symoro",
+            Convention::Pinocchio => "pinocchio",
+            Convention::Urdf => "urdf",
+            Convention::Figaroh => "figaroh",
+            Convention::SymPyBotics => "sympybotics",
+            Convention::Matlab => "matlab",
+            Convention::Mujoco => "mujoco",
+            Convention::Drake => "drake",
+        }
+    }
+
+    /// The point the inertia is about.
+    pub fn about(self) -> About {
+        match self {
+            Convention::Urdf | Convention::Mujoco => About::Centre,
+            _ => About::Origin,
+        }
+    }
+
+    /// The names, in order.
+    pub fn names(self) -> [&'static str; 10] {
+        self.rows().map(|r| r.0)
+    }
+
+    fn rows(self) -> [Row; 10] {
+        use Entry::{Centre as C, FirstMoment as H, Inertia as I, Mass, UnitInertia as G};
+        match self {
+            Convention::Symoro => [
+                ("XX", I(0)),
+                ("XY", I(1)),
+                ("XZ", I(2)),
+                ("YY", I(3)),
+                ("YZ", I(4)),
+                ("ZZ", I(5)),
+                ("MX", H(0)),
+                ("MY", H(1)),
+                ("MZ", H(2)),
+                ("M", Mass),
+            ],
+            Convention::Pinocchio => [
+                ("m", Mass),
+                ("mx", H(0)),
+                ("my", H(1)),
+                ("mz", H(2)),
+                ("Ixx", I(0)),
+                ("Ixy", I(1)),
+                ("Iyy", I(3)),
+                ("Ixz", I(2)),
+                ("Iyz", I(4)),
+                ("Izz", I(5)),
+            ],
+            Convention::Urdf => [
+                ("mass", Mass),
+                ("x", C(0)),
+                ("y", C(1)),
+                ("z", C(2)),
+                ("ixx", I(0)),
+                ("ixy", I(1)),
+                ("ixz", I(2)),
+                ("iyy", I(3)),
+                ("iyz", I(4)),
+                ("izz", I(5)),
+            ],
+            Convention::Figaroh => [
+                ("Ixx", I(0)),
+                ("Ixy", I(1)),
+                ("Ixz", I(2)),
+                ("Iyy", I(3)),
+                ("Iyz", I(4)),
+                ("Izz", I(5)),
+                ("mx", H(0)),
+                ("my", H(1)),
+                ("mz", H(2)),
+                ("m", Mass),
+            ],
+            Convention::SymPyBotics => [
+                ("L_xx", I(0)),
+                ("L_xy", I(1)),
+                ("L_xz", I(2)),
+                ("L_yy", I(3)),
+                ("L_yz", I(4)),
+                ("L_zz", I(5)),
+                ("l_x", H(0)),
+                ("l_y", H(1)),
+                ("l_z", H(2)),
+                ("m", Mass),
+            ],
+            Convention::Matlab => [
+                ("Mass", Mass),
+                ("CenterOfMass_x", C(0)),
+                ("CenterOfMass_y", C(1)),
+                ("CenterOfMass_z", C(2)),
+                ("Ixx", I(0)),
+                ("Iyy", I(3)),
+                ("Izz", I(5)),
+                ("Iyz", I(4)),
+                ("Ixz", I(2)),
+                ("Ixy", I(1)),
+            ],
+            Convention::Mujoco => [
+                ("mass", Mass),
+                ("pos_x", C(0)),
+                ("pos_y", C(1)),
+                ("pos_z", C(2)),
+                ("xx", I(0)),
+                ("yy", I(3)),
+                ("zz", I(5)),
+                ("xy", I(1)),
+                ("xz", I(2)),
+                ("yz", I(4)),
+            ],
+            Convention::Drake => [
+                ("mass", Mass),
+                ("p_BoBcm_x", C(0)),
+                ("p_BoBcm_y", C(1)),
+                ("p_BoBcm_z", C(2)),
+                ("Gxx", G(0)),
+                ("Gyy", G(3)),
+                ("Gzz", G(5)),
+                ("Gxy", G(1)),
+                ("Gxz", G(2)),
+                ("Gyz", G(4)),
+            ],
+        }
+    }
+
+    /// From XX .. M about the origin of a frame, in that frame; `None` where the convention divides
+    /// by a mass that is zero.
+    pub fn write(self, x: &[f64; 10]) -> Option<NamedParameters> {
+        let m = x[9];
+        let rows = self.rows();
+        let divides = rows.iter().any(|r| matches!(r.1, Entry::Centre(_) | Entry::UnitInertia(_)));
+        if divides && m == 0.0 {
+            return None;
+        }
+        let inertia = match self.about() {
+            About::Origin => *x,
+            About::Centre => {
+                let centre = Part::from_parameters(String::new(), x, Pose::IDENTITY.rotation)?;
+                let mut about_centre = *x;
+                about_centre[..6].copy_from_slice(&centre.inertia);
+                about_centre
+            }
+        };
+        let value = |entry: Entry| match entry {
+            Entry::Inertia(k) => inertia[k],
+            Entry::UnitInertia(k) => inertia[k] / m,
+            Entry::FirstMoment(k) => x[6 + k],
+            Entry::Centre(k) => x[6 + k] / m,
+            Entry::Mass => m,
+        };
+        Some(NamedParameters { convention: self, about: self.about(), values: rows.map(|(n, e)| (n, value(e))) })
+    }
+
+    /// Back to XX .. M about the origin of the frame, from values found by their names; the error
+    /// is the name that is missing.
+    pub fn read(self, value: impl Fn(&str) -> Option<f64>) -> Result<[f64; 10], &'static str> {
+        let rows = self.rows();
+        let mut found = [0.0; 10];
+        for (found, (name, _)) in found.iter_mut().zip(rows) {
+            *found = value(name).ok_or(name)?;
+        }
+        let m = rows.iter().zip(found).find(|(r, _)| r.1 == Entry::Mass).map_or(0.0, |(_, m)| m);
+        let mut x = [0.0; 10];
+        x[9] = m;
+        let mut centre = [0.0; 3];
+        for ((_, entry), v) in rows.into_iter().zip(found) {
+            match entry {
+                Entry::Inertia(k) => x[k] = v,
+                Entry::UnitInertia(k) => x[k] = v * m,
+                Entry::FirstMoment(k) => x[6 + k] = v,
+                Entry::Centre(k) => {
+                    x[6 + k] = v * m;
+                    centre[k] = v;
+                }
+                Entry::Mass => {}
+            }
+        }
+        if self.about() == About::Centre {
+            x[6..9].fill(0.0);
+            x = transform_inertial(&x, &Pose { position: centre, ..Pose::IDENTITY });
+        }
+        Ok(x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const X: [f64; 10] = [0.31, -0.02, 0.05, 0.42, 0.03, 0.27, 0.4, -0.3, 0.9, 2.5];
+
+    /// Round trips to 1e-14, and the parameters, so every torque, unchanged.
+    #[test]
+    fn there_and_back() {
+        for convention in Convention::ALL {
+            let written = convention.write(&X).unwrap();
+            let back = convention.read(|n| written.values.iter().find(|v| v.0 == n).map(|v| v.1)).unwrap();
+            for (a, b) in X.iter().zip(back) {
+                assert!((a - b).abs() <= 1e-14, "{}: {a} {b}", convention.name());
+            }
+            let mut names = convention.names().to_vec();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), 10);
+        }
+    }
+
+    /// Two masses: sums over points, for every convention.
+    #[test]
+    fn what_the_entries_are() {
+        let masses = [(1.5, [0.1, 0.2, -0.3]), (0.5, [-0.5, 0.1, 0.7])];
+        let sum = |f: &dyn Fn([f64; 3]) -> f64| masses.iter().map(|(m, p)| m * f(*p)).sum::<f64>();
+        let about = |c: [f64; 3], i: usize, j: usize| {
+            sum(&|p| {
+                let r = [0, 1, 2].map(|k| p[k] - c[k]);
+                (if i == j { r.iter().map(|x| x * x).sum() } else { 0.0 }) - r[i] * r[j]
+            })
+        };
+        let o = [0.0; 3];
+        let c = [0, 1, 2].map(|k| sum(&|p| p[k]) / 2.0);
+        let [xx, xy, xz, yy, yz, zz] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(i, j)| about(o, i, j));
+        let x = [xx, xy, xz, yy, yz, zz, 2.0 * c[0], 2.0 * c[1], 2.0 * c[2], 2.0];
+        let value = |convention: Convention, name: &str| {
+            let written = convention.write(&x).unwrap();
+            written.values.iter().find(|v| v.0 == name).unwrap().1
+        };
+        for (found, wanted) in [
+            (value(Convention::Pinocchio, "Iyy"), yy),
+            (value(Convention::Pinocchio, "Ixz"), xz),
+            (value(Convention::Urdf, "ixz"), about(c, 0, 2)),
+            (value(Convention::Mujoco, "yz"), about(c, 1, 2)),
+            (value(Convention::Matlab, "Iyz"), yz),
+            (value(Convention::Drake, "Gzz"), zz / 2.0),
+            (value(Convention::Drake, "p_BoBcm_z"), c[2]),
+        ] {
+            assert!((found - wanted).abs() < 1e-14, "{found} {wanted}");
+        }
+        assert!(Convention::Urdf.write(&[0.0; 10]).is_none() && Convention::Symoro.write(&[0.0; 10]).is_some());
+        assert_eq!(Convention::Urdf.read(|_| None), Err("mass"));
+    }
+}

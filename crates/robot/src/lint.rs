@@ -1,0 +1,249 @@
+//! Classic mistakes in a description's inertial parameters, found by what no body can have.
+//!
+//! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia
+//! S = (tr(I_C)/2) E - I_C must be positive definite [Wensing, Kim, Slotine 2018]: its eigenvalues
+//! are the halves of the slacks of the triangle inequality of the principal moments. Where it is
+//! not, the mistakes that would explain it are tried: exchanged entries, an inertia about the other
+//! point. What stays within the possible cannot be found out.
+//!
+//! Not here: whether the figures are those of the robot; that is identification's.
+
+use crate::inertial::{Matrix3, Part, Pose, transform_inertial};
+use crate::link::{Link, Robot};
+
+/// One suspicion about one link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Name of the link, or of the part of it.
+    pub link: String,
+    pub mistake: Mistake,
+    /// The evidence, with numbers.
+    pub text: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mistake {
+    NegativeMass,
+    InertiaWithoutMass,
+    /// A principal moment is negative.
+    NotPositive,
+    TriangleInequality,
+    /// Exchanging Ixz and Iyz would make it possible.
+    SwappedProducts,
+    /// Pinocchio's order read as another.
+    SwappedOrder,
+    /// About the centre of mass where the origin is meant, or the other way round.
+    WrongPoint,
+    /// The inertial frame is turned: who ignores rpy reads another inertia.
+    TurnedInertialFrame,
+    /// g or mm where kg or m are meant.
+    Units,
+}
+
+/// Smallest eigenvalue of S allowed below zero, relative to the trace of I: the digits of a file.
+const SLACK: f64 = 1e-4;
+/// kg; m; m: beyond, grams or millimetres are likelier.
+const LARGE_MASS: f64 = 3000.0;
+const FAR_CENTRE: f64 = 10.0;
+const LARGE_RADIUS: f64 = 10.0;
+const SMALL_RADIUS: f64 = 1e-4;
+
+/// The findings, link by link.
+pub fn lint(robot: &Robot) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for link in &robot.links {
+        if link.parts.is_empty() {
+            if let Some(x) = link.inertial {
+                about_origin(&link.name, &x, &mut findings);
+            }
+            continue;
+        }
+        for part in &link.parts {
+            about_centre(part, &mut findings);
+            turned_frame(link, part, &mut findings);
+        }
+    }
+    findings
+}
+
+/// A link given about the origin of its frame.
+fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
+    let mut find = |mistake, text| findings.push(Finding { link: name.into(), mistake, text });
+    let Some(part) = Part::from_parameters(name.into(), x, Pose::IDENTITY.rotation) else {
+        if x.iter().any(|x| *x != 0.0) {
+            find(Mistake::InertiaWithoutMass, "its mass is 0, its inertia or first moment is not".into());
+        }
+        return;
+    };
+    if part.mass < 0.0 {
+        return find(Mistake::NegativeMass, format!("its mass is {} kg", part.mass));
+    }
+    units(&part, part.pose.position, &mut find);
+    if possible(&part.inertia) {
+        return;
+    }
+    impossible(&part.inertia, &mut find);
+    let again = |changed: [f64; 10]| {
+        Part::from_parameters(String::new(), &changed, Pose::IDENTITY.rotation).is_some_and(|p| possible(&p.inertia))
+    };
+    swaps(&x[..6], |six| again(with_inertia(x, six)), &mut find);
+    let mut given = [0.0; 6];
+    given.copy_from_slice(&x[..6]);
+    if possible(&given) {
+        let text = "taken about the centre of mass, the same six numbers are possible: were they never moved to the \
+                    origin of the frame (I_O = I_C + m (c.c E - c c^T))?";
+        find(Mistake::WrongPoint, text.into());
+    }
+}
+
+/// A part given about its centre of mass.
+fn about_centre(part: &Part, findings: &mut Vec<Finding>) {
+    let mut find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
+    if part.mass < 0.0 {
+        return find(Mistake::NegativeMass, format!("its mass is {} kg", part.mass));
+    }
+    if part.mass == 0.0 {
+        if part.inertia.iter().any(|i| *i != 0.0) {
+            find(Mistake::InertiaWithoutMass, "its mass is 0, its inertia is not".into());
+        }
+        return;
+    }
+    units(part, part.pose.position, &mut find);
+    if possible(&part.inertia) {
+        return;
+    }
+    impossible(&part.inertia, &mut find);
+    swaps(&part.inertia, |six| possible(&six), &mut find);
+    // Moved from the centre to the origin with the wrong sign: adding what was taken off.
+    let c = part.pose.position;
+    let mut x = [0.0; 10];
+    x[..6].copy_from_slice(&part.inertia);
+    x[9] = part.mass;
+    let moved = transform_inertial(&x, &Pose { position: c, ..Pose::IDENTITY });
+    let mut six = [0.0; 6];
+    six.copy_from_slice(&moved[..6]);
+    if c != [0.0; 3] && possible(&six) {
+        let text = "with m (c.c E - c c^T) added, the six numbers are possible: was that taken off once too often on \
+                    the way to the centre of mass?";
+        find(Mistake::WrongPoint, text.into());
+    }
+}
+
+fn with_inertia(x: &[f64; 10], six: [f64; 6]) -> [f64; 10] {
+    let mut changed = *x;
+    changed[..6].copy_from_slice(&six);
+    changed
+}
+
+/// Exchanges of entries that would make a body of it.
+fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl FnMut(Mistake, String)) {
+    let exchanged = |i: usize, j: usize| {
+        let mut six = [0.0; 6];
+        six.copy_from_slice(given);
+        six.swap(i, j);
+        six
+    };
+    if given[2] != given[4] && makes_sense(exchanged(2, 4)) {
+        let text =
+            format!("with Ixz = {} and Iyz = {} exchanged it is possible: are they swapped?", given[2], given[4]);
+        find(Mistake::SwappedProducts, text);
+    }
+    if given[2] != given[3] && makes_sense(exchanged(2, 3)) {
+        let text = format!(
+            "with Ixz = {} and Iyy = {} exchanged it is possible: Pinocchio's order is Ixx Ixy Iyy Ixz Iyz Izz",
+            given[2], given[3]
+        );
+        find(Mistake::SwappedOrder, text);
+    }
+}
+
+fn impossible(six: &[f64; 6], find: &mut impl FnMut(Mistake, String)) {
+    let [a, b, c] = principal_moments(six);
+    let shown = format!("the principal moments about its centre of mass are {a:.4e}, {b:.4e}, {c:.4e} kg m^2");
+    if a < 0.0 {
+        find(Mistake::NotPositive, format!("{shown}: none may be negative"));
+    }
+    if a + b < c {
+        let text = format!("{shown}: the sum of the smaller two misses the largest by {:.4e}", c - a - b);
+        find(Mistake::TriangleInequality, text);
+    }
+}
+
+fn possible(six: &[f64; 6]) -> bool {
+    let [a, b, c] = principal_moments(six);
+    a + b - c >= -SLACK * (a + b + c).abs() && a >= -SLACK * c.abs()
+}
+
+fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) {
+    let distance = centre.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let radius = (principal_moments(&part.inertia)[2].max(0.0) / part.mass).sqrt();
+    if part.mass > LARGE_MASS {
+        find(Mistake::Units, format!("its mass is {} kg: are grams meant?", part.mass));
+    }
+    if distance > FAR_CENTRE {
+        find(Mistake::Units, format!("its centre of mass lies {distance:.1} m from the joint: are millimetres meant?"));
+    }
+    if radius > LARGE_RADIUS || (radius > 0.0 && radius < SMALL_RADIUS) {
+        let text = format!("its radius of gyration is {radius:.2e} m: are its inertia and its mass in kg m^2 and kg?");
+        find(Mistake::Units, text);
+    }
+}
+
+/// An inertial frame turned against its link, with an inertia to which that matters.
+fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
+    if part.name != link.name || part.mass <= 0.0 {
+        return;
+    }
+    let in_file = link.file_frame.inverse().compose(&part.pose);
+    let mut x = [0.0; 10];
+    x[..6].copy_from_slice(&part.inertia);
+    let turned = transform_inertial(&x, &Pose { position: [0.0; 3], ..in_file });
+    let largest = principal_moments(&part.inertia)[2].abs();
+    let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
+    if away > 1e-6 * largest {
+        let text = format!(
+            "its inertial frame is turned (rpy): whoever ignores that reads entries wrong by up to {away:.2e} kg m^2, \
+             {:.0} % of the largest principal moment",
+            100.0 * away / largest
+        );
+        findings.push(Finding { link: part.name.clone(), mistake: Mistake::TurnedInertialFrame, text });
+    }
+}
+
+/// Eigenvalues of a symmetric matrix xx xy xz yy yz zz, ascending, by Jacobi's rotations.
+fn principal_moments(&[xx, xy, xz, yy, yz, zz]: &[f64; 6]) -> [f64; 3] {
+    let mut a: Matrix3 = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    for _ in 0..30 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if a[p][q] == 0.0 {
+                continue;
+            }
+            let angle = 0.5 * (2.0 * a[p][q]).atan2(a[q][q] - a[p][p]);
+            let (s, c) = angle.sin_cos();
+            let mut turn = Pose::IDENTITY.rotation;
+            (turn[p][p], turn[q][q], turn[p][q], turn[q][p]) = (c, c, s, -s);
+            let back = crate::vector::transposed(&turn);
+            a = crate::vector::product(&crate::vector::product(&back, &a), &turn);
+        }
+    }
+    let mut moments = [a[0][0], a[1][1], a[2][2]];
+    moments.sort_by(f64::total_cmp);
+    moments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn principal_moments_of_a_turned_body() {
+        let x = [0.1, 0.0, 0.0, 0.2, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0];
+        let rotation = crate::vector::rotation_about([0.6, 0.0, 0.8], 1.1);
+        let turned = transform_inertial(&x, &Pose { rotation, position: [0.0; 3] });
+        let mut six = [0.0; 6];
+        six.copy_from_slice(&turned[..6]);
+        for (found, wanted) in principal_moments(&six).iter().zip([0.1, 0.2, 0.25]) {
+            assert!((found - wanted).abs() < 1e-15, "{found} {wanted}");
+        }
+    }
+}

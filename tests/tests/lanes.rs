@@ -1,0 +1,40 @@
+//! Law 3 for many samples: what `fill_many` writes is what `fill` writes, bit for bit, for every
+//! compiled robot, whatever is left over after whole lanes. Nothing is fused, so nothing differs.
+
+#[test]
+fn many_samples_equal_one_at_a_time() {
+    for robot in generated::all() {
+        let (n, size) = (robot.coordinates.len(), robot.coordinates.len() * robot.parameters.len());
+        // 23: two full vectors of eight, one of four and a rest of three where the processor has both.
+        for samples in [0, 1, 23] {
+            let mut state = 0x5deece66d_u64;
+            let states: Vec<f64> = (0..3 * n * samples)
+                .map(|i| {
+                    state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    // Angles of many turns among them: every quadrant, and the reduction.
+                    let scale = if i % 5 == 0 { 1e4 } else { 4.0 };
+                    scale * ((state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
+                })
+                .collect();
+            let mut many = vec![f64::NAN; size * samples];
+            assert!(robot.fill_many(&states, &mut many));
+            for (s, y) in states.chunks_exact(3 * n).zip(many.chunks_exact(size)) {
+                let mut one = vec![f64::NAN; size];
+                assert!(robot.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one));
+                let bits = |y: &[f64]| y.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+                assert_eq!(bits(y), bits(&one), "{}", robot.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_lengths_are_refused_and_nothing_is_written() {
+    let robot = &generated::all()[0];
+    let (n, size) = (robot.coordinates.len(), robot.coordinates.len() * robot.parameters.len());
+    for (states, entries) in [(3 * n, size - 1), (3 * n - 1, size), (6 * n, size), (3 * n, 2 * size), (0, size)] {
+        let mut y = vec![7.0; entries];
+        assert!(!robot.fill_many(&vec![0.0; states], &mut y));
+        assert!(y.iter().all(|y| *y == 7.0));
+    }
+}
