@@ -136,9 +136,8 @@ impl States {
             // Passive joints come after the coordinates.
             if let Some(closure) = &mut closure {
                 let n = robot.n_coordinates();
-                let passive = closure
-                    .solve(&row[..n], None)
-                    .map_err(|open| Failure::new(format_args!("{file}:{line}: {open}")))?;
+                let passive =
+                    closure.passive(&row[..n]).map_err(|open| Failure::new(format_args!("{file}:{line}: {open}")))?;
                 row.splice(n..n, passive);
             }
             states.inputs.extend(row);

@@ -185,7 +185,7 @@ impl Derived {
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),
                 number: TAPES.fetch_add(1, Ordering::Relaxed),
-                closure: self.closure.take().map(|closure| Mutex::new((closure, None))),
+                closure: self.closure.take().map(Mutex::new),
                 coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
                 parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
             }),
@@ -198,8 +198,8 @@ struct TapeRegressor {
     tape: Tape,
     /// Tells this tape's workspace from another's on the same thread.
     number: usize,
-    /// Where loops are closed numerically: the solver and its last answer, the next one's start.
-    closure: Option<Mutex<(Closure, Option<Vec<f64>>)>>,
+    /// Where loops are closed numerically, the solver.
+    closure: Option<Mutex<Closure>>,
     coordinates: Vec<String>,
     parameters: Vec<String>,
 }
@@ -226,9 +226,8 @@ impl Regressor for TapeRegressor {
             None => Vec::new(),
             Some(closure) => {
                 let mut closure = closure.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                let (solver, last) = &mut *closure;
-                match solver.solve(q, last.as_deref()).or_else(|_| solver.solve(q, None)) {
-                    Ok(passive) => last.insert(passive).clone(),
+                match closure.passive(q) {
+                    Ok(passive) => passive,
                     // No torque is known where the loops do not close: not a number, which is refused later.
                     Err(_) => return y.fill(f64::NAN),
                 }

@@ -18,7 +18,7 @@ pub struct Arguments {
     /// The estimate
     estimate: PathBuf,
 
-    /// Logs that the estimate was not made from
+    /// Logs that the estimate was not made from, or directories of rist simulate: their v*.csv
     #[arg(required = true)]
     logs: Vec<PathBuf>,
 
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     subject.check(&arguments.estimate, &estimate.model, &estimate.fingerprint)?;
     let mut records = Vec::new();
     let mut currents = false;
-    for path in &arguments.logs {
+    for path in &motions(&arguments.logs)? {
         let (log, _) = Log::read(path, regressor.coordinates(), &ColumnNames::default())?;
         currents |= log.effort_is == Effort::Current;
         records.push((path.display().to_string(), Record::from_log(&log)?));
@@ -70,4 +70,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(out) => write_file(out, &report.to_yaml()?),
         None => Ok(()),
     }
+}
+
+/// The logs given, and of a directory its validation motions, by name.
+fn motions(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut logs = Vec::new();
+    for path in given {
+        if !path.is_dir() {
+            logs.push(path.clone());
+            continue;
+        }
+        let failed = |e: std::io::Error| Failure::new(format_args!("{}: {e}", path.display()));
+        let entries = std::fs::read_dir(path).map_err(failed)?;
+        let is_motion = |p: &PathBuf| {
+            let name = p.file_name().unwrap_or_default().to_string_lossy();
+            name.starts_with('v') && name.ends_with(".csv")
+        };
+        let mut found: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).filter(is_motion).collect();
+        if found.is_empty() {
+            return Err(Failure::new(format_args!("{}: no validation motion (v*.csv) in it", path.display())));
+        }
+        found.sort();
+        logs.append(&mut found);
+    }
+    Ok(logs)
 }

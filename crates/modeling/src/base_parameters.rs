@@ -230,7 +230,7 @@ pub(crate) fn base_parameters(
             if let Some((_, beta)) = row.iter().find(|(k, _)| *k == column) {
                 let (symbolic, factors) = match beta {
                     Beta::Exact(c) => (c.display(graph).to_string(), rule::Factor::summands(c, graph)),
-                    Beta::Number(x) => (x.to_string(), vec![rule::Factor::number(*x)]),
+                    Beta::Number(x) => (rule::rounded(*x).to_string(), vec![rule::Factor::number(*x)]),
                 };
                 terms.push(Term { parameter: dropped, coefficient: number(beta), symbolic });
                 formula.extend(factors.into_iter().map(|factor| (dropped, factor)));

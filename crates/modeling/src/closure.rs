@@ -29,6 +29,8 @@ pub struct Closure {
     work: Workspace,
     start: Vec<f64>,
     n_equations: usize,
+    /// A closed configuration of the assembly that the start chooses.
+    origin: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 /// Why there are no passive coordinates at these coordinates.
@@ -63,7 +65,7 @@ impl Closure {
     pub(crate) fn new(function: &Function, start: Vec<f64>) -> Closure {
         let tape = Tape::new(function);
         let work = tape.workspace();
-        Closure { work, start, n_equations: function.outputs[0].rows, tape }
+        Closure { work, start, n_equations: function.outputs[0].rows, tape, origin: None }
     }
 
     /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
@@ -99,6 +101,18 @@ impl Closure {
         Ok(passive.iter().copied().collect())
     }
 
+    /// The passive coordinates at `q` of the assembly that the robot's start chooses: followed from where
+    /// the search begins in small steps, so that the answer depends on nothing but `q`.
+    pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, Open> {
+        if self.origin.is_none() {
+            self.origin = self.find_origin(q.len(), &mut SplitMix(7));
+        }
+        let Some(origin) = self.origin.clone() else { return Err(Open::NotClosed { gap: f64::INFINITY }) };
+        let reached = self.follow(&origin, q);
+        // The last step says what is wrong when the way ends before q.
+        self.solve(q, Some(&reached.1))
+    }
+
     /// e and J_p.
     pub(crate) fn at(&mut self, q: &[f64], passive: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let inputs = [q, passive.as_slice()].concat();
@@ -113,7 +127,7 @@ impl Closure {
     /// Fewer than asked when the loops hardly ever close.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-        let Some(origin) = self.origin(n, random) else { return found };
+        let Some(origin) = self.find_origin(n, random) else { return found };
         let mut at = origin.clone();
         for _ in 0..20 * count {
             if found.len() == count {
@@ -132,7 +146,7 @@ impl Closure {
     }
 
     /// A closed configuration to begin with: at q = 0 if it closes and is not singular, else by chance.
-    fn origin(&mut self, n: usize, random: &mut SplitMix) -> Option<(Vec<f64>, Vec<f64>)> {
+    fn find_origin(&mut self, n: usize, random: &mut SplitMix) -> Option<(Vec<f64>, Vec<f64>)> {
         (0..2000).find_map(|attempt| {
             let reach = if attempt == 0 { 0.0 } else { std::f64::consts::PI };
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();

@@ -30,8 +30,13 @@ impl Factor {
     }
 
     pub fn number(x: f64) -> Factor {
-        Factor { negative: x < 0.0, magnitude: format!("{}", x.abs()) }
+        Factor { negative: x < 0.0, magnitude: rounded(x.abs()).to_string() }
     }
+}
+
+/// The decimal of eleven digits nearest to x: what the scan of a numeric relation is good for.
+pub(crate) fn rounded(x: f64) -> f64 {
+    format!("{x:.10e}").parse().unwrap_or(x)
 }
 
 /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, own first.
