@@ -148,7 +148,7 @@ fn panda_gravity_coefficients() {
         ("MY6", -0.0641, -0.0623),
     ] {
         let value = estimate.value(name).unwrap();
-        let spread = (a - b).abs();
+        let spread = f64::abs(a - b);
         let middle = 0.5 * (a + b);
         assert!((value - middle).abs() <= 0.5 * spread + 0.003, "{name}: {value}, {a} and {b}");
     }
