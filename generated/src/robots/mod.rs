@@ -10,6 +10,7 @@ pub mod puma560;
 pub mod race;
 pub mod rx90;
 pub mod scara;
+pub mod sr400;
 pub mod stanford;
 pub mod tree;
 pub mod tx40;
@@ -17,5 +18,5 @@ pub mod ur5_urdf;
 pub mod ur5;
 crate::compiled!(
     cartesian3p, cartpole, kuka_lwr, panda, planar2r, planar2r_vertical, puma560, race,
-    rx90, scara, stanford, tree, tx40, ur5_urdf, ur5
+    rx90, scara, sr400, stanford, tree, tx40, ur5_urdf, ur5
 );
