@@ -47,12 +47,9 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a whole file or nothing: to a neighbour first, then in its place. Makes the folders on the way.
+/// Writes a whole file or nothing: to a neighbour first, then in its place.
 pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
     let failed = |e: std::io::Error| Failure::new(format_args!("{}: {e}", path.display()));
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(failed)?;
-    }
     let mut neighbour = path.as_os_str().to_owned();
     neighbour.push(".part");
     std::fs::write(&neighbour, text).map_err(failed)?;
