@@ -194,6 +194,28 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
+/// One sample: the scalar function in the processor's three-operand instructions where it has them; the
+/// same operations in the same order, and so the same bits.
+macro_rules! scalar {
+    ($robot:ident, $n:expr, $p:expr) => {{
+        #[target_feature(enable = "avx2")]
+        fn wide(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
+            $robot::base_regressor(q, dq, ddq, y);
+        }
+
+        #[allow(unsafe_code, reason = "the processor has been asked")]
+        fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
+            if std::is_x86_feature_detected!("avx2") {
+                unsafe { wide(q, dq, ddq, y) }
+            } else {
+                $robot::base_regressor(q, dq, ddq, y);
+            }
+        }
+        fill
+    }};
+}
+pub(crate) use scalar;
+
 macro_rules! body {
     ($robot:ident, $n:ident, $p:ident, $lanes:ident, $states:ident, $y:ident) => {{
         use $crate::lanes::$lanes as Lanes;

@@ -21,7 +21,12 @@ mod lanes {
     macro_rules! real {
         ($($_:tt)*) => {};
     }
-    pub(crate) use {kernel, real};
+    macro_rules! scalar {
+        ($robot:ident, $n:expr, $p:expr) => {
+            $robot::base_regressor::<f64>
+        };
+    }
+    pub(crate) use {kernel, real, scalar};
 }
 #[rustfmt::skip]
 pub mod robots;
@@ -103,7 +108,7 @@ macro_rules! compiled {
                     let (Ok(q), Ok(dq), Ok(ddq)) = (q.try_into(), dq.try_into(), ddq.try_into()) else { return false };
                     let (rows, rest) = y.as_chunks_mut::<P>();
                     let (Ok(rows), true) = (<&mut [[f64; P]; N]>::try_from(rows), rest.is_empty()) else { return false };
-                    $robot::base_regressor(q, dq, ddq, rows);
+                    $crate::lanes::scalar!($robot, N, P)(q, dq, ddq, rows);
                     true
                 }
                 fill
