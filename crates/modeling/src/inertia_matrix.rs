@@ -90,21 +90,3 @@ fn unit_wrench(g: &mut Graph, body: Body, kind: JointKind) -> (Vector, Vector) {
         JointKind::Fixed => (NULL, NULL),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_robots;
-
-    #[test]
-    fn counts() {
-        for robot in [test_robots::rx90, test_robots::puma, test_robots::stanford, test_robots::ur5, test_robots::lwr] {
-            let robot = robot(robot::RotorInertia::Unknown);
-            let mut d = Derivation::new(&robot).unwrap();
-            let standard = d.regressor();
-            let base = d.base_parameters(&standard).unwrap();
-            let x = ParameterInputs::base(&mut d, &base);
-            println!("{} inertia {:?}", robot.name, inertia_matrix(&mut d, &x).count());
-        }
-    }
-}

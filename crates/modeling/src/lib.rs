@@ -29,8 +29,6 @@ mod regressor;
 mod rigid_regrouping;
 mod robot_module;
 mod rule;
-#[cfg(test)]
-mod test_robots;
 mod torque;
 mod vector;
 

@@ -117,29 +117,3 @@ fn power(g: &mut Graph, twist: Twist, wrench: Wrench) -> Expr {
     let (angular, linear) = (dot(g, twist.z, wrench.n), dot(g, twist.d, wrench.f));
     g.add(angular, linear)
 }
-
-#[cfg(test)]
-mod tests {
-    use robot::RotorInertia;
-
-    use super::*;
-    use crate::test_robots;
-
-    #[test]
-    fn counts() {
-        for robot in [test_robots::ur5, test_robots::panda, test_robots::lwr] {
-            let robot = robot(RotorInertia::Absent);
-            let f = Derivation::new(&robot).unwrap().regressor().bound();
-            println!("{} standard {:?}", robot.name, f.count());
-            let all = StandardParameter::all(&robot);
-            use Inertial::*;
-            let keep: Vec<usize> = (0..all.len())
-                .filter(|&c| {
-                    let i = all[c].inertial;
-                    !(matches!(i, Yy | Mz | M) || all[c].link.0 == 0 && i != Zz)
-                })
-                .collect();
-            println!("{} base {} {:?}", robot.name, keep.len(), f.with_columns("base", 0, &keep).count());
-        }
-    }
-}

@@ -139,20 +139,3 @@ fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let first = cross(g, s, j.a);
     (f, add(g, about_o, first))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_robots;
-
-    #[test]
-    fn counts() {
-        for robot in [test_robots::rx90, test_robots::puma, test_robots::stanford, test_robots::ur5, test_robots::lwr] {
-            let robot = robot(robot::RotorInertia::Unknown);
-            let mut d = Derivation::new(&robot).unwrap();
-            let standard = d.regressor();
-            let base = d.base_parameters(&standard).unwrap();
-            println!("{} {:?} {:?}", robot.name, d.torque().count(), d.inverse_dynamics(&base).count());
-        }
-    }
-}
