@@ -117,6 +117,12 @@ impl Fit {
         let model = Model::new(regressor, &options.friction, &couplings);
         let mut observation = Observation::of_records(&model, records, None)?;
         let joints = observation.joints(|_| true);
+        if joints.iter().all(|t| t.rows == 0) {
+            return Err(Error::new(
+                "every joint stands still all the time, and friction holds it there: log motions, or leave friction \
+                 out of the model for torques of poses at rest",
+            ));
+        }
         let (mut solution, mut weights) = fit(&joints, options.weights);
         if options.weights == Weights::Huber {
             let robust = reweighted(&model, records, &solution)?;
@@ -143,6 +149,11 @@ impl Fit {
             Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
         };
         estimate.logs = logs;
+        let mut used = options.clone();
+        if used.signal.order > 0 {
+            used.signal.cutoff.get_or_insert(observation.cutoff);
+        }
+        estimate.options = Some(used);
         estimate.cutoff = observation.cutoff;
         if options.covariance {
             let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
@@ -169,7 +180,11 @@ pub(crate) fn states_or_none(regressor: &dyn Regressor, log: &Log, options: &Opt
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
         return Err(Error::at(&log.name, 0, message));
     }
-    let states = options.transmission.apply(log)?.states(&options.signal)?;
+    let mut signal = options.signal.clone();
+    if !options.friction.iter().any(|term| term.is_dry()) {
+        signal.standstill.get_or_insert(0.0);
+    }
+    let states = options.transmission.apply(log)?.states(&signal)?;
     let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.is_finite()));
     if !finite {
         return Err(Error::at(

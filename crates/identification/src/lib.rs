@@ -44,6 +44,7 @@ mod signal;
 mod simulation;
 pub mod spectrum;
 mod spectrum_rows;
+mod standstill;
 mod table;
 mod table_reader;
 #[cfg(test)]

@@ -4,23 +4,45 @@
 //! record with X from all other parts (blocked cross-validation: neighbours in time are alike, so
 //! parts are contiguous; the parts beside a hole may be left out too).
 
-use crate::estimate::JointResidual;
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::Error;
+use crate::estimate::{JointResidual, write_residuals};
 use crate::identify::{Weights, fit, relative};
 use crate::observation::{Model, Observation};
-use crate::signal::States;
+use crate::records::Records;
 use crate::triangle::Triangle;
 
 /// Prediction on motions not used.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Validation {
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
 }
 
-/// Predicts the torques of other states with parameters `x`.
-pub fn validate(model: &Model, x: &[f64], states: &States) -> Validation {
-    residuals(model, &Observation::of(model, states, 1).joints(|_| true), x)
+/// Predicts the torques of other records with parameters `x`.
+///
+/// Fails when a record cannot be read.
+pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> Result<Validation, Error> {
+    Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
+}
+
+impl Validation {
+    /// The text of validation.yaml: what was reached on each log, by its name.
+    pub fn to_yaml(of_logs: &[(String, Validation)]) -> Result<String, Error> {
+        let by_name: BTreeMap<&str, &Validation> = of_logs.iter().map(|(name, v)| (name.as_str(), v)).collect();
+        serde_yaml::to_string(&by_name).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
+    }
+}
+
+impl fmt::Display for Validation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_residuals(f, &self.joints, self.total, None)
+    }
 }
 
 /// Leaves out each part of the record in turn and predicts it from the others.

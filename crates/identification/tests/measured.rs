@@ -4,8 +4,8 @@
 mod newton_euler;
 
 use identification::{
-    Dataset, Estimate, Gain, Log, Options, Regressor, Score, Status, Subject, estimate_delay, estimate_drive_gains,
-    identify,
+    Dataset, Estimate, Gain, Log, LogSource, Options, Regressor, Score, Status, Subject, estimate_delay,
+    estimate_drive_gains, identify,
 };
 use newton_euler::{Arm, shared};
 
@@ -85,7 +85,7 @@ fn tx40_delay() {
     let arm = Arm::tx40();
     let options = &dataset.runs[0].options;
     let (log, _) = Log::read(&folder.join("run_5khz.csv.gz"), arm.coordinates(), &options.columns).unwrap();
-    let delay = estimate_delay(&arm, &[log], options).unwrap();
+    let delay = estimate_delay(&arm, &[LogSource::Held(log)], options).unwrap();
     println!("{delay:?}");
     assert!((0.001..0.005).contains(&delay.seconds.abs()), "{delay:?}");
     assert!(delay.residual < 0.0525, "{delay:?}");
