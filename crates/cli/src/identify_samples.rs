@@ -172,6 +172,16 @@ fn drive_gains(
     };
     let held = logs.iter().map(held).collect::<Result<Vec<Log>, _>>()?;
     let found = estimate_drive_gains(subject.regressor.as_ref(), &held, options, &known)?;
+    let open = |k: &usize| found.gains[*k] <= 0.0 || 2.0 * found.sigma[*k] >= found.gains[*k];
+    let open: Vec<String> = (0..coordinates.len()).filter(open).map(|k| coordinates[k].clone()).collect();
+    if !open.is_empty() {
+        return Err(Failure::verdict(format_args!(
+            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
+             them with its deviation, as --gain {}=11+-2",
+            open.join(", "),
+            open[0]
+        )));
+    }
     let mut text = "drive gains, N m/A:".to_string();
     for (((coordinate, gain), sigma), known) in coordinates.iter().zip(&found.gains).zip(&found.sigma).zip(&known) {
         let _ = match known {

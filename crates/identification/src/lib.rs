@@ -8,6 +8,7 @@ mod columns;
 mod compiled;
 #[cfg(test)]
 mod coverage;
+mod cross_talk;
 mod cutoff;
 mod dataset;
 mod drive_gain;
@@ -61,6 +62,7 @@ pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, c
 pub use closed_loop::{ClosedLoop, Simulated, Simulator, simulated};
 pub use columns::{ColumnNames, Columns, Names, Source};
 pub use compiled::{Compiled, compiled};
+pub use cross_talk::{CrossTalk, cross_talk};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
 pub use dataset::{Dataset, LogFile, Run, Score, Subject};
 pub use drive_gain::{DriveGains, Gain, drive_gains, estimate_drive_gains};

@@ -134,6 +134,22 @@ fn tx40_published_values() {
     }
 }
 
+/// Joints 5 and 6 fail without the columns of the coupled wrist, and the estimate says why.
+#[test]
+fn tx40_without_its_coupling() {
+    let Some((.., with)) = estimate("tx40_staubli", 0) else { return };
+    let Some((.., without)) = estimate("tx40_staubli", 4) else { return };
+    let why = |e: &Estimate| e.remarks.iter().filter(|r| r.contains("turns with both joints")).cloned().collect();
+    let (silent, said): (Vec<String>, Vec<String>) = (why(&with), why(&without));
+    assert!(silent.is_empty(), "{silent:?}");
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(said[0].contains("torque of q5") && said[0].contains("moves with q6"), "{said:?}");
+    assert!(said[1].contains("torque of q6") && said[1].contains("moves with q5"), "{said:?}");
+    for j in [4, 5] {
+        assert!(without.joints[j].relative > 2.0 * with.joints[j].relative);
+    }
+}
+
 /// The gravity coefficients of the Panda, within the spread of facts.md (two estimates of others).
 #[test]
 fn panda_gravity_coefficients() {
