@@ -66,12 +66,17 @@ impl Columns {
     /// Fails when time, a position or an effort is missing, or when two columns claim one place.
     pub fn find(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
         let finder = Finder { table, coordinates, readings: readings(table, coordinates)? };
-        let time = match &names.time {
+        let mut time = match &names.time {
             Some(name) => finder.named(Time, name)?,
             None => finder.group(Time, 1)?.and_then(|mut g| g.pop()).ok_or_else(|| {
                 finder.error("no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected")
             })?,
         };
+        if time.unit == "s"
+            && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
+        {
+            (time.unit, time.factor) = (unit, factor);
+        }
         let quantity = |quantity: Quantity, given: &Option<Names>| match given {
             Some(given) => finder.given(quantity, given).map(Some),
             None => finder.group(quantity, coordinates.len()),
@@ -96,7 +101,7 @@ impl Columns {
             unused: Vec::new(),
         };
         let used: Vec<usize> = columns.sources().map(|s| s.column).collect();
-        let unused = (0..table.header.len()).filter(|c| !used.contains(c));
+        let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
         columns.unused = unused.map(|c| table.header[c].clone()).collect();
         Ok(columns)
     }
@@ -132,6 +137,14 @@ impl fmt::Display for Columns {
         }
         Ok(())
     }
+}
+
+/// The unit of a clock that counts from 1970: nobody's log is from before 1990 or after 2100.
+fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
+    const SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
+    let first = clock.iter().find(|t| t.is_finite())?;
+    let units = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    units.into_iter().find(|unit| SINCE_1970.contains(&(first * unit.1)))
 }
 
 struct Finder<'a> {
@@ -251,6 +264,10 @@ mod tests {
             "t,elbow/position,shoulder/position,elbow/velocity,shoulder/velocity,elbow/effort,shoulder/effort",
             "t,q[1],q[2],v1,v2,i1_mA,i2_mA",
             "t,q_deg1,q_deg2,qd_degps1,qd_degps2,tau1_Nm,tau2_Nm",
+            "__time,/joint_states/elbow/position,/joint_states/shoulder/position,/joint_states/elbow/velocity,/joint_states/shoulder/velocity,/joint_states/elbow/effort,/joint_states/shoulder/effort",
+            "%time,field.position0,field.position1,field.velocity0,field.velocity1,field.effort0,field.effort1",
+            "timestamp,actual_joint_pos_1,actual_joint_pos_2,actual_joint_vel_1,actual_joint_vel_2,actual_joint_torque_1,actual_joint_torque_2",
+            "Time (s),q_meas_1,q_meas_2,dq_meas_1,dq_meas_2,tau_meas_1,tau_meas_2",
         ] {
             let columns = find(header, &["shoulder", "elbow"], &ColumnNames::default()).unwrap();
             assert!(columns.unused.is_empty(), "{header}: {columns}");
@@ -260,6 +277,28 @@ mod tests {
         }
         let columns = find("t,q1_deg,i1_mA", &["q1"], &ColumnNames::default()).unwrap();
         assert_eq!((columns.position[0].unit, columns.effort[0].factor), ("deg", 1e-3));
+    }
+
+    /// `rostopic echo -p` writes the joints in the order of the message and says which they are.
+    #[test]
+    fn joint_names_in_columns_of_their_own() {
+        let mut table = Table {
+            file: "log.csv".into(),
+            header: ["%time", "field.name0", "field.name1", "field.position0", "field.position1", "tau0", "tau1"]
+                .map(Into::into)
+                .to_vec(),
+            columns: vec![vec![1.6e18]; 7],
+            texts: vec![None; 7],
+            ..Table::default()
+        };
+        let coordinates = ["shoulder".to_string(), "elbow".to_string()];
+        let find = |table: &Table| Columns::find(table, &coordinates, &ColumnNames::default()).unwrap();
+        assert_eq!(find(&table).position[0].column, 3);
+        (table.texts[1], table.texts[2]) = (Some((2, "elbow".into())), Some((2, "shoulder".into())));
+        let columns = find(&table);
+        assert_eq!((columns.position[0].column, columns.effort[1].column), (4, 5));
+        // 1.6e18 s after 1970 nobody logs; ns it is.
+        assert_eq!((columns.time.unit, columns.time.factor), ("ns", 1e-9));
     }
 
     #[test]

@@ -35,7 +35,19 @@ const WORDS: [Words; 6] = [
     ),
     (
         Position,
-        &["q", "pos", "position", "positions", "angle", "actual_q", "joint_position", "joint_angle", "qm", "theta"],
+        &[
+            "q",
+            "pos",
+            "position",
+            "positions",
+            "angle",
+            "actual_q",
+            "joint_position",
+            "joint_pos",
+            "joint_angle",
+            "qm",
+            "theta",
+        ],
         &[
             ("rad", 1.0),
             ("radians", 1.0),
@@ -58,6 +70,7 @@ const WORDS: [Words; 6] = [
             "q_dot",
             "actual_qd",
             "joint_velocity",
+            "joint_vel",
             "dqm",
             "speed",
         ],
@@ -88,12 +101,24 @@ const WORDS: [Words; 6] = [
     ),
     (
         Torque,
-        &["tau", "torque", "torques", "effort", "efforts", "trq", "joint_torque", "actual_torque", "taum", "tauj"],
+        &[
+            "tau",
+            "torque",
+            "torques",
+            "effort",
+            "efforts",
+            "trq",
+            "joint_torque",
+            "joint_effort",
+            "actual_torque",
+            "taum",
+            "tauj",
+        ],
         &[("nm", 1.0), ("n", 1.0), ("mnm", 1e-3), ("knm", 1e3)],
     ),
     (
         Current,
-        &["i", "current", "currents", "cur", "actual_current", "motor_current", "iq"],
+        &["i", "current", "currents", "cur", "actual_current", "motor_current", "joint_current", "iq"],
         &[("a", 1.0), ("ma", 1e-3)],
     ),
 ];
@@ -123,10 +148,20 @@ pub enum Designator {
 /// The readings of every header of a table; a header of two quantities is refused.
 pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
     let lower: Vec<String> = coordinates.iter().map(|c| c.to_lowercase()).collect();
+    let names = joint_names(table, &lower);
     let mut all = Vec::new();
     for (column, header) in table.header.iter().enumerate() {
         let mut found: Vec<Reading> = Vec::new();
-        for (quantity, joint, unit) in parse(&header.to_lowercase(), &lower) {
+        let header_lower = header.to_lowercase();
+        let mut readings = parse(&header_lower, &lower);
+        if readings.is_empty() {
+            readings = parse(&unqualified(&header_lower), &lower);
+        }
+        for (quantity, joint, unit) in readings {
+            let joint = match joint {
+                Designator::Number(i) => names.iter().find(|n| n.0 == i).map_or(joint, |n| Designator::Coordinate(n.1)),
+                _ => joint,
+            };
             if !found.iter().any(|r| r.quantity == quantity && r.joint == joint) {
                 found.push(Reading { column, quantity, joint, unit });
             }
@@ -139,6 +174,53 @@ pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, E
         all.append(&mut found);
     }
     Ok(all)
+}
+
+/// Words that say of a quantity that it is the measured one, and of what it is part.
+const QUALIFIERS: [&str; 13] = [
+    "actual",
+    "act",
+    "meas",
+    "measured",
+    "msr",
+    "real",
+    "present",
+    "sensor",
+    "robot",
+    "field",
+    "jointstate",
+    "joint_states",
+    "joint_state",
+];
+
+/// A header in lower case without its qualifiers: `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`.
+fn unqualified(header: &str) -> String {
+    let mut header = header.trim_matches(['%', '#', '/', '_', ' ']).to_string();
+    for word in QUALIFIERS {
+        if let Some(at) = header.find(word) {
+            let (before, after) = (&header[..at], &header[at + word.len()..]);
+            let apart = |c: Option<char>| c.is_none_or(|c| !c.is_ascii_alphanumeric());
+            if apart(before.chars().next_back()) && apart(after.chars().next()) {
+                let separators = ['_', '.', '/', '-', ':', ' '];
+                let (before, after) = (before.trim_end_matches(separators), after.trim_start_matches(separators));
+                let between = if before.is_empty() || after.is_empty() { "" } else { "_" };
+                header = format!("{before}{between}{after}");
+            }
+        }
+    }
+    header
+}
+
+/// The coordinates that columns `name0`, `name1`, .. (`field.name0`) say stand behind the numbers of the others, as
+/// (number, coordinate).
+fn joint_names(table: &Table, coordinates: &[String]) -> Vec<(usize, usize)> {
+    let name = |(header, text): (&String, &Option<(usize, String)>)| {
+        let header = unqualified(&header.to_lowercase());
+        let number = header.strip_prefix("name")?.trim_matches(['_', '[', ']']).parse().ok()?;
+        let text = text.as_ref()?.1.to_lowercase();
+        Some((number, coordinates.iter().position(|c| *c == text)?))
+    };
+    table.header.iter().zip(&table.texts).filter_map(name).collect()
 }
 
 /// All readings of a header in lower case.

@@ -33,6 +33,7 @@ mod observation;
 mod payload;
 mod physical;
 mod planning;
+mod plausible;
 mod pseudo_inertia;
 mod random;
 mod records;

@@ -191,8 +191,7 @@ impl Log {
 fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
     for source in columns.sources() {
         if let Some((line, text)) = &table.texts[source.column] {
-            let hint = if text.contains(',') { " (decimal commas are not read)" } else { "" };
-            let message = format!("column `{}`: `{}` is not a number{hint}", source.header, text);
+            let message = format!("column `{}`: `{}` is not a number", source.header, text);
             return Err(Error::at(&table.file, *line, message));
         }
     }
@@ -271,7 +270,7 @@ mod tests {
             (rows(9, |i| format!("{i},{i},1\n")), "9 usable rows of 9"),
             (rows(60, |i| format!("{},{i},1\n", 60 - i)), "log.csv:3: column `t` runs backwards in 59 rows"),
             (rows(60, |i| format!("1,{i},1\n")), "column `t` stands still in 59 of 60 rows"),
-            (rows(60, |i| format!("{i},1,1\n")), "every row holds the same values"),
+            (rows(60, |i| format!("0.{i:02},1,1\n")), "every row holds the same values"),
         ] {
             let message = read(&text).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");

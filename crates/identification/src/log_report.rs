@@ -43,6 +43,9 @@ pub const GAP: f64 = 10.0;
 /// A log runs backwards in more rows than this share: two runs in one file, not a clock's jitter.
 const BACKWARDS: f64 = 0.01;
 
+/// s: a clock that steps by more is in another unit, unless it says that it is not.
+const SLOW: f64 = 0.5;
+
 /// Fewer samples than this cannot be filtered and differentiated.
 pub const MIN_ROWS: usize = 50;
 
@@ -108,6 +111,16 @@ impl LogReport {
         }
         if !(self.period.is_finite() && self.duration.is_finite()) {
             return at(0, "the clock leaves the range of numbers".into());
+        }
+        let said =
+            ["_s", "(s)", "[s]", "sec", "secs", "seconds"].iter().any(|unit| time.to_lowercase().ends_with(unit));
+        if self.period > SLOW && !said {
+            let message = format!(
+                "column `{time}` steps by {} s: too slow to see dynamics; if it is in ms, name it `{time}_ms`, if in s, \
+                 `{time}_s`",
+                self.period
+            );
+            return at(0, message);
         }
         if self.repeated + 1 == self.kept {
             return at(0, "every row holds the same values: nothing moves and nothing is measured".into());

@@ -12,6 +12,9 @@ const SLOW: f64 = 0.2;
 /// Scaled condition numbers above this are worth a sentence.
 const ILL_CONDITIONED: f64 = 100.0;
 
+/// rad: joints of arms that turn farther than two turns are rare, columns in degrees are not.
+const FAR: f64 = 4.0 * std::f64::consts::PI;
+
 /// Joints that hardly move: a small range, and slow beside the fastest joint.
 pub fn little_motion(observation: &Observation) -> Vec<bool> {
     let fastest = observation.speed.iter().copied().fold(0.0, f64::max);
@@ -60,6 +63,14 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
             "rows left out, the joint stands still and stiction is not in the model: {}",
             at_rest.join(", ")
         ));
+    }
+    for (name, range) in model.regressor.coordinates().iter().zip(&observation.range) {
+        let far = range.0.abs().max(range.1.abs());
+        if far > FAR {
+            out.push(format!(
+                "{name} reaches {far:.1} rad, more than two turns: if its column is in degrees, say so in its header (q1_deg)"
+            ));
+        }
     }
     let still = little_motion(observation);
     for (k, &(low, high)) in observation.range.iter().enumerate() {

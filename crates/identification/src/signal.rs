@@ -20,6 +20,7 @@ use crate::cutoff::{self, FrequencyContent};
 use crate::friction::sign;
 use crate::log::{Effort, Log};
 use crate::log_report::GAP;
+use crate::plausible::check_velocity;
 use crate::resample::{interpolate, uniform_clock};
 use crate::standstill::standstill;
 use crate::transmission::Coupling;
@@ -212,6 +213,9 @@ impl<'a> JointSignals<'a> {
         let t = self.on_clock(signal)?;
         let at = |message: String| Error::at(&self.log.name, 0, message);
         let period = step(&t);
+        if let Some(dq) = self.dq.as_ref().filter(|_| signal.velocity != Velocity::Differentiated) {
+            check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
+        }
         let cutoff = match (signal.order, signal.cutoff) {
             (0, _) => 0.0,
             (_, Some(f)) => f,
