@@ -1,13 +1,15 @@
 //! A file of named columns of numbers, before anybody says what they mean.
 //!
 //! Delimited text (comma, semicolon, tab or blanks; `#` starts a comment line; one header line),
-//! plain or gzip; or the arrays of a .npz (`npz`). What a cell means, and which rows are usable, is for `log` to say.
+//! plain or gzip; the arrays of a .npz (`npz`); a Parquet file (`parquet`); the joint states of a ROS
+//! recording (`rosbag`). Which it is says the content, not the name. What a cell means, and which rows
+//! are usable, is for `log` to say.
 
 use std::io::Read;
 use std::path::Path;
 
 use crate::Error;
-use crate::npz;
+use crate::{mcap, npz, parquet, rosbag};
 
 /// Named columns of one length. A cell that is empty, missing or no number is NaN.
 #[derive(Clone, Debug, Default)]
@@ -23,27 +25,41 @@ pub struct Table {
     pub texts: Vec<Option<(usize, String)>>,
     /// Rows with fewer or more cells than the header.
     pub ragged: usize,
+    /// What was read and what was not, in a sentence each, where the file leaves a choice.
+    pub notes: Vec<String>,
 }
 
 /// More columns than this is not a log of a robot.
-const MAX_COLUMNS: usize = 10_000;
+pub const MAX_COLUMNS: usize = 10_000;
 
 impl Table {
-    /// Reads a file; gzip is recognised by its first two bytes, not by the name.
+    /// Reads a file, or the directory of a rosbag2; `log.mcap#/topic` names one of several topics.
     pub fn read(path: &Path) -> Result<Table, Error> {
+        if let Some(table) = rosbag::read(path) {
+            return table;
+        }
         let file = path.display().to_string();
         let failed = |e: std::io::Error| Error::at(&file, 0, format!("cannot be read: {e}"));
         let bytes = std::fs::read(path).map_err(failed)?;
         Table::from_bytes(&file, &bytes)
     }
 
-    /// Reads the content of a file, plain or gzip.
+    /// Reads the content of a file; its first bytes say of which kind it is.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         if bytes.is_empty() {
             return Err(Error::at(file, 0, "the file is empty; a header line and rows of numbers are expected"));
         }
         if npz::is_numpy(bytes) {
             return npz::read(file, bytes);
+        }
+        if parquet::is_parquet(bytes) {
+            return parquet::read(file, bytes);
+        }
+        if bytes.starts_with(mcap::MAGIC) {
+            return rosbag::from_bytes(file, bytes);
+        }
+        if let Some(why) = rosbag::refusal(bytes) {
+            return Err(Error::at(file, 0, why));
         }
         if !bytes.starts_with(&[0x1f, 0x8b]) {
             return Table::from_text(file, bytes);
@@ -157,7 +173,8 @@ fn squeeze(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {
+/// Refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
+pub fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {
     let at = |message: String| Err(Error::at(file, line, message));
     if header.len() > MAX_COLUMNS {
         return at(format!("{} columns; at most {MAX_COLUMNS} are expected", header.len()));
