@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use identification::{
-    ColumnNames, Estimate, FrictionTerm, JointDynamics, Log, Options, SpectralMethod, Weights, bodies,
-    coordinate_label, identify_consistent, write_back,
+    ColumnNames, Estimate, Fit, FrictionTerm, JointDynamics, LogSource, Options, SourceRecords, SpectralMethod,
+    Weights, bodies, coordinate_label, identify_consistent, write_back,
 };
 use robot::{Coordinate, LinkId, Robot};
 
@@ -128,12 +128,15 @@ fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
         options.friction = terms.iter().copied().flatten().collect();
     }
 
-    let (log, columns) = Log::read(&arguments.log, regressor.coordinates(), &options.columns)?;
+    let (log, columns) = LogSource::open(&arguments.log, regressor.coordinates(), &options.columns)?;
+    let logs = [log];
+    let records = SourceRecords::new(regressor.as_ref(), &logs, &options)?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let fit = Fit::of_records(regressor.as_ref(), &records, names, &options)?;
     let estimate = if arguments.consistent || arguments.write_urdf.is_some() {
         let map = standard_map(&robot, &derived.parameters);
         let known = references(&robot, &derived.parameters);
-        let logs = std::slice::from_ref(&log);
-        let fit = identify_consistent(regressor.as_ref(), &map, &known, logs, &options, &Default::default())?;
+        let fit = identify_consistent(regressor.as_ref(), &map, &known, fit, &options, &Default::default())?;
         if let Some(out) = &arguments.write_urdf {
             let ids = body_links(&derived.parameters);
             let bodies: Vec<_> = ids.into_iter().zip(bodies(&map, &fit.consistent.phi).map(|b| b.1)).collect();
@@ -141,9 +144,9 @@ fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
         }
         fit.estimate
     } else {
-        identification::identify(regressor.as_ref(), &log, &options)?
+        fit.estimate
     };
-    print(&format!("{columns}\n{}\n{estimate}", log.report))?;
+    print(&format!("{columns}\n{}\n{estimate}", logs[0].report()))?;
     match &arguments.out {
         Some(out) => write_file(out, &estimate.to_yaml()?),
         None => Ok(()),

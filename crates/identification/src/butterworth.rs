@@ -46,6 +46,13 @@ impl Butterworth {
         Some(Butterworth { sections, order })
     }
 
+    /// s after which the filter has forgotten where its signal began, to a part in 10^12: the slowest pole
+    /// decays by exp(-2 pi f_c sin(pi / (2 n)) t).
+    pub fn memory(order: usize, cutoff: f64) -> f64 {
+        let decay = 2.0 * std::f64::consts::PI * cutoff * (0.5 * std::f64::consts::PI / order as f64).sin();
+        1e12f64.ln() / decay
+    }
+
     /// The signal without phase shift; shorter than two samples it is returned as it is.
     pub fn zero_phase(&self, x: &[f64]) -> Vec<f64> {
         let n = x.len();

@@ -105,13 +105,11 @@ type Products = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, usize, f64);
 /// Z'W, Z'Y, Z'Z, the rows and |Y|^2, weighted.
 fn products(model: &Model, z: &States, w: &States, measured: &States, weights: &[f64]) -> Products {
     let (n, p) = (model.n(), model.p());
-    let mut y = vec![0.0; n * model.regressor.parameters().len()];
-    let (mut zr, mut wr) = (vec![0.0; n * p], vec![0.0; n * p]);
+    let mut wr = vec![0.0; n * p];
     let (mut normal, mut gram, mut rhs) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p), DVector::zeros(p));
     let (mut rows, mut squares) = (0, 0.0);
-    for r in 0..measured.len() {
-        model.rows(z, r, &mut y, &mut zr);
-        model.rows(w, r, &mut y, &mut wr);
+    model.rows(z, 0..measured.len(), |r, zr| {
+        model.rows(w, r..r + 1, |_, rows| wr.copy_from_slice(rows));
         for j in (0..n).filter(|&j| measured.used[r * n + j]) {
             let v = weights[j] * weights[j];
             let tau = measured.tau[r * n + j];
@@ -123,7 +121,7 @@ fn products(model: &Model, z: &States, w: &States, measured: &States, weights: &
             rows += 1;
             squares += v * tau * tau;
         }
-    }
+    });
     (normal, rhs, gram, rows, squares)
 }
 
@@ -149,10 +147,8 @@ fn residual_variance(
     let mut states = w.clone();
     states.tau.clone_from(&measured.tau);
     states.used.clone_from(&measured.used);
-    let n = model.n();
-    let residuals = crate::observation::row_residuals(model, &states, x.as_slice());
-    let sum: f64 =
-        residuals.iter().enumerate().filter(|e| e.1.is_finite()).map(|(i, e)| (weights[i % n] * e).powi(2)).sum();
+    let mut sum = 0.0;
+    model.residuals(&states, x.as_slice(), |_, j, e| sum += (weights[j] * e).powi(2));
     sum.min(squares) / rows.saturating_sub(model.p()).max(1) as f64
 }
 

@@ -7,7 +7,8 @@ use crate::closed_loop::{ClosedLoop, Simulator, simulated};
 use crate::huber::reweighted;
 use crate::identify::{Options, Weights, fit, identify};
 use crate::identify_consistent::identity_map;
-use crate::log::{Effort, Log, LogReport};
+use crate::log::{Effort, Log};
+use crate::log_report::LogReport;
 use crate::observation::{Model, Observation, weighted};
 use crate::physical::{Prior, consistent};
 use crate::random::Random;
@@ -76,15 +77,15 @@ fn estimators_against_the_bound() {
             (0..model.p()).map(|c| (s.variance * s.inverse[(c, c)]).sqrt()).collect()
         };
         let (ols, _) = solve(&white, Weights::None);
-        let huber = reweighted(&model, std::slice::from_ref(&white), &ols, 1).solution;
+        let huber = reweighted(&model, std::slice::from_ref(&white), &ols).unwrap().solution;
         tallies[0].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[1].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
         let (ols, _) = solve(&spikes, Weights::None);
-        let huber = reweighted(&model, std::slice::from_ref(&spikes), &ols, 1).solution;
+        let huber = reweighted(&model, std::slice::from_ref(&spikes), &ols).unwrap().solution;
         tallies[2].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[3].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
         let (ols, weights) = solve(&slow, Weights::Joint);
-        let wide = robust(&model, std::slice::from_ref(&slow), &ols, &weights);
+        let wide = robust(&model, std::slice::from_ref(&slow), &ols, &weights).unwrap();
         tallies[4].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[5].add(&ols.x, &arm.truth, &bound, &wide.sigma);
     }

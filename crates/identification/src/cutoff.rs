@@ -21,10 +21,20 @@ const SHARE: f64 = 0.95;
 
 /// The frequency content of positions sampled every `period` s, and the cut-off by the rule.
 pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
-    let f95: Vec<f64> = q.iter().map(|q| velocity_f95(q, period)).collect();
-    let fastest = f95.iter().copied().fold(0.0, f64::max);
-    let highest = 0.2 / period;
-    FrequencyContent { cutoff: if fastest > 0.0 { (FACTOR * fastest).min(highest) } else { highest }, f95 }
+    FrequencyContent::of(q.iter().map(|q| velocity_f95(q, period)).collect(), period)
+}
+
+impl FrequencyContent {
+    fn of(f95: Vec<f64>, period: f64) -> FrequencyContent {
+        let fastest = f95.iter().copied().fold(0.0, f64::max);
+        let highest = 0.2 / period;
+        FrequencyContent { cutoff: if fastest > 0.0 { (FACTOR * fastest).min(highest) } else { highest }, f95 }
+    }
+
+    /// The content of the fastest of two parts of a record, joint by joint.
+    pub(crate) fn faster(self, other: FrequencyContent, period: f64) -> FrequencyContent {
+        FrequencyContent::of(self.f95.iter().zip(&other.f95).map(|(a, b)| a.max(*b)).collect(), period)
+    }
 }
 
 /// Joints that move less than this (rad, m) between their extremes are at rest: noise has no content.

@@ -129,7 +129,8 @@ impl Dataset {
                     Error::new(format!("{}: no map to standard parameters is given for a consistent run", self.name))
                 })?;
                 let references = &subject.references;
-                let fit = identify_consistent(regressor, map, references, &logs, &run.options, &consistency)?;
+                let fit = Fit::of(regressor, &logs, &run.options)?;
+                let fit = identify_consistent(regressor, map, references, fit, &run.options, &consistency)?;
                 (fit.estimate, fit.consistent.x)
             }
         };

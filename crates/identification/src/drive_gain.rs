@@ -15,7 +15,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::identify::{Options, PARTS, Weights, fit, states};
+use crate::identify::{Options, Weights, fit, states};
 use crate::least_squares::solve;
 use crate::log::{Effort, Log};
 use crate::observation::{Model, Observation};
@@ -124,10 +124,7 @@ pub fn estimate_drive_gains(
     let couplings = options.transmission.coupled();
     let model = Model::new(regressor, &options.friction, &couplings);
     let records = logs.iter().map(|log| states(regressor, log, &options)).collect::<Result<Vec<_>, _>>()?;
-    let mut observations = records.iter().map(|s| Observation::of(&model, s, PARTS));
-    let mut all = observations.next().ok_or_else(|| Error::new("no log is given; at least one is needed"))?;
-    observations.for_each(|o| all.append(o));
-    let joints = all.joints(|_| true);
+    let joints = Observation::of_records(&model, records.as_slice(), None)?.joints(|_| true);
     let (currents, _) = fit(&joints, Weights::Joint);
     let rho = records.iter().map(|s| correlation(&model, s, &currents.x)).fold(0.0, f64::max).min(0.999);
     drive_gains(&joints, known, (1.0 + rho) / (1.0 - rho))

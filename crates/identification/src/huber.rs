@@ -4,10 +4,11 @@
 //! j, k = 1.345: 95 % efficiency for normal noise [Huber 1981; Holland, Welsch 1977]. Iteratively
 //! reweighted least squares from the WLS solution.
 
+use crate::Error;
 use crate::identify::{Weights, fit};
 use crate::least_squares::Solution;
-use crate::observation::{Model, Observation, row_residuals};
-use crate::signal::States;
+use crate::observation::{Model, Observation, RowWeight};
+use crate::records::Records;
 
 const K: f64 = 1.345;
 const ITERATIONS: usize = 30;
@@ -24,65 +25,77 @@ pub struct Reweighted {
     pub iterations: usize,
 }
 
-/// Iterates from a solution; `parts` as in `Observation::of`.
-pub fn reweighted(model: &Model, records: &[States], start: &Solution, parts: usize) -> Reweighted {
-    let n = model.n();
+/// Iterates from a solution.
+///
+/// Fails when a record cannot be read.
+pub fn reweighted<R: Records + ?Sized>(model: &Model, records: &R, start: &Solution) -> Result<Reweighted, Error> {
     let mut x = start.x.clone();
-    let mut out = None;
-    for iteration in 1..=ITERATIONS {
-        let residuals: Vec<Vec<f64>> = records.iter().map(|s| row_residuals(model, s, &x)).collect();
-        let scales: Vec<f64> = (0..n).map(|j| scale(&residuals, n, j)).collect();
-        let mut observation: Option<Observation> = None;
-        for (states, residuals) in records.iter().zip(&residuals) {
-            let weight = |r: usize, j: usize| huber(residuals[r * n + j] / scales[j]).sqrt();
-            let part = Observation::of_rows(model, states, parts, &weight);
-            match &mut observation {
-                Some(all) => all.append(part),
-                None => observation = Some(part),
-            }
-        }
-        let Some(observation) = observation else { break };
-        let outliers = (0..n).map(|j| {
-            let rows = residuals.iter().flat_map(|e| e.iter().skip(j).step_by(n)).filter(|e| e.is_finite());
-            let (all, far) = rows.fold((0, 0), |(a, f), e| (a + 1, f + usize::from((e / scales[j]).abs() > K)));
-            f64::from(far as u32) / f64::from(all.max(1) as u32)
-        });
-        let outliers: Vec<f64> = outliers.collect();
-        let joints = observation.joints(|_| true);
-        let (solution, weights) = fit(&joints, Weights::Joint);
+    let mut iterations = 0;
+    loop {
+        iterations += 1;
+        let mut sizes = vec![Sizes::new(); model.n()];
+        records.each(&mut |states| model.residuals(states, &x, |_, j, e| sizes[j].add(e)))?;
+        let scales: Vec<f64> = sizes.iter().map(Sizes::sigma).collect();
+        let weight = |j: usize, e: f64| huber(e / scales[j]).sqrt();
+        let observation = Observation::of_records(model, records, Some(RowWeight { x: &x, weight: &weight }))?;
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let change = x.iter().zip(&solution.x).enumerate().map(|(c, (a, b))| {
             (a - b).abs() / (solution.variance * solution.inverse[(c, c)]).sqrt().max(f64::MIN_POSITIVE)
         });
-        let settled = change.fold(0.0, f64::max) < SETTLED;
-        x = solution.x.clone();
-        out = Some(Reweighted { solution, weights, observation, outliers, iterations: iteration });
-        if settled {
-            break;
+        if change.fold(0.0, f64::max) < SETTLED || iterations == ITERATIONS {
+            let outliers = sizes.iter().zip(&scales).map(|(s, scale)| s.beyond(K * scale)).collect();
+            return Ok(Reweighted { solution, weights, observation, outliers, iterations });
         }
+        x = solution.x;
     }
-    out.unwrap_or_else(|| Reweighted {
-        solution: start.clone(),
-        weights: vec![1.0; n],
-        observation: Observation { parts: Vec::new(), range: Vec::new(), speed: Vec::new() },
-        outliers: vec![0.0; n],
-        iterations: 0,
-    })
 }
 
 fn huber(u: f64) -> f64 {
     if u.abs() <= K || !u.is_finite() { 1.0 } else { K / u.abs() }
 }
 
-/// 1.4826 times the median of the absolute residuals of a joint: sigma for normal noise.
-fn scale(residuals: &[Vec<f64>], n: usize, j: usize) -> f64 {
-    let all = residuals.iter().flat_map(|e| e.iter().skip(j).step_by(n));
-    let mut all: Vec<f64> = all.filter(|e| e.is_finite()).map(|e| e.abs()).collect();
-    if all.is_empty() {
-        return 1.0;
+/// How many numbers have which absolute value, to a part in 256: the leading bits of a float are a
+/// logarithmic scale, so that a median needs neither the numbers nor their range.
+#[derive(Clone)]
+struct Sizes {
+    counts: Vec<u32>,
+}
+
+/// Bits of the fraction that are dropped.
+const DROPPED: u32 = 52 - 8;
+
+impl Sizes {
+    fn new() -> Sizes {
+        Sizes { counts: vec![0; (f64::INFINITY.to_bits() >> DROPPED) as usize + 1] }
     }
-    let middle = all.len() / 2;
-    let (_, median, _) = all.select_nth_unstable_by(middle, f64::total_cmp);
-    (1.4826 * *median).max(f64::MIN_POSITIVE)
+
+    fn add(&mut self, e: f64) {
+        if e.is_finite() {
+            self.counts[(e.abs().to_bits() >> DROPPED) as usize] += 1;
+        }
+    }
+
+    fn total(&self) -> u64 {
+        self.counts.iter().map(|&c| u64::from(c)).sum()
+    }
+
+    /// 1.4826 times the median: sigma for normal numbers; 1 without any.
+    fn sigma(&self) -> f64 {
+        let mut left = self.total() / 2;
+        let middle = self.counts.iter().position(|&c| {
+            let here = u64::from(c) > left;
+            left = left.saturating_sub(u64::from(c));
+            here
+        });
+        let value = |bin: usize| f64::from_bits(((bin as u64) << DROPPED) | (1 << (DROPPED - 1)));
+        middle.map_or(1.0, |bin| (1.4826 * value(bin)).max(f64::MIN_POSITIVE))
+    }
+
+    /// The share larger than `limit`.
+    fn beyond(&self, limit: f64) -> f64 {
+        let far: u64 = self.counts[(limit.to_bits() >> DROPPED) as usize + 1..].iter().map(|&c| u64::from(c)).sum();
+        far as f64 / self.total().max(1) as f64
+    }
 }
 
 #[cfg(test)]
@@ -107,7 +120,7 @@ mod tests {
                 states.tau[r] += 0.1 * random.normal() + outlier * states.q[r].signum();
             }
             let (ls, _) = fit(&Observation::of(&model, &states, 1).joints(|_| true), Weights::Joint);
-            let robust = reweighted(&model, &[states], &ls, 1);
+            let robust = reweighted(&model, [states].as_slice(), &ls).unwrap();
             for c in 0..3 {
                 let sigma = 0.1 * robust.solution.inverse[(c, c)].sqrt() * robust.weights[0];
                 bias_ls[c] += (ls.x[c] - arm.truth[c]) / sigma / f64::from(runs);
@@ -127,7 +140,7 @@ mod tests {
         let mut states = arm.states(800);
         states.tau.iter_mut().for_each(|t| *t += 0.1 * random.normal());
         let (ls, _) = fit(&Observation::of(&model, &states, 1).joints(|_| true), Weights::Joint);
-        let robust = reweighted(&model, &[states], &ls, 1);
+        let robust = reweighted(&model, [states].as_slice(), &ls).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
             // At 95 % efficiency the two differ by 0.23 sigma, one standard deviation; four of them.

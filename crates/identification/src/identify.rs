@@ -13,6 +13,7 @@ use crate::huber::reweighted;
 use crate::least_squares::{Solution, solve};
 use crate::log::Log;
 use crate::observation::{Model, Observation, weighted};
+use crate::records::Records;
 use crate::signal::{Signal, States};
 use crate::transmission::Transmission;
 use crate::triangle::Triangle;
@@ -72,9 +73,6 @@ pub enum Weights {
 /// Reweightings of WLS.
 const REWEIGHTINGS: usize = 3;
 
-/// Contiguous parts a log is kept in.
-pub const PARTS: usize = 10;
-
 /// Identifies a robot from one log.
 ///
 /// Fails when the log does not fit the robot, the transmission or the signal options; parameters
@@ -92,7 +90,6 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
 /// An estimate with everything it came from.
 pub struct Fit {
     pub estimate: Estimate,
-    pub states: Vec<States>,
     pub observation: Observation,
     pub solution: Solution,
     /// 1 / standard deviation of the residual, a joint; ones for OLS.
@@ -100,23 +97,33 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// From logs held in memory.
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
+        let records = logs.iter().map(|log| states(regressor, log, options)).collect::<Result<Vec<_>, _>>()?;
+        let names = logs.iter().map(|l| l.name.clone()).collect();
+        Fit::of_records(regressor, records.as_slice(), names, options)
+    }
+
+    /// From records; `logs` are their names.
+    ///
+    /// Fails when there is none, or when they cannot be read.
+    pub fn of_records<R: Records + ?Sized>(
+        regressor: &dyn Regressor,
+        records: &R,
+        logs: Vec<String>,
+        options: &Options,
+    ) -> Result<Fit, Error> {
         let couplings = options.transmission.coupled();
-        let states = logs.iter().map(|log| states(regressor, log, options)).collect::<Result<Vec<_>, _>>()?;
         let model = Model::new(regressor, &options.friction, &couplings);
-        let mut observations = states.iter().map(|s| Observation::of(&model, s, PARTS));
-        let Some(mut observation) = observations.next() else {
-            return Err(Error::new("no log is given; at least one is needed"));
-        };
-        observations.for_each(|o| observation.append(o));
+        let mut observation = Observation::of_records(&model, records, None)?;
         let joints = observation.joints(|_| true);
         let (mut solution, mut weights) = fit(&joints, options.weights);
         if options.weights == Weights::Huber {
-            let robust = reweighted(&model, &states, &solution, PARTS);
+            let robust = reweighted(&model, records, &solution)?;
             (solution, weights, observation.parts) = (robust.solution, robust.weights, robust.observation.parts);
         }
         let mut estimate = report(&model, &joints, &observation, &solution);
-        let robust = crate::robust::robust(&model, &states, &solution, &weights);
+        let robust = crate::robust::robust(&model, records, &solution, &weights)?;
         widen(&mut estimate, &robust.sigma);
         let still = crate::remark::little_motion(&observation);
         for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
@@ -135,18 +142,28 @@ impl Fit {
             Weights::Joint => "least squares weighted by joint".into(),
             Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
         };
-        estimate.logs = logs.iter().map(|l| l.name.clone()).collect();
-        estimate.cutoff = states.first().map_or(0.0, |s| s.cutoff);
+        estimate.logs = logs;
+        estimate.cutoff = observation.cutoff;
         if options.covariance {
             let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
             estimate.covariance = (0..model.p()).map(row).collect();
         }
-        Ok(Fit { estimate, states, observation, solution, weights })
+        Ok(Fit { estimate, observation, solution, weights })
     }
 }
 
 /// The states of a log, checked against the regressor.
 pub fn states(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
+    let states = states_or_none(regressor, log, options)?;
+    if states.is_empty() {
+        let message = format!("no sample is left of {} between the ends and the window", log.len());
+        return Err(Error::at(&log.name, 0, message));
+    }
+    Ok(states)
+}
+
+/// As `states`; empty where nothing is left between the ends and the window.
+pub(crate) fn states_or_none(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
     let n = regressor.coordinates().len();
     if log.coordinates.len() != n {
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Estimate, Identified, Status};
 use crate::identify::{Fit, Options, Weights};
-use crate::log::Log;
 use crate::observation::{Model, weighted};
 use crate::physical::{Consistent, Prior, StandardMap, consistent};
 use crate::pseudo_inertia::Ten;
@@ -44,14 +43,15 @@ pub struct ConsistentFit {
     pub estimate: Estimate,
 }
 
-/// Identifies bodies that can exist; `references` in the order of the map's bodies, where known.
+/// Bodies that can exist, from what least squares was given; `references` in the order of the map's bodies,
+/// where known.
 ///
-/// Fails as `identify` does, and when the map does not fit the regressor.
+/// Fails when the map does not fit the regressor, or the prior has no weight.
 pub fn identify_consistent(
     regressor: &dyn Regressor,
     map: &StandardMap,
     references: &[Option<Ten>],
-    logs: &[Log],
+    fit: Fit,
     options: &Options,
     consistency: &Consistency,
 ) -> Result<ConsistentFit, Error> {
@@ -64,7 +64,6 @@ pub fn identify_consistent(
     if !(consistency.prior_weight > 0.0 && consistency.prior_weight.is_finite()) {
         return Err(Error::new(format!("prior_weight is {}; a positive number is needed", consistency.prior_weight)));
     }
-    let fit = Fit::of(regressor, logs, options)?;
     let couplings = options.transmission.coupled();
     let model = Model::new(regressor, &options.friction, &couplings);
     let joints = fit.observation.joints(|_| true);
@@ -136,10 +135,7 @@ fn discount(estimate: &Estimate) -> f64 {
 
 fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
-    let peak = |j: usize| {
-        let torques = fit.states.iter().flat_map(|s| s.tau.iter().skip(j).step_by(s.n));
-        torques.fold(0.0, |a: f64, b| a.max(b.abs()))
-    };
+    let peak = |j: usize| fit.observation.effort[j];
     let deviation = |p: &crate::observation::Parameter| match (p.joint, p.unit) {
         (Some(j), "N m s/rad") if bounded => peak(j) / fastest,
         (Some(j), "N m") if bounded => peak(j),

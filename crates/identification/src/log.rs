@@ -3,14 +3,15 @@
 //! Rows that cannot be used (a number missing or infinite, a clock that does not advance) are left
 //! out and counted; nothing is invented here. Filtering and differentiation are in `signal`.
 
-use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 
 use serde::Serialize;
 
 use crate::Error;
-use crate::columns::{ColumnNames, Columns};
+use crate::columns::{ColumnNames, Columns, Source};
 use crate::header::Quantity;
+use crate::log_report::{GAP, LogReport, even};
 use crate::signal::Window;
 use crate::table::Table;
 
@@ -41,45 +42,10 @@ pub struct Log {
     pub effort_is: Effort,
     /// The row of the file, from 1, behind each sample.
     pub rows: Vec<usize>,
-    /// Use samples in this interval only, instead of that of the options.
+    /// Use samples in this interval only, and in that of the options.
     pub window: Option<Window>,
     pub report: LogReport,
 }
-
-/// What was found in a log and what was done about it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct LogReport {
-    /// Rows of the file and rows kept.
-    pub rows: usize,
-    pub kept: usize,
-    /// Rows left out because a number is missing, NaN or infinite; the first such line.
-    pub not_finite: usize,
-    pub first_not_finite: Option<usize>,
-    /// Rows left out because the clock stands still, or runs backwards.
-    pub clock_repeated: usize,
-    pub clock_backwards: usize,
-    /// Rows with more or fewer cells than the header.
-    pub ragged: usize,
-    /// Kept rows in which every signal but the time is as in the row before.
-    pub repeated: usize,
-    /// s: first to last sample, median and largest step; `uniform` when no step is 1 % off the median.
-    pub duration: f64,
-    pub period: f64,
-    pub longest_step: f64,
-    pub uniform: bool,
-    /// Steps longer than [`GAP`] periods.
-    pub gaps: usize,
-    /// s at rest before the first and after the last motion, and in all.
-    pub rest_before: f64,
-    pub rest_after: f64,
-    pub rest: f64,
-}
-
-/// A step of the clock this many times the median is a gap: nothing is interpolated across it.
-pub const GAP: f64 = 10.0;
-
-/// A log runs backwards in more rows than this share: two runs in one file, not a clock's jitter.
-const BACKWARDS: f64 = 0.01;
 
 /// At rest: no joint is faster than this, rad/s, over [`REST_SPAN`] s.
 const REST_SPEED: f64 = 1e-3;
@@ -98,11 +64,25 @@ impl Log {
     /// Fails when a used column holds text, when fewer than [`MIN_ROWS`] rows are usable, or when
     /// the clock is no clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
+        let log = Log::part(table, columns, f64::NEG_INFINITY)?;
+        let empty = |s: &&Source| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
+        if let Some(s) = columns.sources().find(empty) {
+            let message = format!("column `{}` holds no number at all", s.header);
+            return Err(Error::at(&table.file, 0, message));
+        }
+        log.report.check(&table.file, &columns.time.header)?;
+        Ok(log)
+    }
+
+    /// The usable rows of a part of a file, those later than `after` on its clock.
+    ///
+    /// Fails when a used column holds text.
+    pub(crate) fn part(table: &Table, columns: &Columns, after: f64) -> Result<Log, Error> {
         check_texts(table, columns)?;
         let mut report = LogReport { rows: table.rows(), ragged: table.ragged, ..LogReport::default() };
-        let rows = usable_rows(table, columns, &mut report)?;
-        let take = |s: &crate::columns::Source| rows.iter().map(|&r| s.factor * table.columns[s.column][r]).collect();
-        let series = |sources: &[crate::columns::Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
+        let rows = usable_rows(table, columns, after, &mut report);
+        let take = |s: &Source| rows.iter().map(|&r| s.factor * table.columns[s.column][r]).collect();
+        let series = |sources: &[Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
         let mut log = Log {
             name: table.file.clone(),
             coordinates: columns.coordinates.clone(),
@@ -112,11 +92,11 @@ impl Log {
             ddq: columns.acceleration.as_deref().map(series),
             effort: series(&columns.effort),
             effort_is: if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque },
-            rows: rows.iter().map(|r| r + 1).collect(),
+            rows: rows.iter().map(|r| table.skipped + r + 1).collect(),
             window: None,
             report,
         };
-        log.describe(table)?;
+        log.describe();
         Ok(log)
     }
 
@@ -134,38 +114,57 @@ impl Log {
         self.q.iter().chain(optional).chain(&self.effort)
     }
 
-    fn describe(&mut self, table: &Table) -> Result<(), Error> {
+    /// Some of the samples, described as the whole.
+    pub(crate) fn range(&self, range: Range<usize>) -> Log {
+        let cut = |x: &Vec<f64>| x[range.clone()].to_vec();
+        let all = |x: &Vec<Vec<f64>>| x.iter().map(cut).collect::<Vec<_>>();
+        Log {
+            name: self.name.clone(),
+            coordinates: self.coordinates.clone(),
+            t: cut(&self.t),
+            q: all(&self.q),
+            dq: self.dq.as_ref().map(all),
+            ddq: self.ddq.as_ref().map(all),
+            effort: all(&self.effort),
+            effort_is: self.effort_is,
+            rows: self.rows[range.clone()].to_vec(),
+            window: self.window,
+            report: self.report.clone(),
+        }
+    }
+
+    /// Appends samples of a later part of the same file.
+    pub(crate) fn append(&mut self, next: &Log, range: Range<usize>) {
+        let optional = self.dq.iter_mut().chain(&mut self.ddq).flatten();
+        let series = std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort);
+        for (x, y) in series.zip(std::iter::once(&next.t).chain(next.signals())) {
+            x.extend_from_slice(&y[range.clone()]);
+        }
+        self.rows.extend_from_slice(&next.rows[range]);
+    }
+
+    fn describe(&mut self) {
+        self.report.kept = self.len();
         let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
+        if steps.is_empty() {
+            return;
+        }
         let longest = steps.iter().copied().fold(0.0, f64::max);
         steps.sort_by(f64::total_cmp);
         let period = steps[steps.len() / 2];
-        let duration = self.t[self.len() - 1] - self.t[0];
-        if !(period.is_finite() && duration.is_finite()) {
-            return Err(Error::at(&table.file, 0, "the clock leaves the range of numbers"));
-        }
-        let repeated = (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count();
-        if repeated + 1 == self.len() {
-            return Err(Error::at(
-                &table.file,
-                0,
-                "every row holds the same values: nothing moves and nothing is measured",
-            ));
-        }
         let (before, after, rest) = self.rest();
         self.report = LogReport {
-            kept: self.len(),
-            repeated,
-            duration,
+            repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
+            duration: self.t[self.len() - 1] - self.t[0],
             period,
             longest_step: longest,
-            uniform: steps.iter().all(|s| (s - period).abs() <= 0.01 * period),
+            uniform: steps.iter().all(|&s| even(s, period)),
             gaps: steps.iter().filter(|&&s| s > GAP * period).count(),
             rest_before: before,
             rest_after: after,
             rest,
             ..self.report.clone()
         };
-        Ok(())
     }
 
     /// s at rest at the start, at the end, and in all.
@@ -189,9 +188,6 @@ impl Log {
     }
 }
 
-/// Fewer samples than this cannot be filtered and differentiated.
-pub const MIN_ROWS: usize = 50;
-
 fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
     for source in columns.sources() {
         if let Some((line, text)) = &table.texts[source.column] {
@@ -203,90 +199,25 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
     Ok(())
 }
 
-/// The rows with finite numbers and an advancing clock.
-fn usable_rows(table: &Table, columns: &Columns, report: &mut LogReport) -> Result<Vec<usize>, Error> {
-    if table.rows() == 0 {
-        return Err(Error::at(&table.file, 1, "there is a header but no row of numbers below it"));
-    }
+/// The rows with finite numbers and a clock that advances beyond `after`; the others are counted.
+fn usable_rows(table: &Table, columns: &Columns, mut after: f64, report: &mut LogReport) -> Vec<usize> {
     let clock = &table.columns[columns.time.column];
     let mut rows: Vec<usize> = Vec::with_capacity(table.rows());
-    let mut backwards_at = 0;
     for r in 0..table.rows() {
         if columns.sources().any(|s| !table.columns[s.column][r].is_finite()) {
             report.not_finite += 1;
             report.first_not_finite.get_or_insert(table.line(r));
-            continue;
-        }
-        match rows.last().map(|&last| clock[r].total_cmp(&clock[last])) {
-            Some(std::cmp::Ordering::Equal) => report.clock_repeated += 1,
-            Some(std::cmp::Ordering::Less) => {
-                if report.clock_backwards == 0 {
-                    backwards_at = r;
-                }
-                report.clock_backwards += 1;
-            }
-            _ => rows.push(r),
+        } else if columns.time.factor * clock[r] > after {
+            after = columns.time.factor * clock[r];
+            rows.push(r);
+        } else if columns.time.factor * clock[r] == after {
+            report.clock_repeated += 1;
+        } else {
+            report.clock_backwards += 1;
+            report.first_backwards.get_or_insert(table.line(r));
         }
     }
-    let time = &columns.time.header;
-    if report.clock_backwards as f64 > BACKWARDS * table.rows() as f64 {
-        let message = format!(
-            "column `{time}` runs backwards in {} rows, here first: two runs in one file, or not the time; split the file",
-            report.clock_backwards
-        );
-        return Err(Error::at(&table.file, table.line(backwards_at), message));
-    }
-    if report.clock_repeated as f64 > 0.5 * table.rows() as f64 {
-        let message = format!(
-            "column `{time}` stands still in {} of {} rows; it is not the time",
-            report.clock_repeated,
-            table.rows()
-        );
-        return Err(Error::at(&table.file, 0, message));
-    }
-    if let Some(s) = columns.sources().find(|s| table.columns[s.column].iter().all(|x| !x.is_finite())) {
-        let message = format!("column `{}` holds no number at all", s.header);
-        return Err(Error::at(&table.file, 0, message));
-    }
-    if rows.len() < MIN_ROWS {
-        let message = format!(
-            "{} usable rows of {} ({} with missing or infinite numbers); at least {MIN_ROWS} are needed",
-            rows.len(),
-            table.rows(),
-            report.not_finite
-        );
-        return Err(Error::at(&table.file, 0, message));
-    }
-    Ok(rows)
-}
-
-impl fmt::Display for LogReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let clock = if self.uniform { "uniform" } else { "not uniform" };
-        writeln!(
-            f,
-            "{} rows, {} used; {:.3} s, median step {:.6} s ({clock}, longest {:.6} s)",
-            self.rows, self.kept, self.duration, self.period, self.longest_step
-        )?;
-        let line = self.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
-        for (count, what) in [
-            (self.not_finite, format!("rows left out: a number is missing or infinite{line}")),
-            (self.clock_repeated, "rows left out: the clock repeats".into()),
-            (self.clock_backwards, "rows left out: the clock runs backwards".into()),
-            (self.ragged, "rows with more or fewer cells than the header".into()),
-            (self.repeated, "rows repeat the row before (kept)".into()),
-            (self.gaps, format!("gaps in the clock longer than {GAP} steps (samples within are not used)")),
-        ] {
-            if count > 0 {
-                writeln!(f, "{count} {what}")?;
-            }
-        }
-        if self.rest > 0.0 {
-            let (before, after) = (self.rest_before, self.rest_after);
-            writeln!(f, "at rest {:.2} s ({before:.2} s at the start, {after:.2} s at the end)", self.rest)?;
-        }
-        Ok(())
-    }
+    rows
 }
 
 #[cfg(test)]

@@ -5,11 +5,14 @@
 //! held. Rows are kept apart by joint, so that weights by joint need no second pass, and by
 //! contiguous parts of the record, so that leaving parts out (validation) needs none either.
 
-use crate::Regressor;
+use std::ops::Range;
+
 use crate::friction::{FrictionTerm, label};
+use crate::records::Records;
 use crate::signal::States;
 use crate::transmission::Coupling;
 use crate::triangle::{Block, Triangle};
+use crate::{Error, Regressor};
 
 /// A parameter of the observation equation.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,13 +63,34 @@ impl<'a> Model<'a> {
         self.parameters.len()
     }
 
-    /// The n x p rows at sample r, row by row, into `w`; `y` is scratch of the regressor's size.
-    pub fn rows(&self, states: &States, r: usize, y: &mut [f64], w: &mut [f64]) {
+    /// The n x p rows of the samples of a range, in turn: `take(r, rows)`, row by row.
+    pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
+        let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
+        let mut w = vec![0.0; n * p];
+        let together = TOGETHER.min(range.len()).max(1);
+        let mut inputs = vec![0.0; together * 3 * n];
+        let mut y = vec![0.0; together * n * base];
+        for first in range.clone().step_by(together) {
+            let count = together.min(range.end - first);
+            for (input, r) in inputs.chunks_exact_mut(3 * n).zip(first..first + count) {
+                input[..n].copy_from_slice(&states.q[r * n..][..n]);
+                input[n..2 * n].copy_from_slice(&states.dq[r * n..][..n]);
+                input[2 * n..].copy_from_slice(&states.ddq[r * n..][..n]);
+            }
+            self.regressor.fill_many(&inputs[..count * 3 * n], &mut y[..count * n * base]);
+            for i in 0..count {
+                self.fill(states, first + i, &y[i * n * base..][..n * base], &mut w);
+                take(first + i, &mut w);
+            }
+        }
+    }
+
+    /// The rows of sample r from its regressor `y`.
+    fn fill(&self, states: &States, r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let at = r * n..(r + 1) * n;
-        let (q, dq, ddq) = (&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at.clone()]);
+        let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
         let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
-        self.regressor.fill(q, dq, ddq, y);
         w.fill(0.0);
         let per_joint: usize = self.friction.iter().map(|t| t.parameters().len()).sum();
         for j in 0..n {
@@ -84,23 +108,23 @@ impl<'a> Model<'a> {
             coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
         }
     }
+
+    /// tau - W x of the used rows of a range, in turn: `take(r, j, residual)`.
+    pub fn residuals(&self, states: &States, x: &[f64], mut take: impl FnMut(usize, usize, f64)) {
+        let (n, p) = (self.n(), self.p());
+        self.rows(states, 0..states.len(), |r, w| {
+            for j in (0..n).filter(|&j| states.used[r * n + j]) {
+                take(r, j, states.tau[r * n + j] - dot(&w[j * p..(j + 1) * p], x));
+            }
+        });
+    }
 }
 
-/// tau - W x of every row, in the order of `States::tau`; NaN for rows that are not used.
-pub fn row_residuals(model: &Model, states: &States, x: &[f64]) -> Vec<f64> {
-    let (n, p) = (model.n(), model.p());
-    let mut y = vec![0.0; n * model.regressor.parameters().len()];
-    let mut w = vec![0.0; n * p];
-    let mut out = Vec::with_capacity(states.tau.len());
-    for r in 0..states.len() {
-        model.rows(states, r, &mut y, &mut w);
-        for j in 0..n {
-            let fit: f64 = w[j * p..(j + 1) * p].iter().zip(x).map(|(a, b)| a * b).sum();
-            let at = r * n + j;
-            out.push(if states.used[at] { states.tau[at] - fit } else { f64::NAN });
-        }
-    }
-    out
+/// Samples whose regressors are made together: eight a lane of the widest processor.
+const TOGETHER: usize = 64;
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// First moments in kg m (`MXR4`, `D2MXR4`), masses in kg, inertias in kg m^2; a label behind an
@@ -116,32 +140,34 @@ pub(crate) fn unit_of_inertial(name: &str) -> &'static str {
     }
 }
 
-/// The weight of the row of joint j at sample r: `weight(r, j)`.
-pub type RowWeight<'a> = &'a (dyn Fn(usize, usize) -> f64 + Sync);
+/// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
+#[derive(Clone, Copy)]
+pub struct RowWeight<'a> {
+    pub x: &'a [f64],
+    pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
+}
 
 /// Fewer samples than this are not worth a thread.
 const PARALLEL: usize = 20_000;
 
 /// One triangle a joint of the samples in a range.
-fn part_of_rows(model: &Model, states: &States, range: std::ops::Range<usize>, weight: RowWeight) -> Vec<Triangle> {
+fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
     let (n, p) = (model.n(), model.p());
-    let mut y = vec![0.0; n * model.regressor.parameters().len()];
-    let mut w = vec![0.0; n * p];
     let mut blocks = vec![Block::new(p); n];
     let mut triangles = vec![Triangle::new(p); n];
-    for r in range {
-        model.rows(states, r, &mut y, &mut w);
+    model.rows(states, range, |r, w| {
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
-            let (row, factor) = (&mut w[j * p..(j + 1) * p], weight(r, j));
+            let (row, tau) = (&mut w[j * p..(j + 1) * p], states.tau[r * n + j]);
+            let factor = weight.map_or(1.0, |by| (by.weight)(j, tau - dot(row, by.x)));
             if factor != 1.0 {
                 row.iter_mut().for_each(|x| *x *= factor);
             }
-            blocks[j].push(row, factor * states.tau[r * n + j]);
+            blocks[j].push(row, factor * tau);
             if blocks[j].is_full() {
                 triangles[j].fold(&mut blocks[j]);
             }
         }
-    }
+    });
     for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
         triangle.fold(block);
     }
@@ -149,7 +175,7 @@ fn part_of_rows(model: &Model, states: &States, range: std::ops::Range<usize>, w
 }
 
 /// The triangles of the rows, by part of the record and by joint.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Observation {
     /// `parts[k][j]`: part k, joint j.
     pub parts: Vec<Vec<Triangle>>,
@@ -157,16 +183,42 @@ pub struct Observation {
     pub range: Vec<(f64, f64)>,
     /// rad/s: the largest speed of each coordinate.
     pub speed: Vec<f64>,
+    /// N m (N): the largest torque of each coordinate.
+    pub effort: Vec<f64>,
+    /// Hz, of the first record.
+    pub cutoff: f64,
 }
+
+/// More parts than this are merged by twos.
+const MOST_PARTS: usize = 64;
 
 impl Observation {
     /// Streams the samples through the model, in `parts` contiguous parts of equal length.
     pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
-        Observation::of_rows(model, states, parts, &|_, _| 1.0)
+        Observation::of_rows(model, states, parts, None)
     }
 
-    /// As `of`, the row of joint j at sample r multiplied by `weight(r, j)`.
-    pub fn of_rows(model: &Model, states: &States, parts: usize, weight: RowWeight) -> Observation {
+    /// All records, the rows weighted where a weight is given.
+    ///
+    /// Fails when there is no record, or when one cannot be read.
+    pub fn of_records<R: Records + ?Sized>(
+        model: &Model,
+        records: &R,
+        weight: Option<RowWeight>,
+    ) -> Result<Observation, Error> {
+        let mut all: Option<Observation> = None;
+        records.each(&mut |states| {
+            let one = Observation::of_rows(model, states, records.parts(), weight);
+            match &mut all {
+                Some(all) => all.append(one),
+                None => all = Some(one),
+            }
+        })?;
+        all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
+    }
+
+    /// As `of`, the rows weighted where a weight is given.
+    fn of_rows(model: &Model, states: &States, parts: usize, weight: Option<RowWeight>) -> Observation {
         let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
         let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
@@ -190,19 +242,29 @@ impl Observation {
             (0..n).map(|j| x.iter().skip(j).step_by(n).fold(start, |a, &b| f(a, b))).collect()
         };
         let (low, high) = (over(&states.q, &f64::min, f64::MAX), over(&states.q, &f64::max, f64::MIN));
-        let speed = over(&states.dq, &|a, b| a.max(b.abs()), 0.0);
-        Observation { parts: triangles, range: low.into_iter().zip(high).collect(), speed }
+        let largest = |x: &[f64]| over(x, &|a, b| a.max(b.abs()), 0.0);
+        let (speed, effort) = (largest(&states.dq), largest(&states.tau));
+        let range = low.into_iter().zip(high).collect();
+        Observation { parts: triangles, range, speed, effort, cutoff: states.cutoff }
     }
 
     /// Takes the parts of another record.
     pub fn append(&mut self, other: Observation) {
         self.parts.extend(other.parts);
+        while self.parts.len() > MOST_PARTS {
+            let mut parts = std::mem::take(&mut self.parts).into_iter();
+            while let Some(mut first) = parts.next() {
+                for (a, b) in first.iter_mut().zip(parts.next().into_iter().flatten()) {
+                    a.merge(&b, 1.0);
+                }
+                self.parts.push(first);
+            }
+        }
         for (a, b) in self.range.iter_mut().zip(other.range) {
             *a = (a.0.min(b.0), a.1.max(b.1));
         }
-        for (a, b) in self.speed.iter_mut().zip(other.speed) {
-            *a = a.max(b);
-        }
+        let largest = self.speed.iter_mut().chain(&mut self.effort).zip(other.speed.into_iter().chain(other.effort));
+        largest.for_each(|(a, b)| *a = a.max(b));
     }
 
     /// One triangle a joint, of all parts for which `take` says so.
@@ -244,7 +306,7 @@ mod tests {
         let threaded = Observation::of(&model, &states, 7);
         for (k, part) in threaded.parts.iter().enumerate() {
             let range = k * states.len() / 7..(k + 1) * states.len() / 7;
-            assert_eq!(*part, part_of_rows(&model, &states, range, &|_, _| 1.0));
+            assert_eq!(*part, part_of_rows(&model, &states, range, None));
         }
         assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
     }

@@ -9,7 +9,8 @@
 
 use crate::Error;
 use crate::parquet_pages::{self, Cell, Cells, Shape};
-use crate::table::{MAX_COLUMNS, Table, check_header};
+use crate::table::Table;
+use crate::table_reader::{MAX_COLUMNS, check_header};
 use crate::thrift::Thrift;
 
 const MAGIC: &[u8] = b"PAR1";

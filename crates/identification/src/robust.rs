@@ -9,8 +9,10 @@
 //! correlation: L = 1.1447 (4 rho^2 / ((1 - rho)^2 (1 + rho)^2) n)^(1/3)   [Andrews 1991]
 //! with rho the largest among the joints, and at most a tenth of the record.
 
+use crate::Error;
 use crate::least_squares::Solution;
 use crate::observation::Model;
+use crate::records::Records;
 use crate::signal::States;
 
 /// Longest span, in samples: bounds the memory.
@@ -28,11 +30,18 @@ pub struct Robust {
 }
 
 /// From the records of a fit, its solution and its weights by joint.
-pub fn robust(model: &Model, records: &[States], solution: &Solution, weights: &[f64]) -> Robust {
+///
+/// Fails when a record cannot be read.
+pub fn robust<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    solution: &Solution,
+    weights: &[f64],
+) -> Result<Robust, Error> {
     let p = model.p();
     let mut variance = vec![0.0; p];
     let mut out = Robust { sigma: Vec::new(), correlation: 0.0, span: Vec::new() };
-    for states in records {
+    records.each(&mut |states| {
         let correlation = correlation(model, states, &solution.x);
         let span = span(correlation, states.len());
         out.correlation = out.correlation.max(correlation);
@@ -57,54 +66,41 @@ pub fn robust(model: &Model, records: &[States], solution: &Solution, weights: &
         for i in 0..span {
             slide(None, at + i);
         }
-    }
+    })?;
     out.sigma = variance.into_iter().map(f64::sqrt).collect();
-    out
+    Ok(out)
 }
 
 /// A^-1 g_r for each sample in turn.
 fn scores(model: &Model, states: &States, solution: &Solution, weights: &[f64], mut each: impl FnMut(Vec<f64>)) {
     let (n, p) = (model.n(), model.p());
-    let mut y = vec![0.0; n * model.regressor.parameters().len()];
-    let mut w = vec![0.0; n * p];
     let mut g = vec![0.0; p];
-    for r in 0..states.len() {
-        model.rows(states, r, &mut y, &mut w);
+    model.rows(states, 0..states.len(), |r, w| {
         g.fill(0.0);
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
             let row = &w[j * p..(j + 1) * p];
             let fit: f64 = row.iter().zip(&solution.x).map(|(a, b)| a * b).sum();
             let e = weights[j] * weights[j] * (states.tau[r * n + j] - fit);
-            g.iter_mut().zip(row).for_each(|(g, a)| *g += e * a);
+            g.iter_mut().zip(row.iter()).for_each(|(g, a)| *g += e * a);
         }
         let g = nalgebra::DVectorView::from_slice(&g, p);
         each((&solution.inverse * g).as_slice().to_vec());
-    }
+    });
 }
 
 /// The largest lag-one correlation of the joints' residuals.
 pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
-    let (n, p) = (model.n(), model.p());
-    let mut y = vec![0.0; n * model.regressor.parameters().len()];
-    let mut w = vec![0.0; n * p];
-    let mut last: Vec<Option<f64>> = vec![None; n];
+    let n = model.n();
+    // The sample and the residual before.
+    let mut last: Vec<Option<(usize, f64)>> = vec![None; n];
     let (mut squares, mut products) = (vec![0.0; n], vec![0.0; n]);
-    for r in 0..states.len() {
-        model.rows(states, r, &mut y, &mut w);
-        for j in 0..n {
-            if !states.used[r * n + j] {
-                last[j] = None;
-                continue;
-            }
-            let row = &w[j * p..(j + 1) * p];
-            let e = states.tau[r * n + j] - row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
-            if let Some(before) = last[j] {
-                squares[j] += 0.5 * (e * e + before * before);
-                products[j] += e * before;
-            }
-            last[j] = Some(e);
+    model.residuals(states, x, |r, j, e| {
+        if let Some((_, before)) = last[j].filter(|(sample, _)| sample + 1 == r) {
+            squares[j] += 0.5 * (e * e + before * before);
+            products[j] += e * before;
         }
-    }
+        last[j] = Some((r, e));
+    });
     let rho = squares.iter().zip(&products).filter(|(s, _)| **s > 0.0).map(|(s, p)| p / s);
     rho.fold(0.0, f64::max)
 }
@@ -140,7 +136,7 @@ mod tests {
             }
             let observation = Observation::of(&model, &states, 1);
             let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-            let robust = robust(&model, &[states], &solution, &weights);
+            let robust = robust(&model, [states].as_slice(), &solution, &weights).unwrap();
             let c = 1;
             errors += (solution.x[c] - arm.truth[c]).powi(2) / f64::from(runs);
             white += solution.variance * solution.inverse[(c, c)] / f64::from(runs);

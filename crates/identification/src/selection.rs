@@ -8,10 +8,9 @@
 use std::fmt;
 
 use crate::friction::FrictionTerm;
-use crate::identify::{Options, PARTS, fit, states};
+use crate::identify::{Options, fit, states};
 use crate::log::Log;
 use crate::observation::{Model, Observation};
-use crate::signal::States;
 use crate::validation::{Validation, cross_validate, residuals};
 use crate::{Error, Regressor};
 
@@ -62,7 +61,7 @@ pub fn select_friction(
     let mut out = Vec::with_capacity(candidates.len());
     for terms in candidates {
         let model = Model::new(regressor, terms, &couplings);
-        let observation = observed(&model, &records)?;
+        let observation = Observation::of_records(&model, records.as_slice(), None)?;
         let joints = observation.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         out.push(FrictionCandidate {
@@ -77,13 +76,6 @@ pub fn select_friction(
     let key = |&i: &usize| (out[i].columns, i);
     let chosen = good.min_by_key(key).ok_or_else(|| Error::new("no friction model is given to choose from"))?;
     Ok(FrictionSelection { candidates: out, chosen })
-}
-
-fn observed(model: &Model, records: &[States]) -> Result<Observation, Error> {
-    let mut parts = records.iter().map(|s| Observation::of(model, s, PARTS));
-    let mut all = parts.next().ok_or_else(|| Error::new("no log is given; at least one is needed"))?;
-    parts.for_each(|o| all.append(o));
-    Ok(all)
 }
 
 impl fmt::Display for FrictionSelection {
@@ -130,7 +122,7 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[Log], options: &Options
         let mut options = options.clone();
         options.signal.delay = delay;
         let records = logs.iter().map(|log| states(regressor, log, &options)).collect::<Result<Vec<_>, _>>()?;
-        let joints = observed(&model, &records)?.joints(|_| true);
+        let joints = Observation::of_records(&model, records.as_slice(), None)?.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         Ok(residuals(&model, &joints, &solution.x).total)
     };
@@ -172,7 +164,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[Log], options: &Options
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{Effort, LogReport};
+    use crate::log::Effort;
+    use crate::log_report::LogReport;
     use crate::random::Random;
     use crate::signal::Signal;
     use crate::test_arm::Pendulum;

@@ -16,9 +16,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::butterworth::Butterworth;
-use crate::cutoff;
+use crate::cutoff::{self, FrequencyContent};
 use crate::friction::sign;
-use crate::log::{Effort, GAP, Log};
+use crate::log::{Effort, Log};
+use crate::log_report::GAP;
 use crate::resample::{interpolate, uniform_clock};
 use crate::transmission::Coupling;
 
@@ -70,6 +71,28 @@ impl Default for Signal {
             delay: 0.0,
             filtered_sign: true,
         }
+    }
+}
+
+impl Signal {
+    /// Every how manieth sample is kept.
+    pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
+        let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period)) as usize } else { 1 };
+        self.decimate.unwrap_or(ten_a_period).max(1)
+    }
+
+    /// s dropped at each end.
+    fn border_of(&self, cutoff: f64) -> f64 {
+        self.border.unwrap_or(if cutoff > 0.0 { 1.0 / cutoff } else { 0.0 })
+    }
+
+    /// s after which nothing is left of the ends of a signal, for `cutoff` and `period` in s.
+    pub(crate) fn memory(&self, cutoff: f64, period: f64) -> f64 {
+        let slowest = match (self.order, self.effort_cutoff) {
+            (0, _) => 0.0,
+            (order, other) => Butterworth::memory(order, cutoff.min(other.unwrap_or(cutoff))),
+        };
+        slowest.max(self.border_of(cutoff)) + self.delay.abs() + 8.0 * period
     }
 }
 
@@ -148,18 +171,16 @@ impl<'a> JointSignals<'a> {
         Ok(JointSignals { log, q, dq, ddq, tau, couplings: Vec::new() })
     }
 
-    /// Filters, differentiates and decimates.
-    ///
-    /// Fails when a cut-off is not below half the rate, a measured signal is asked for that is not
-    /// there, or no sample is left.
-    pub fn states(mut self, signal: &Signal) -> Result<States, Error> {
-        let at = |message: String| Error::at(&self.log.name, 0, message);
+    /// The signals on a uniform clock, torques without their delay; returns the clock.
+    fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
         let report = &self.log.report;
         let mut t = self.log.t.clone();
         if (!report.uniform && !signal.own_clock) || signal.rate.is_some() {
             let period = signal.rate.map_or(report.period, |r| 1.0 / r);
             let clock = uniform_clock(&t, period).ok_or_else(|| {
-                at(format!("a clock of {:.3} Hz over {:.3} s is not usable", 1.0 / period, report.duration))
+                let duration = report.duration;
+                let message = format!("a clock of {:.3} Hz over {duration:.3} s is not usable", 1.0 / period);
+                Error::at(&self.log.name, 0, message)
             })?;
             let series = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut(), Some(&mut self.tau)];
             for x in series.into_iter().flatten().flatten() {
@@ -173,7 +194,22 @@ impl<'a> JointSignals<'a> {
                 *x = interpolate(&t, x, &later);
             }
         }
-        let period = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
+        Ok(t)
+    }
+
+    /// How fast the motion is; and s between the samples of its clock.
+    pub(crate) fn content(mut self, signal: &Signal) -> Result<(FrequencyContent, f64), Error> {
+        let period = step(&self.on_clock(signal)?);
+        Ok((cutoff::rule(&self.q, period), period))
+    }
+
+    /// Filters, differentiates and decimates.
+    ///
+    /// Fails when a cut-off is not below half the rate, or a measured signal is asked for that is not there.
+    pub fn states(mut self, signal: &Signal) -> Result<States, Error> {
+        let t = self.on_clock(signal)?;
+        let at = |message: String| Error::at(&self.log.name, 0, message);
+        let period = step(&t);
         let cutoff = match (signal.order, signal.cutoff) {
             (0, _) => 0.0,
             (_, Some(f)) => f,
@@ -214,15 +250,8 @@ impl<'a> JointSignals<'a> {
         if signal.filtered_sign {
             (direction, motor_direction) = (pass(&low_effort, direction), pass(&low_effort, motor_direction));
         }
-        let decimate = signal.decimate.unwrap_or(match cutoff {
-            0.0 => 1,
-            cutoff => (1.0 / (10.0 * cutoff * period)) as usize,
-        });
-        let border = signal.border.unwrap_or(if cutoff > 0.0 { 1.0 / cutoff } else { 0.0 });
-        let chosen = chosen_samples(self.log, &t, border, self.log.window.or(signal.window), decimate.max(1));
-        if chosen.is_empty() {
-            return Err(at(format!("no sample is left of {} between the ends and the window", t.len())));
-        }
+        let decimate = signal.decimation(cutoff, period);
+        let chosen = chosen_samples(self.log, &t, signal.border_of(cutoff), signal.window, decimate);
         let rows = |x: &[Vec<f64>]| chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect::<Vec<f64>>();
         let (q, dq, ddq, tau) = (rows(&q), rows(&dq), rows(&ddq), rows(&tau));
         Ok(States {
@@ -237,24 +266,30 @@ impl<'a> JointSignals<'a> {
             tau,
             cutoff,
             effort_cutoff,
-            period: period * decimate.max(1) as f64,
+            period: period * decimate as f64,
         })
     }
 }
 
-/// Every `decimate`-th sample inside the window, away from the ends and from gaps of the log.
+/// s between samples.
+fn step(t: &[f64]) -> f64 {
+    (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
+}
+
+/// Every `decimate`-th sample inside the windows, away from the ends and from gaps of the log.
 fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, decimate: usize) -> Vec<usize> {
     let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
-    match window {
-        Some(Window::Seconds(a, b)) => (first, last) = (first.max(a), last.min(b)),
-        Some(Window::Rows(a, b)) => {
-            let inside = |row: &usize| (a..=b).contains(row);
-            match (log.rows.iter().position(inside), log.rows.iter().rposition(inside)) {
-                (Some(a), Some(b)) => (first, last) = (first.max(log.t[a]), last.min(log.t[b])),
-                _ => return Vec::new(),
+    for window in log.window.into_iter().chain(window) {
+        match window {
+            Window::Seconds(a, b) => (first, last) = (first.max(a), last.min(b)),
+            Window::Rows(a, b) => {
+                let inside = |row: &usize| (a..=b).contains(row);
+                match (log.rows.iter().position(inside), log.rows.iter().rposition(inside)) {
+                    (Some(a), Some(b)) => (first, last) = (first.max(log.t[a]), last.min(log.t[b])),
+                    _ => return Vec::new(),
+                }
             }
         }
-        None => {}
     }
     let gap = GAP * log.report.period;
     let gaps: Vec<(f64, f64)> = log.t.windows(2).filter(|w| w[1] - w[0] > gap).map(|w| (w[0], w[1])).collect();

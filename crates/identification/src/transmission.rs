@@ -160,7 +160,7 @@ fn product(m: &DMatrix<f64>, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::LogReport;
+    use crate::log_report::LogReport;
 
     fn log(q: Vec<Vec<f64>>, effort: Vec<Vec<f64>>, effort_is: Effort) -> Log {
         Log {
