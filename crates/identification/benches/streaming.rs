@@ -85,7 +85,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let [path] = words.as_slice() {
         return measure(Path::new(path));
     }
-    println!("{:>9} {:>9} {:>8} {:>12} {:>12} {:>8} {:>9}", "rows", "", "s", "peak MiB", "log MiB", "W MiB", "residual");
+    println!(
+        "{:>9} {:>9} {:>8} {:>12} {:>12} {:>8} {:>9}",
+        "rows", "", "s", "peak MiB", "log MiB", "W MiB", "residual"
+    );
     for rows in [100_000, 300_000, 1_000_000, 2_000_000] {
         let path = std::env::temp_dir().join(format!("rist-streaming-{}.csv", std::process::id()));
         write_log(&path, rows)?;

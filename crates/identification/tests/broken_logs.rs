@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+mod log_files;
+mod log_formats;
+
 use identification::{Log, Options, Regressor, Signal, identify};
 
 /// Joints that do not couple: tau_j = ZZ_j ddq_j.
