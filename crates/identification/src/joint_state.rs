@@ -116,3 +116,62 @@ impl<'a> Cursor<'a> {
         Ok(bytes.as_chunks::<8>().0.iter().map(|b| number(*b)).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// stamp 1 s 2 ns, frame "b", name ["a"], position [1.0], velocity [], effort [2.0].
+    const CDR: &[u8] = &[
+        0, 1, 0, 0, // little-endian
+        1, 0, 0, 0, 2, 0, 0, 0, //
+        2, 0, 0, 0, b'b', 0, 0, 0, // to byte 16, with two bytes of alignment
+        1, 0, 0, 0, 2, 0, 0, 0, b'a', 0, 0, 0, // to byte 28
+        1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f, // aligned to 32 without a gap
+        0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x40,
+    ];
+
+    fn expected() -> JointState<'static> {
+        JointState { stamp: 1_000_000_002, names: vec!["a"], position: vec![1.0], velocity: vec![], effort: vec![2.0] }
+    }
+
+    #[test]
+    fn a_message_byte_by_byte() {
+        assert_eq!(JointState::decode(CDR, Encoding::Cdr).unwrap(), expected());
+        let ros1 = [
+            &[9, 0, 0, 0][..],
+            &CDR[4..12],
+            &[1, 0, 0, 0, b'b', 1, 0, 0, 0, 1, 0, 0, 0, b'a'],
+            &[1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f],
+            &CDR[44..],
+        ];
+        assert_eq!(JointState::decode(&ros1.concat(), Encoding::Ros1).unwrap(), expected());
+    }
+
+    #[test]
+    fn a_gap_before_numbers_is_an_alignment() {
+        // A frame of four letters moves the numbers by four bytes, and their alignment puts four in between.
+        let longer = [&CDR[..12], &[5, 0, 0, 0, b'b', b'a', b's', b'e', 0, 0, 0, 0], &CDR[20..36], &[0; 4], &CDR[36..]];
+        assert_eq!(JointState::decode(&longer.concat(), Encoding::Cdr).unwrap(), expected());
+    }
+
+    #[test]
+    fn seconds_before_1970() {
+        let mut early = CDR.to_vec();
+        early[4..8].copy_from_slice(&(-1i32).to_le_bytes());
+        assert_eq!(JointState::decode(&early, Encoding::Cdr).unwrap().stamp, -999_999_998);
+    }
+
+    #[test]
+    fn no_length_is_believed() {
+        for cut in 0..CDR.len() {
+            assert!(JointState::decode(&CDR[..cut], Encoding::Cdr).is_err(), "{cut}");
+        }
+        for at in [12, 20, 24, 32, 44, 48] {
+            let mut hostile = CDR.to_vec();
+            hostile[at..at + 4].fill(0xff);
+            let message = JointState::decode(&hostile, Encoding::Cdr).unwrap_err();
+            assert!(message.contains("no sensor_msgs/JointState"), "{at}: {message}");
+        }
+    }
+}

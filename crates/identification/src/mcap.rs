@@ -219,3 +219,66 @@ impl<'a> Fields<'a> {
         self.bytes(length).map(|b| String::from_utf8_lossy(b).into_owned())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Schema 1 `T`, channel 2 `/a` of it, one message `x` at 5 ns, one record of another kind, the end.
+    fn file() -> Vec<u8> {
+        let record =
+            |opcode: u8, content: &[u8]| [&[opcode, content.len() as u8, 0, 0, 0, 0, 0, 0, 0], content].concat();
+        let message = [&[2, 0, 0, 0, 0, 0][..], &5u64.to_le_bytes(), &6u64.to_le_bytes(), b"x"].concat();
+        let channel = [&[2, 0, 1, 0, 2, 0, 0, 0][..], b"/a", &[3, 0, 0, 0], b"cdr", &[0; 4]].concat();
+        [
+            MAGIC.to_vec(),
+            record(SCHEMA, &[1, 0, 1, 0, 0, 0, b'T', 0, 0, 0, 0, 0, 0, 0, 0]),
+            record(CHANNEL, &channel),
+            record(9, b"an attachment"),
+            record(MESSAGE, &message),
+            record(DATA_END, &[0; 4]),
+        ]
+        .concat()
+    }
+
+    fn messages(bytes: &[u8]) -> (Vec<(Channel, u64, Vec<u8>)>, Result<Outcome, String>) {
+        let mut found = Vec::new();
+        let outcome = read(bytes, bytes.len() as u64, &mut |m| {
+            found.push((m.channel.clone(), m.log_time, m.data.to_vec()));
+            Ok(())
+        });
+        (found, outcome)
+    }
+
+    #[test]
+    fn a_message_with_its_channel() {
+        let (found, outcome) = messages(&file());
+        let channel = Channel { topic: "/a".into(), schema: "T".into(), encoding: "cdr".into() };
+        assert_eq!(found, [(channel.clone(), 5, b"x".to_vec())]);
+        let outcome = outcome.unwrap();
+        assert_eq!((outcome.channels, outcome.cut_at), (vec![channel], None));
+    }
+
+    /// Cut anywhere before its end, a file says up to where it is whole, which is where a record ends.
+    #[test]
+    fn the_place_of_a_cut() {
+        let whole = file();
+        let ends: Vec<u64> = [8, 32, 62, 84, 116].to_vec();
+        for cut in 8..whole.len() - 4 {
+            let (found, outcome) = messages(&whole[..cut]);
+            let at = outcome.unwrap().cut_at;
+            let expected = *ends.iter().rfind(|&&end| end <= cut as u64).unwrap();
+            // The head of the last record says that the data end; its content is not needed.
+            assert_eq!(at, (cut < 125).then_some(expected), "{cut}");
+            assert_eq!(found.len(), usize::from(cut >= 116), "{cut}");
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_receiver_has_its_place() {
+        let bytes = file();
+        let refuse = &mut |_: &Message| Err("it is not liked".to_string());
+        let message = read(&bytes[..], bytes.len() as u64, refuse).unwrap_err();
+        assert_eq!(message, "record at byte 84: message of /a: it is not liked");
+    }
+}

@@ -56,7 +56,8 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
     check_header(file, 0, &table.header)?;
     // A column without numbers has no length of its own.
     let Some(rows) = table.columns.iter().map(Vec::len).max().filter(|&n| n > 0) else {
-        return Err(at(format!("no column holds numbers; the columns are: {}", table.header.join(", "))));
+        let what = if rows.iter().all(|&n| n == 0) { "the file has no row" } else { "no column holds numbers" };
+        return Err(at(format!("{what}; the columns are: {}", table.header.join(", "))));
     };
     table.columns.iter_mut().for_each(|c| c.resize(rows, f64::NAN));
     Ok(table)

@@ -296,3 +296,51 @@ fn delta(bytes: &[u8], count: usize) -> Result<Vec<u64>, String> {
     }
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_and_groups_of_eight() {
+        // Five times 3; then 0 1 2 3 0 1 2 3 in two bits each.
+        let bytes = [5 << 1, 3, 3, 0b11_10_01_00, 0b11_10_01_00];
+        assert_eq!(hybrid(&bytes, 2, 13).unwrap(), [3, 3, 3, 3, 3, 0, 1, 2, 3, 0, 1, 2, 3]);
+        assert_eq!(hybrid(&bytes, 2, 7).unwrap().len(), 7);
+        assert!(hybrid(&bytes, 2, 14).is_err());
+        assert!(hybrid(&bytes, 33, 1).is_err());
+        // A run as long as numbers go gives what is asked for, and no more.
+        let endless = [0xfe, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1, 1];
+        assert_eq!(hybrid(&endless, 1, 3).unwrap(), [1, 1, 1]);
+    }
+
+    #[test]
+    fn bit_fields_cross_bytes() {
+        // 1, 2, .. in eleven bits each, by the sum of their places.
+        let sum: u128 = (0..8).map(|i| (i + 1) << (11 * i)).sum();
+        assert!(packed(&sum.to_le_bytes()[..11], 11, 8).eq(1..=8));
+        let wide = [u64::MAX, 7].map(u64::to_le_bytes).concat();
+        assert!(packed(&wide, 64, 2).eq([u64::MAX, 7]));
+    }
+
+    #[test]
+    fn differences() {
+        // 10 8 6 9: steps -2 -2 3, the least -2, above it 0 0 5 in three bits of 32 places.
+        let head = [128, 1, 4, 4, 20];
+        let block = [&[3, 3, 0, 0, 0][..], &[0b0100_0000, 1], &[0; 10]].concat();
+        let bytes = [&head[..], &block].concat();
+        assert_eq!(delta(&bytes, 4).unwrap(), [10, 8, 6, 9]);
+        assert!(delta(&bytes[..bytes.len() - 1], 4).is_err());
+        assert!(delta(&bytes, 5).unwrap_err().contains("4 differences are claimed for 5 numbers"));
+        assert!(delta(&[0, 1, 4, 20], 4).unwrap_err().contains("blocks of 0 differences"));
+        assert_eq!(delta(&[128, 1, 4, 0, 0], 0).unwrap(), []);
+    }
+
+    #[test]
+    fn bytes_apart() {
+        let numbers = [0x0403_0201, 0x1413_1211];
+        assert_eq!(split(&[1, 0x11, 2, 0x12, 3, 0x13, 4, 0x14], 2, 4).unwrap(), numbers);
+        assert_eq!(plain(&[1, 2, 3, 4, 0x11, 0x12, 0x13, 0x14], 2, 4).unwrap(), numbers);
+        assert!(plain(&[0; 7], 1, 8).is_err() && split(&[0; 7], usize::MAX, 8).is_err());
+    }
+}

@@ -152,7 +152,8 @@ impl Recording {
         let outcome = mcap::read(source, length, &mut each).map_err(|e| Error::at(file, 0, e))?;
         self.all.extend(outcome.channels.into_iter().map(|c| (c.topic, c.schema)));
         if let Some(at) = outcome.cut_at {
-            self.notes.push(format!("{file} is cut short: whole up to byte {at} of {length}, and read up to there"));
+            self.notes
+                .push(format!("{file} is cut short: whole up to byte {at} of {length}; what is behind is not read"));
         }
         Ok(())
     }
@@ -170,8 +171,10 @@ impl Recording {
             }
             (0, None) if silent.is_empty() => {
                 let others = listed(&mut self.all.iter().map(|(topic, schema)| format!("{topic} ({schema})")));
-                let others = if others.is_empty() { "there is no topic at all".into() } else { others };
-                return at(format!("no topic carries {}; the topics are: {others}", TYPES[0]));
+                return at(match others.is_empty() {
+                    true => format!("no topic carries {}; the recording has no topic at all", TYPES[0]),
+                    false => format!("no topic carries {}; the topics are: {others}", TYPES[0]),
+                });
             }
             (0, _) => {
                 let silent = listed(&mut silent.into_iter().cloned());
