@@ -14,14 +14,16 @@ use crate::model::{Derived, ModelArguments, body_links, references, standard_map
 
 /// Identify a robot's base parameters and friction from a log
 ///
-/// The log is CSV (also .csv.gz) with a header: the time t, positions, torques and, where measured,
-/// velocities of every coordinate, found by their names (q1 or q_<coordinate>, dq.., tau..).
+/// The log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a
+/// rosbag2 directory: the time t, positions, torques and, where measured, velocities of every
+/// coordinate, found by their names (q1 or q_<coordinate>, dq.., tau..).
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The log; with --plan the directory of its logs, one an experiment: e01.csv, ..
+    /// The log; log.mcap#/topic names one of several topics of a recording; with --plan the directory of its
+    /// logs, one an experiment: e01.csv, ..
     log: PathBuf,
 
     /// ls: least squares on filtered samples; of the experiments of a plan, rist: the paper's rows of Sp; rist-mh:

@@ -15,8 +15,8 @@ use crate::thrift::Thrift;
 
 const MAGIC: &[u8] = b"PAR1";
 
-/// More numbers than this are not a log of a robot: 4 GiB.
-const MAX_CELLS: usize = 1 << 29;
+/// More numbers than this, 2 GiB, are to be cut before: three hours of 22 columns at 1 kHz.
+const MAX_CELLS: usize = 1 << 28;
 
 /// Deeper nesting is not a log of a robot.
 const MAX_DEPTH: usize = 16;
@@ -44,7 +44,12 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         let column = column.map_err(|e| at(format!("column `{}`: {e}", leaf.name)))?;
         let width = column.series.len();
         if width > room || table.header.len() + width > MAX_COLUMNS {
-            return Err(at(format!("more than {MAX_COLUMNS} columns or {MAX_CELLS} numbers")));
+            let message = format!(
+                "more than {MAX_COLUMNS} columns or {MAX_CELLS} numbers, with column `{}`; keep the columns of the \
+                 robot, or a part of the rows",
+                leaf.name
+            );
+            return Err(at(message));
         }
         for (k, series) in column.series.into_iter().enumerate() {
             table.header.push(if column.lists { format!("{}_{}", leaf.name, k + 1) } else { leaf.header() });
@@ -254,8 +259,9 @@ fn column(
             return Err("its data are in another file".into());
         }
         let chunk = chunk.field(3).ok_or("its metadata are missing or encrypted")?;
-        let count = chunk.size(5).filter(|&n| n <= MAX_CELLS).ok_or("it claims too many values")?;
-        if !lists && count != rows {
+        let most = if lists { rows.saturating_mul(room.clamp(1, MAX_COLUMNS)) } else { rows };
+        let count = chunk.size(5).unwrap_or(usize::MAX);
+        if count > most || (!lists && count < rows) {
             return Err(format!("it claims {count} values where its row group has {rows} rows"));
         }
         let cells = parquet_pages::read(bytes, chunk, shape)?;

@@ -144,10 +144,7 @@ impl Recording {
             let encoding = Encoding::of(&channel.encoding)
                 .ok_or_else(|| format!("it is written as `{}`; cdr and ros1 are read", channel.encoding))?;
             let state = JointState::decode(message.data, encoding)?;
-            if !topics.contains_key(&channel.topic) {
-                topics.insert(channel.topic.clone(), Topic::default());
-            }
-            topics.get_mut(&channel.topic).map_or(Ok(()), |topic| topic.push(message.log_time, &state))
+            topics.entry(channel.topic.clone()).or_default().push(message.log_time, &state)
         };
         let outcome = mcap::read(source, length, &mut each).map_err(|e| Error::at(file, 0, e))?;
         self.all.extend(outcome.channels.into_iter().map(|c| (c.topic, c.schema)));
@@ -159,43 +156,45 @@ impl Recording {
     }
 
     fn table(mut self, place: &str, file: &str) -> Result<Table, Error> {
-        let at = |message: String| Err(Error::at(file, 0, [vec![message], self.notes.clone()].concat().join("; ")));
-        let listed = |topics: &mut dyn Iterator<Item = String>| clipped(topics.collect::<Vec<_>>().join(", "));
-        let told = self.all.iter().filter(|(_, schema)| TYPES.contains(&schema.as_str())).map(|(topic, _)| topic);
-        let silent: Vec<&String> = told.filter(|t| self.wanted.as_ref().is_none_or(|w| w == *t)).collect();
-        let topic = match (self.topics.len(), &self.wanted) {
-            (1, _) => self.topics.pop_first(),
-            (0, Some(wanted)) if silent.is_empty() => {
-                let others = listed(&mut self.all.iter().map(|(topic, schema)| format!("{topic} ({schema})")));
-                return at(format!("no topic `{wanted}` carries joint states; the topics are: {others}"));
-            }
-            (0, None) if silent.is_empty() => {
-                let others = listed(&mut self.all.iter().map(|(topic, schema)| format!("{topic} ({schema})")));
-                return at(match others.is_empty() {
-                    true => format!("no topic carries {}; the recording has no topic at all", TYPES[0]),
-                    false => format!("no topic carries {}; the topics are: {others}", TYPES[0]),
-                });
-            }
-            (0, _) => {
-                let silent = listed(&mut silent.into_iter().cloned());
-                return at(format!("no message is in the recording on the topic of joint states, {silent}"));
-            }
-            (n, _) => {
-                let first = self.topics.keys().next().map_or("", String::as_str);
-                let each = &mut self.topics.iter().map(|(name, topic)| {
-                    format!("{name} ({} messages; {})", topic.stamps.len(), topic.joints.join(" "))
-                });
-                return at(format!(
-                    "{n} topics carry joint states: {}; say which behind the name: '{place}#{first}'",
-                    listed(each)
-                ));
-            }
-        };
-        let Some((name, topic)) = topic else { return at("there is no topic of joint states".into()) };
-        if topic.joints.is_empty() {
-            return at(format!("no message of {name} names a joint; `name` of sensor_msgs/JointState is empty"));
+        match self.one_topic(place) {
+            Ok((name, topic)) => Ok(topic.table(&name, file, self.notes)),
+            Err(message) => Err(Error::at(file, 0, [vec![message], self.notes].concat().join("; "))),
         }
-        Ok(topic.table(&name, file, self.notes))
+    }
+
+    /// The topic that is meant: the wanted one, or the only one.
+    fn one_topic(&mut self, place: &str) -> Result<(String, Topic), String> {
+        if self.topics.len() > 1 {
+            let topics = self
+                .topics
+                .iter()
+                .map(|(name, topic)| format!("{name} ({} messages; {})", topic.stamps.len(), topic.joints.join(" ")));
+            let topics = clipped(topics.collect::<Vec<_>>().join(", "));
+            let (n, first) = (self.topics.len(), self.topics.keys().next().map_or("", String::as_str));
+            return Err(format!(
+                "{n} topics carry joint states: {topics}; say which behind the name: '{place}#{first}'"
+            ));
+        }
+        if let Some((name, topic)) = self.topics.pop_first() {
+            return match topic.joints.is_empty() {
+                true => Err(format!("no message of {name} names a joint; `name` of sensor_msgs/JointState is empty")),
+                false => Ok((name, topic)),
+            };
+        }
+        let meant = |topic: &str| self.wanted.as_ref().is_none_or(|w| w == topic);
+        let silent = self.all.iter().find(|(topic, schema)| TYPES.contains(&schema.as_str()) && meant(topic));
+        if let Some((topic, _)) = silent {
+            return Err(format!("no message is in the recording on the topic of joint states, {topic}"));
+        }
+        let what = match &self.wanted {
+            Some(wanted) => format!("no topic `{wanted}` carries joint states"),
+            None => format!("no topic carries {}", TYPES[0]),
+        };
+        if self.all.is_empty() {
+            return Err(format!("{what}; the recording has no topic at all"));
+        }
+        let others = self.all.iter().map(|(topic, schema)| format!("{topic} ({schema})"));
+        Err(format!("{what}; the topics are: {}", clipped(others.collect::<Vec<_>>().join(", "))))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use identification::{Log, Options, Regressor, Table, identify};
+use identification::{Log, LogSource, Options, Regressor, Table, identify};
 
 use super::log_files::parquet::{PLAIN, Pages, Values, doubles, file};
 use super::log_files::{Mcap, State, csv, npz};
@@ -227,6 +227,8 @@ fn one_of_several_topics_by_its_name() {
         let table = Table::read(&named).unwrap();
         assert_eq!((table.rows(), table.columns[1][0]), (60, position));
         assert_eq!(table.file, named.display().to_string());
+        let (log, columns) = LogSource::open(&named, &["a".into()], &Default::default()).unwrap();
+        assert_eq!((log.name(), columns.notes.len()), (table.file, 2));
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
