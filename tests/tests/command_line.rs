@@ -188,7 +188,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     let d = derived(model("planar2r_vertical.yaml"));
     let x = Random(32).physical_parameters(&d.robot);
     write_log(&here, &log(&d.robot, &x));
-    let unfiltered = ["--order", "0", "--decimate", "1", "--friction", "none", "--ols"];
+    let unfiltered = ["--order", "0", "--decimate", "1", "--friction", "none", "--weights", "none"];
     let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
     let run = rist(&here, &[&arguments[..], &unfiltered].concat());
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{}", run.out);

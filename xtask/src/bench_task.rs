@@ -1,6 +1,6 @@
 //! `bench`: how long things take on this machine, as the tables of docs/benchmarks.md.
 //!
-//! The programs measured are benches of the package `tests`: this task must build without `generated`.
+//! The programs measured are benches of the package `tests`: xtask must build without `generated`.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -13,14 +13,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     if let Some(argument) = arguments.first() {
         return Err(format!("bench takes no argument; found `{argument}`"));
     }
-    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
-    let benches = Command::new(cargo)
-        .args(["bench", "--quiet", "--package", "tests", "--bench", "speed"])
-        .status()
-        .map_err(|e| format!("cargo: {e}"))?;
-    if !benches.success() {
-        return Err("the benches failed; what they print above says why".into());
-    }
+    crate::cargo(&["bench", "--quiet", "--package", "tests", "--bench", "speed"])?;
     println!("\n| rustc -O, {FILE} | s |\n|---|---|");
     for (what, instantiated) in [("base_regressor for f64", true), ("generic, nothing instantiated", false)] {
         println!("| {what} | {:.2} |", compile(instantiated)?);

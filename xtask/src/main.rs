@@ -1,9 +1,10 @@
-//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`.
+//! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
+//! `cargo xtask datasets DIR`.
 
 mod bench_task;
 mod gen_task;
 
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 const USAGE: &str = "\
 Tasks of this repository.
@@ -11,6 +12,7 @@ Tasks of this repository.
 cargo xtask gen [MODEL..]           write generated/src/robots/ from models/ (all, without an argument)
 cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to run
 cargo xtask bench                   time derivations, calls and the compilation of a generated file
+cargo xtask datasets DIR            the scoreboard on folders of measured robots: rist datasets DIR
 
 A MODEL is a path such as models/race.yaml.";
 
@@ -19,6 +21,10 @@ fn main() -> ExitCode {
     let outcome = match arguments.split_first() {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
+        Some((task, rest)) if task == "datasets" => {
+            let words = ["run", "--quiet", "--release", "--package", "cli", "--", "datasets"];
+            cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())
+        }
         Some((task, _)) if task == "--help" || task == "-h" || task == "help" => {
             println!("{USAGE}");
             return ExitCode::SUCCESS;
@@ -33,4 +39,11 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Runs cargo in a process of its own: what needs `generated` is not a dependency of what writes it.
+fn cargo(arguments: &[&str]) -> Result<(), String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+    let status = Command::new(cargo).args(arguments).status().map_err(|e| format!("cargo: {e}"))?;
+    if status.success() { Ok(()) } else { Err(format!("cargo {} failed: {status}", arguments.join(" "))) }
 }

@@ -1,30 +1,27 @@
-//! `rist identify`: a log and a model -> parameters.
+//! `rist identify`: logs and a model -> parameters.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::{
-    ColumnNames, Estimate, Fit, FrictionTerm, JointDynamics, LogSource, Options, SourceRecords, SpectralMethod,
-    Weights, bodies, coordinate_label, identify_consistent, write_back,
-};
-use robot::{Coordinate, LinkId, Robot};
+use identification::{ColumnNames, FrictionTerm, Options, SpectralMethod, Weights};
 
-use crate::failure::{Failure, print, write_file};
-use crate::model::{Derived, ModelArguments, body_links, references, standard_map};
+use crate::failure::Failure;
+use crate::model::ModelArguments;
 
-/// Identify a robot's base parameters and friction from a log
+/// Identify a robot's base parameters and friction from logs
 ///
-/// The log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a
-/// rosbag2 directory: the time t, positions, torques and, where measured, velocities of every
-/// coordinate, found by their names (q1 or q_<coordinate>, dq.., tau..).
+/// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
+/// directory: the time t, positions, torques or currents and, where measured, velocities of every coordinate, found
+/// by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
-    model: ModelArguments,
+    pub model: ModelArguments,
 
-    /// The log; log.mcap#/topic names one of several topics of a recording; with --plan the directory of its
-    /// logs, one an experiment: e01.csv, ..
-    log: PathBuf,
+    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording; with --plan the directory
+    /// of its logs, one an experiment: e01.csv, ..
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
 
     /// ls: least squares on filtered samples; of the experiments of a plan, rist: the paper's rows of Sp; rist-mh:
     /// all their harmonics, with friction
@@ -35,48 +32,65 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A, for rist and rist-mh [default: as the file says]; of one drive
-    /// only: the others are estimated
+    /// Torque per unit of current of a drive, N m/A [default: as the file says]. Those that are not given are
+    /// estimated; q5=11+-2 expects a gain near 11 (ls)
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
-    gain: Vec<String>,
+    pub gain: Vec<String>,
+
+    /// Predict this log, which is not fitted; may be given several times
+    #[arg(long, value_name = "LOG")]
+    pub validate: Vec<PathBuf>,
 
     /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
     #[arg(long, value_name = "HZ")]
-    cutoff: Option<f64>,
+    pub cutoff: Option<f64>,
 
     /// Order of the Butterworth filter, 0 for none [default: 4]
     #[arg(long)]
-    order: Option<usize>,
+    pub order: Option<usize>,
 
     /// Keep every N-th filtered sample [default: by the cut-off]
     #[arg(long, value_name = "N")]
-    decimate: Option<usize>,
+    pub decimate: Option<usize>,
+
+    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = delay)]
+    pub delay: Option<Delay>,
 
     /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
-    /// stribeck=V (V in rad/s), or none [default: viscous,coulomb,offset]
-    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction_term)]
-    friction: Option<Vec<Option<FrictionTerm>>>,
+    /// stribeck=V (V in rad/s), none, or auto: by prediction of what was left out [default: viscous,coulomb,offset]
+    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
+    pub friction: Option<Vec<Friction>>,
+
+    /// What rows weigh: none: all alike (OLS); joint: by the residual of their joint (WLS); huber: and less where
+    /// they do not fit [default: joint]
+    #[arg(long, value_parser = weights)]
+    pub weights: Option<Weights>,
 
     /// YAML with any option of an identification; flags override it
     #[arg(long, value_name = "FILE")]
-    options: Option<PathBuf>,
-
-    /// Ordinary instead of weighted least squares
-    #[arg(long)]
-    ols: bool,
+    pub options: Option<PathBuf>,
 
     /// Only bodies that can exist: physically consistent parameters, held where the log is silent by the
     /// description's own bodies
     #[arg(long)]
-    consistent: bool,
+    pub consistent: bool,
+
+    /// Also identify the load that the last link carries in this log; may be given several times
+    #[arg(long, value_name = "LOG")]
+    pub loaded: Vec<PathBuf>,
+
+    /// The link that carries the load [default: the last]
+    #[arg(long, value_name = "LINK", requires = "loaded")]
+    pub loaded_link: Option<String>,
 
     /// Write the URDF with the identified inertials, joint damping and friction; implies --consistent
     #[arg(long, value_name = "FILE")]
-    write_urdf: Option<PathBuf>,
+    pub write_urdf: Option<PathBuf>,
 
     /// Write the estimate as YAML
     #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -86,6 +100,21 @@ enum Method {
     RistMh,
 }
 
+/// The delay of the torques.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Delay {
+    Auto,
+    Seconds(f64),
+}
+
+/// A word of --friction.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Friction {
+    Auto,
+    None,
+    Term(FrictionTerm),
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let spectral = match arguments.method {
         Method::Ls => None,
@@ -93,14 +122,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Method::RistMh => Some(SpectralMethod::Harmonic),
     };
     match (spectral, &arguments.plan) {
-        (None, None) => identify_samples(arguments),
+        (None, None) => crate::identify_samples::run(arguments),
         (Some(method), Some(plan)) => {
+            let [logs] = arguments.logs.as_slice() else {
+                return Err(Failure::new("--plan takes one directory of logs"));
+            };
             let names = match &arguments.options {
                 Some(path) => Options::read(path)?.columns,
                 None => ColumnNames::default(),
             };
             let (model, gain, out) = (&arguments.model, &arguments.gain, arguments.out.as_deref());
-            crate::identify_spectrum::run(model, &arguments.log, plan, method, gain, &names, out)
+            crate::identify_spectrum::run(model, logs, plan, method, gain, &names, out)
         }
         (None, Some(_)) => Err(Failure::new("--plan is for --method rist and rist-mh")),
         (Some(_), None) => {
@@ -109,79 +141,25 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-fn identify_samples(arguments: &Arguments) -> Result<(), Failure> {
-    let robot = arguments.model.read_with_values()?;
-    let mut derived = Derived::new(&robot, &arguments.model.model)?;
-    let regressor = derived.regressor(&robot);
-
-    let mut options = match &arguments.options {
-        Some(path) => Options::read(path)?,
-        None => Options::default(),
-    };
-    options.model = robot.name.clone();
-    let signal = &mut options.signal;
-    signal.cutoff = arguments.cutoff.or(signal.cutoff);
-    signal.order = arguments.order.unwrap_or(signal.order);
-    signal.decimate = arguments.decimate.or(signal.decimate);
-    if arguments.ols {
-        options.weights = Weights::None;
-    }
-    if let Some(terms) = &arguments.friction {
-        options.friction = terms.iter().copied().flatten().collect();
-    }
-
-    let (log, columns) = LogSource::open(&arguments.log, regressor.coordinates(), &options.columns)?;
-    let logs = [log];
-    let records = SourceRecords::new(regressor.as_ref(), &logs, &options)?;
-    let names = logs.iter().map(LogSource::name).collect();
-    let fit = Fit::of_records(regressor.as_ref(), &records, names, &options)?;
-    let estimate = if arguments.consistent || arguments.write_urdf.is_some() {
-        let map = standard_map(&robot, &derived.parameters);
-        let known = references(&robot, &derived.parameters);
-        let fit = identify_consistent(regressor.as_ref(), &map, &known, fit, &options, &Default::default())?;
-        if let Some(out) = &arguments.write_urdf {
-            let ids = body_links(&derived.parameters);
-            let bodies: Vec<_> = ids.into_iter().zip(bodies(&map, &fit.consistent.phi).map(|b| b.1)).collect();
-            write_urdf(arguments, &robot, &bodies, &fit.estimate, out)?;
-        }
-        fit.estimate
-    } else {
-        fit.estimate
-    };
-    print(&format!("{columns}\n{}\n{estimate}", logs[0].report()))?;
-    match &arguments.out {
-        Some(out) => write_file(out, &estimate.to_yaml()?),
-        None => Ok(()),
+fn delay(text: &str) -> Result<Delay, String> {
+    match (text, text.parse::<f64>()) {
+        ("auto", _) => Ok(Delay::Auto),
+        (_, Ok(s)) if s.abs() < 1.0 => Ok(Delay::Seconds(s)),
+        _ => Err("expected auto, or seconds between -1 and 1".into()),
     }
 }
 
-/// The URDF of the model with the identified bodies, and friction where all of it is there.
-fn write_urdf(
-    arguments: &Arguments,
-    robot: &Robot,
-    bodies: &[(LinkId, [f64; 10])],
-    estimate: &Estimate,
-    out: &Path,
-) -> Result<(), Failure> {
-    let path = &arguments.model.model;
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
-    let friction = |coordinate: &Coordinate| {
-        let label = coordinate_label(&coordinate.name);
-        let value = |letters: &str| estimate.value(&format!("{letters}{label}"));
-        // Simulators refuse friction that drives.
-        let (damping, friction) = (value("FV")?.max(0.0), value("FS")?.max(0.0));
-        Some(JointDynamics { joint: coordinate.name.clone(), damping, friction })
-    };
-    let dynamics: Vec<JointDynamics> = robot.coordinates.iter().filter_map(friction).collect();
-    let written = write_back(&text, &path.display().to_string(), robot, bodies, &dynamics)?;
-    for note in &written.notes {
-        eprintln!("note: {note}");
+fn weights(text: &str) -> Result<Weights, String> {
+    match text {
+        "none" => Ok(Weights::None),
+        "joint" => Ok(Weights::Joint),
+        "huber" => Ok(Weights::Huber),
+        _ => Err("expected none, joint or huber".into()),
     }
-    write_file(out, &written.text)
 }
 
-/// `viscous`, `stribeck=0.1`; `none` is no term.
-fn friction_term(text: &str) -> Result<Option<FrictionTerm>, String> {
+/// `viscous`, `stribeck=0.1`, `none`, `auto`.
+fn friction(text: &str) -> Result<Friction, String> {
     let (name, speed) = match text.split_once('=') {
         Some((name, speed)) => (name, Some(speed)),
         None => (text, None),
@@ -191,20 +169,26 @@ fn friction_term(text: &str) -> Result<Option<FrictionTerm>, String> {
         Some(Ok(v)) if v.is_finite() && v > 0.0 => Some(v),
         Some(_) => return Err(format!("the speed of `{name}` must be a positive number of rad/s")),
     };
-    match (name, speed) {
-        ("none", None) => Ok(None),
-        ("viscous", None) => Ok(Some(FrictionTerm::Viscous)),
-        ("coulomb", None) => Ok(Some(FrictionTerm::Coulomb)),
-        ("offset", None) => Ok(Some(FrictionTerm::Offset)),
-        ("asymmetric", None) => Ok(Some(FrictionTerm::Asymmetric)),
-        ("load", None) => Ok(Some(FrictionTerm::Load)),
-        ("rotor", None) => Ok(Some(FrictionTerm::Rotor)),
-        ("smooth-coulomb", Some(v)) => Ok(Some(FrictionTerm::SmoothCoulomb(v))),
-        ("stribeck", Some(v)) => Ok(Some(FrictionTerm::Stribeck(v))),
-        ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
-        _ => Err(format!(
-            "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
-             smooth-coulomb=V, stribeck=V and none"
-        )),
-    }
+    let term = match (name, speed) {
+        ("auto", None) => return Ok(Friction::Auto),
+        ("none", None) => return Ok(Friction::None),
+        ("viscous", None) => FrictionTerm::Viscous,
+        ("coulomb", None) => FrictionTerm::Coulomb,
+        ("offset", None) => FrictionTerm::Offset,
+        ("asymmetric", None) => FrictionTerm::Asymmetric,
+        ("load", None) => FrictionTerm::Load,
+        ("rotor", None) => FrictionTerm::Rotor,
+        ("smooth-coulomb", Some(v)) => FrictionTerm::SmoothCoulomb(v),
+        ("stribeck", Some(v)) => FrictionTerm::Stribeck(v),
+        ("smooth-coulomb" | "stribeck", None) => {
+            return Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`"));
+        }
+        _ => {
+            return Err(format!(
+                "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
+                 smooth-coulomb=V, stribeck=V, none and auto"
+            ));
+        }
+    };
+    Ok(Friction::Term(term))
 }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::{ColumnNames, Effort, Estimate, Log, Record, validate_motions};
+use identification::{ColumnNames, Effort, Estimate, Log, LogSource, Record, Validation, validate_motions};
 
 use crate::failure::{Failure, print, write_file};
+use crate::identify_samples::predictions;
 use crate::model::ModelArguments;
 use crate::spectrum::{Subject, read_text};
 
@@ -26,9 +27,9 @@ pub struct Arguments {
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     gain: Vec<String>,
 
-    /// Cut-off of the low-pass on position and torque, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
-    cutoff: f64,
+    /// Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate]
+    #[arg(long, value_name = "HZ")]
+    cutoff: Option<f64>,
 
     /// Write the validation as YAML
     #[arg(long, value_name = "FILE")]
@@ -41,6 +42,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = arguments.estimate.display().to_string();
     let estimate = Estimate::from_yaml(&file, &read_text(&arguments.estimate)?)?;
     subject.check(&arguments.estimate, &estimate.model, &estimate.fingerprint)?;
+    if estimate.options.is_some() {
+        return of_samples(arguments, &subject, &estimate);
+    }
     let mut records = Vec::new();
     let mut currents = false;
     for path in &motions(&arguments.logs)? {
@@ -63,11 +67,30 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let parameters = subject.parameters(&estimate);
     let method = &estimate.method;
-    let report =
-        validate_motions(&subject.reference, method, regressor, &parameters, &gain, &records, arguments.cutoff)?;
+    let cutoff = arguments.cutoff.unwrap_or(20.0);
+    let report = validate_motions(&subject.reference, method, regressor, &parameters, &gain, &records, cutoff)?;
     print(&report.to_string())?;
     match &arguments.out {
         Some(out) => write_file(out, &report.to_yaml()?),
+        None => Ok(()),
+    }
+}
+
+/// Predicts logs as the estimate's own were fitted: its signals, its friction.
+fn of_samples(arguments: &Arguments, subject: &Subject, estimate: &Estimate) -> Result<(), Failure> {
+    if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
+        return Err(Failure::new("--cutoff and --gain: an estimate from samples brings those that it was made with"));
+    }
+    let regressor = subject.regressor.as_ref();
+    let names = estimate.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
+    let open = |path: &PathBuf| LogSource::open(path, regressor.coordinates(), &names).map(|(log, _)| log);
+    let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    let found = predictions(regressor, estimate, &logs)?;
+    for (log, validation) in &found {
+        print(&format!("{log}, predicted by {}:\n{validation}\n", estimate.method))?;
+    }
+    match &arguments.out {
+        Some(out) => write_file(out, &Validation::to_yaml(&found)?),
         None => Ok(()),
     }
 }

@@ -137,12 +137,17 @@ impl Dataset {
         let seconds = start.elapsed().as_secs_f64();
         let couplings = run.options.transmission.coupled();
         let model = Model::new(regressor, &run.options.friction, &couplings);
-        let train = Validation { joints: estimate.joints.clone(), total: estimate.total };
+        // Baselines are scored on every row, also where a joint stands still, unless they say otherwise.
+        let mut scored = run.options.clone();
+        scored.signal.standstill.get_or_insert(0.0);
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");
-        let mut residuals = vec![(names(&run.train), train)];
+        let score = |logs: &[Log]| -> Result<Validation, Error> {
+            let records = logs.iter().map(|log| states(regressor, log, &scored)).collect::<Result<Vec<_>, _>>()?;
+            validate(&model, &x, records.as_slice())
+        };
+        let mut residuals = vec![(names(&run.train), score(&logs)?)];
         for log in &run.validate {
-            let states = states(regressor, &read(log)?, &run.options)?;
-            residuals.push((log.file.clone(), validate(&model, &x, &states)));
+            residuals.push((log.file.clone(), score(&[read(log)?])?));
         }
         Ok(Score {
             dataset: self.name.clone(),

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::identify::Options;
 
 /// Identified parameters with their uncertainty and the residual they leave.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -33,6 +34,9 @@ pub struct Estimate {
     pub cutoff: f64,
     /// What the data cannot tell, in sentences.
     pub remarks: Vec<String>,
+    /// What it was made with, so that other logs can be predicted alike; absent for estimates of experiments.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub options: Option<Options>,
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
@@ -100,6 +104,24 @@ impl Estimate {
     }
 }
 
+/// What is left of the torque of each joint and of all, `held_out` of them all where it is known.
+pub(crate) fn write_residuals(
+    f: &mut fmt::Formatter<'_>,
+    joints: &[JointResidual],
+    total: f64,
+    held_out: Option<f64>,
+) -> fmt::Result {
+    let width = joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
+    let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
+    let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
+    writeln!(f, "{:<width$}  {:>10}  {:>8}{}  {:>8}", "joint", "rms N m", "relative", column("held out"), "rows")?;
+    for j in joints {
+        let out = shown(j.held_out);
+        writeln!(f, "{:<width$}  {:>10.4}  {:>8.4}{out}  {:>8}", j.coordinate, j.rms, j.relative, j.rows)?;
+    }
+    writeln!(f, "{:<width$}  {:>10}  {total:>8.4}{}", "total", "", shown(held_out))
+}
+
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}, cut-off {:.2} Hz, {} rows", self.model, self.method, self.cutoff, self.rows)?;
@@ -124,18 +146,8 @@ impl fmt::Display for Estimate {
             };
             writeln!(f, "  {:>9.2}  {}{status}", p.relative_sigma.unwrap_or(f64::NAN), p.unit)?;
         }
-        let width = self.joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
-        writeln!(f, "\n{:<width$}  {:>10}  {:>8}  {:>8}  {:>8}", "joint", "rms N m", "relative", "held out", "rows")?;
-        let shown = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.4}"));
-        for j in &self.joints {
-            let held_out = shown(j.held_out);
-            writeln!(
-                f,
-                "{:<width$}  {:>10.4}  {:>8.4}  {held_out:>8}  {:>8}",
-                j.coordinate, j.rms, j.relative, j.rows
-            )?;
-        }
-        writeln!(f, "{:<width$}  {:>10}  {:>8.4}  {:>8}", "total", "", self.total, shown(self.cross_validation))?;
+        writeln!(f)?;
+        write_residuals(f, &self.joints, self.total, self.cross_validation)?;
         writeln!(
             f,
             "condition number {:.1} (columns scaled), rank {} of {}",

@@ -54,6 +54,11 @@ impl FrictionTerm {
         }
     }
 
+    /// Whether the term jumps with the direction: what holds a joint at standstill.
+    pub fn is_dry(self) -> bool {
+        matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
+    }
+
     /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
     /// or that sign after the filter of the torques, between -1 and 1.
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {

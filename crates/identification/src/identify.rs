@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::columns::ColumnNames;
+use crate::cross_talk::{CrossTalk, cross_talk};
 use crate::estimate::{Estimate, Identified, JointResidual, Status};
 use crate::friction::FrictionTerm;
 use crate::huber::reweighted;
@@ -117,6 +118,12 @@ impl Fit {
         let model = Model::new(regressor, &options.friction, &couplings);
         let mut observation = Observation::of_records(&model, records, None)?;
         let joints = observation.joints(|_| true);
+        if joints.iter().all(|t| t.rows == 0) {
+            return Err(Error::new(
+                "every joint stands still all the time, and friction holds it there: log motions, or leave friction \
+                 out of the model for torques of poses at rest",
+            ));
+        }
         let (mut solution, mut weights) = fit(&joints, options.weights);
         if options.weights == Weights::Huber {
             let robust = reweighted(&model, records, &solution)?;
@@ -125,6 +132,7 @@ impl Fit {
         let mut estimate = report(&model, &joints, &observation, &solution);
         let robust = crate::robust::robust(&model, records, &solution, &weights)?;
         widen(&mut estimate, &robust.sigma);
+        estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         let still = crate::remark::little_motion(&observation);
         for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
             if parameter.status == Status::Identified && crate::remark::weak(&model, &still, c) {
@@ -143,6 +151,11 @@ impl Fit {
             Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
         };
         estimate.logs = logs;
+        let mut used = options.clone();
+        if used.signal.order > 0 {
+            used.signal.cutoff.get_or_insert(observation.cutoff);
+        }
+        estimate.options = Some(used);
         estimate.cutoff = observation.cutoff;
         if options.covariance {
             let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
@@ -150,6 +163,28 @@ impl Fit {
         }
         Ok(Fit { estimate, observation, solution, weights })
     }
+}
+
+/// Of a joint's residual, and a joint's residual of its torque, above which another joint's motion in it is worth a
+/// sentence. Measured robots whose transmission is known stay below 0.25 of the first; a TX40 without the coupling
+/// of its wrist has 0.84.
+const TALK: f64 = 0.5;
+const TALK_RESIDUAL: f64 = 0.02;
+
+/// Sentences on joints whose residual another joint's motion explains.
+fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
+    let loud = talk.iter().filter(|t| t.share > TALK && joints[t.joint].relative > TALK_RESIDUAL);
+    let sentence = |t: &CrossTalk| {
+        let (joint, of) = (&joints[t.joint], &joints[t.of].coordinate);
+        format!(
+            "what is left of the torque of {} ({:.0} % of it) moves with {of}, which explains {:.0} % of that: a motor that \
+             turns with both joints has inertia and friction that the model does not (transmission: couplings)",
+            joint.coordinate,
+            100.0 * joint.relative,
+            100.0 * t.share
+        )
+    };
+    loud.map(sentence).collect()
 }
 
 /// The states of a log, checked against the regressor.
@@ -169,7 +204,11 @@ pub(crate) fn states_or_none(regressor: &dyn Regressor, log: &Log, options: &Opt
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
         return Err(Error::at(&log.name, 0, message));
     }
-    let states = options.transmission.apply(log)?.states(&options.signal)?;
+    let mut signal = options.signal.clone();
+    if !options.friction.iter().any(|term| term.is_dry()) {
+        signal.standstill.get_or_insert(0.0);
+    }
+    let states = options.transmission.apply(log)?.states(&signal)?;
     let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.is_finite()));
     if !finite {
         return Err(Error::at(

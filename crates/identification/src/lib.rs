@@ -9,6 +9,7 @@ mod compiled;
 mod compression;
 #[cfg(test)]
 mod coverage;
+mod cross_talk;
 mod cutoff;
 mod dataset;
 mod drive_gain;
@@ -50,6 +51,7 @@ mod signal;
 mod simulation;
 pub mod spectrum;
 mod spectrum_rows;
+mod standstill;
 mod table;
 mod table_reader;
 #[cfg(test)]
@@ -67,6 +69,7 @@ pub use certificate::{ApproximateDesign, ConditionBound, certified_efficiency, c
 pub use closed_loop::{ClosedLoop, Simulated, Simulator, simulated};
 pub use columns::{ColumnNames, Columns, Names, Source};
 pub use compiled::{Compiled, compiled};
+pub use cross_talk::{CrossTalk, cross_talk};
 pub use cutoff::{FrequencyContent, rule as cutoff_rule};
 pub use dataset::{Dataset, LogFile, Run, Score, Subject};
 pub use drive_gain::{DriveGains, Gain, drive_gains, estimate_drive_gains};

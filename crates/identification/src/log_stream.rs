@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use crate::columns::{ColumnNames, Columns};
-use crate::log::Log;
+use crate::header::Quantity;
+use crate::log::{Effort, Log};
 use crate::log_report::LogReport;
 use crate::signal::Window;
 use crate::table::Table;
@@ -61,6 +62,14 @@ impl LogSource {
         match self {
             LogSource::Held(log) => &log.report,
             LogSource::Streamed(stream) => &stream.report,
+        }
+    }
+
+    pub fn effort_is(&self) -> Effort {
+        match self {
+            LogSource::Held(log) => log.effort_is,
+            LogSource::Streamed(stream) if stream.columns.effort_is == Quantity::Current => Effort::Current,
+            LogSource::Streamed(_) => Effort::Torque,
         }
     }
 

@@ -185,6 +185,8 @@ pub struct Observation {
     pub speed: Vec<f64>,
     /// N m (N): the largest torque of each coordinate.
     pub effort: Vec<f64>,
+    /// Samples of each coordinate that are no rows: it stands still there.
+    pub still: Vec<usize>,
     /// Hz, of the first record.
     pub cutoff: f64,
 }
@@ -245,7 +247,8 @@ impl Observation {
         let largest = |x: &[f64]| over(x, &|a, b| a.max(b.abs()), 0.0);
         let (speed, effort) = (largest(&states.dq), largest(&states.tau));
         let range = low.into_iter().zip(high).collect();
-        Observation { parts: triangles, range, speed, effort, cutoff: states.cutoff }
+        let still = (0..n).map(|j| states.used.iter().skip(j).step_by(n).filter(|used| !**used).count()).collect();
+        Observation { parts: triangles, range, speed, effort, still, cutoff: states.cutoff }
     }
 
     /// Takes the parts of another record.
@@ -265,6 +268,7 @@ impl Observation {
         }
         let largest = self.speed.iter_mut().chain(&mut self.effort).zip(other.speed.into_iter().chain(other.effort));
         largest.for_each(|(a, b)| *a = a.max(b));
+        self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 
     /// One triangle a joint, of all parts for which `take` says so.

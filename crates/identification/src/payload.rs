@@ -83,6 +83,43 @@ pub fn payload(
 mod tests {
     use super::*;
     use crate::identify_consistent::identity_map;
+    use crate::random::Random;
+
+    /// Two logs of random rows, ten columns of the body and one of friction, the second with the load on the body:
+    /// the load comes back within its own sigma.
+    #[test]
+    fn the_load_comes_back_within_its_sigma() {
+        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
+        let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+        let load: Ten = std::array::from_fn(|k| 0.1 * (k + 1) as f64);
+        let noise = 0.02;
+        let mut random = Random::new(23);
+        let (mut squares, draws) = ([0.0; 10], 200);
+        for _ in 0..draws {
+            let mut log = |loaded: f64| {
+                let (mut triangle, mut block) = (Triangle::new(11), Block::new(11));
+                for _ in 0..60 {
+                    // The eleventh column is friction, which the load does not change.
+                    let row: Vec<f64> = (0..11).map(|_| random.normal()).collect();
+                    let own: f64 = row.iter().map(|x| 0.5 * x).sum();
+                    let torque = own + loaded * row.iter().zip(load).map(|(x, l)| x * l).sum::<f64>();
+                    block.push(&row, torque + noise * random.normal());
+                }
+                triangle.fold(&mut block);
+                [triangle]
+            };
+            let (without, with) = (log(0.0), log(1.0));
+            let found = payload(&without, &with, &[1.0], &map, 0).unwrap();
+            assert!(found.determined.iter().all(|d| *d));
+            for k in 0..10 {
+                squares[k] += ((found.parameters[k] - load[k]) / found.sigma[k]).powi(2) / f64::from(draws);
+            }
+        }
+        for s in squares {
+            // Mean square of 200 unit normals: 1 with a standard deviation of 0.1; four of them.
+            assert!((s - 1.0).abs() < 0.4, "{squares:?}");
+        }
+    }
 
     #[test]
     fn refusals() {

@@ -53,6 +53,14 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
         let why = because(model, observation, &members);
         out.push(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio));
     }
+    let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
+    let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
+    if !at_rest.is_empty() {
+        out.push(format!(
+            "rows left out, the joint stands still and stiction is not in the model: {}",
+            at_rest.join(", ")
+        ));
+    }
     let still = little_motion(observation);
     for (k, &(low, high)) in observation.range.iter().enumerate() {
         if still[k] {

@@ -247,7 +247,7 @@ impl Topic {
         let time: Vec<f64> = times.iter().map(|t| (t - first) as f64 / 1e9).collect();
         let clock = if stamped { "header.stamp" } else { "the recorder's clock, for every header.stamp is zero" };
         let mut table = Table { file: file.into(), notes, ..Table::default() };
-        table.notes.insert(0, format!("topic {name}: {rows} messages; time from {clock}"));
+        table.notes.insert(0, format!("topic {name}; time from {clock}"));
         table.header.push("time".into());
         table.columns.push(time);
         for (k, quantity) in QUANTITIES.iter().enumerate() {

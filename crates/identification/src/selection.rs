@@ -8,9 +8,10 @@
 use std::fmt;
 
 use crate::friction::FrictionTerm;
-use crate::identify::{Options, fit, states};
-use crate::log::Log;
+use crate::identify::{Options, fit};
+use crate::log_stream::LogSource;
 use crate::observation::{Model, Observation};
+use crate::records::{Records, SourceRecords};
 use crate::validation::{Validation, cross_validate, residuals};
 use crate::{Error, Regressor};
 
@@ -47,21 +48,20 @@ pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     out
 }
 
-/// Compares friction models on logs; everything else as in `options`.
+/// Compares friction models on records; everything else as in `options`.
 ///
-/// Fails as `identify` does, and without candidates.
-pub fn select_friction(
+/// Fails when a record cannot be read, and without candidates.
+pub fn select_friction<R: Records + ?Sized>(
     regressor: &dyn Regressor,
-    logs: &[Log],
+    records: &R,
     options: &Options,
     candidates: &[Vec<FrictionTerm>],
 ) -> Result<FrictionSelection, Error> {
-    let records = logs.iter().map(|log| states(regressor, log, options)).collect::<Result<Vec<_>, _>>()?;
     let couplings = options.transmission.coupled();
     let mut out = Vec::with_capacity(candidates.len());
     for terms in candidates {
         let model = Model::new(regressor, terms, &couplings);
-        let observation = Observation::of_records(&model, records.as_slice(), None)?;
+        let observation = Observation::of_records(&model, records, None)?;
         let joints = observation.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         out.push(FrictionCandidate {
@@ -115,14 +115,14 @@ const DELAYS: (f64, f64) = (-0.01, 0.02);
 /// Finds the delay with the smallest residual, to a tenth of a millisecond.
 ///
 /// Fails as `identify` does.
-pub fn estimate_delay(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Delay, Error> {
+pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
     let couplings = options.transmission.coupled();
     let model = Model::new(regressor, &options.friction, &couplings);
     let residual = |delay: f64| -> Result<f64, Error> {
         let mut options = options.clone();
         options.signal.delay = delay;
-        let records = logs.iter().map(|log| states(regressor, log, &options)).collect::<Result<Vec<_>, _>>()?;
-        let joints = Observation::of_records(&model, records.as_slice(), None)?.joints(|_| true);
+        let records = SourceRecords::new(regressor, logs, &options)?;
+        let joints = Observation::of_records(&model, &records, None)?.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         Ok(residuals(&model, &joints, &solution.x).total)
     };
@@ -164,7 +164,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[Log], options: &Options
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Effort;
+    use crate::identify::states;
+    use crate::log::{Effort, Log};
     use crate::log_report::LogReport;
     use crate::random::Random;
     use crate::signal::Signal;
@@ -200,22 +201,27 @@ mod tests {
         let signal = Signal { filtered_sign: true, ..Signal::default() };
         let options = Options { signal, ..Options::default() };
         let plain = log(0.0, |dq, _| 0.3 * dq + 0.5 * dq.signum());
-        let chosen = select_friction(&arm, &[plain], &options, &candidates).unwrap();
+        let select = |log: Log| {
+            let records = [states(&arm, &log, &options).unwrap()];
+            select_friction(&arm, records.as_slice(), &options, &candidates).unwrap()
+        };
+        let chosen = select(plain);
         assert_eq!(
             chosen.candidates[chosen.chosen].terms[..2],
             [FrictionTerm::Viscous, FrictionTerm::Coulomb],
             "{chosen}"
         );
         let asymmetric = log(0.0, |dq, _| if dq > 0.0 { 0.3 * dq + 0.5 } else { 0.6 * dq - 0.9 });
-        let chosen = select_friction(&arm, &[asymmetric], &options, &candidates).unwrap();
+        let chosen = select(asymmetric);
         assert_eq!(chosen.candidates[chosen.chosen].terms, [FrictionTerm::Asymmetric], "{chosen}");
-        assert!(select_friction(&arm, &[], &Options::default(), &candidates).is_err());
+        assert!(select_friction(&arm, [].as_slice(), &Options::default(), &candidates).is_err());
     }
 
     #[test]
     fn the_delay_is_found() {
         let arm = Pendulum::new();
-        let delay = estimate_delay(&arm, &[log(0.006, |dq, _| 0.3 * dq)], &Options::default()).unwrap();
+        let delay =
+            estimate_delay(&arm, &[LogSource::Held(log(0.006, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
         assert!((delay.seconds - 0.006).abs() < 5e-4, "{delay:?}");
         assert!(delay.residual < delay.residual_without);
     }

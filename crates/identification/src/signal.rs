@@ -21,6 +21,7 @@ use crate::friction::sign;
 use crate::log::{Effort, Log};
 use crate::log_report::GAP;
 use crate::resample::{interpolate, uniform_clock};
+use crate::standstill::standstill;
 use crate::transmission::Coupling;
 
 /// How signals become states.
@@ -45,8 +46,9 @@ pub struct Signal {
     pub border: Option<f64>,
     /// Use samples in this interval only.
     pub window: Option<Window>,
-    /// rad/s: rows of a joint slower than this are dropped.
-    pub standstill: f64,
+    /// rad/s: rows of a joint slower than this are dropped; 0: none. Without it those of a joint that stays
+    /// where it is (`standstill`), where the model has dry friction.
+    pub standstill: Option<f64>,
     /// s by which the torques lag the positions.
     pub delay: f64,
     /// Pass sign(dq) through the filter of the torques before it becomes a column: the torques'
@@ -67,7 +69,7 @@ impl Default for Signal {
             acceleration: Velocity::Auto,
             border: None,
             window: None,
-            standstill: 0.0,
+            standstill: None,
             delay: 0.0,
             filtered_sign: true,
         }
@@ -252,12 +254,19 @@ impl<'a> JointSignals<'a> {
         }
         let decimate = signal.decimation(cutoff, period);
         let chosen = chosen_samples(self.log, &t, signal.border_of(cutoff), signal.window, decimate);
+        let still: Vec<Vec<bool>> = match signal.standstill {
+            None => q.iter().map(|q| standstill(q, period)).collect(),
+            Some(_) => Vec::new(),
+        };
         let rows = |x: &[Vec<f64>]| chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect::<Vec<f64>>();
         let (q, dq, ddq, tau) = (rows(&q), rows(&dq), rows(&ddq), rows(&tau));
         Ok(States {
             n: self.log.coordinates.len(),
             t: chosen.iter().map(|&r| t[r]).collect(),
-            used: dq.iter().map(|dq| dq.abs() > signal.standstill || signal.standstill == 0.0).collect(),
+            used: match signal.standstill {
+                Some(speed) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
+                None => chosen.iter().flat_map(|&r| still.iter().map(move |still| !still[r])).collect(),
+            },
             direction: rows(&direction),
             motor_direction: rows(&motor_direction),
             q,

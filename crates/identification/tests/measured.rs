@@ -4,8 +4,8 @@
 mod newton_euler;
 
 use identification::{
-    Dataset, Estimate, Gain, Log, Options, Regressor, Score, Status, Subject, estimate_delay, estimate_drive_gains,
-    identify,
+    Dataset, Estimate, Gain, Log, LogSource, Options, Regressor, Score, Status, Subject, estimate_delay,
+    estimate_drive_gains, identify,
 };
 use newton_euler::{Arm, shared};
 
@@ -85,7 +85,7 @@ fn tx40_delay() {
     let arm = Arm::tx40();
     let options = &dataset.runs[0].options;
     let (log, _) = Log::read(&folder.join("run_5khz.csv.gz"), arm.coordinates(), &options.columns).unwrap();
-    let delay = estimate_delay(&arm, &[log], options).unwrap();
+    let delay = estimate_delay(&arm, &[LogSource::Held(log)], options).unwrap();
     println!("{delay:?}");
     assert!((0.001..0.005).contains(&delay.seconds.abs()), "{delay:?}");
     assert!(delay.residual < 0.0525, "{delay:?}");
@@ -131,6 +131,22 @@ fn tx40_published_values() {
         let value = estimate.value(name).unwrap();
         let limit = 0.1f64.max((baseline / published - 1.0f64).abs() + 0.05);
         assert!((value / published - 1.0).abs() <= limit, "{name}: {value}, published {published}");
+    }
+}
+
+/// Joints 5 and 6 fail without the columns of the coupled wrist, and the estimate says why.
+#[test]
+fn tx40_without_its_coupling() {
+    let Some((.., with)) = estimate("tx40_staubli", 0) else { return };
+    let Some((.., without)) = estimate("tx40_staubli", 4) else { return };
+    let why = |e: &Estimate| e.remarks.iter().filter(|r| r.contains("turns with both joints")).cloned().collect();
+    let (silent, said): (Vec<String>, Vec<String>) = (why(&with), why(&without));
+    assert!(silent.is_empty(), "{silent:?}");
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(said[0].contains("torque of q5") && said[0].contains("moves with q6"), "{said:?}");
+    assert!(said[1].contains("torque of q6") && said[1].contains("moves with q5"), "{said:?}");
+    for j in [4, 5] {
+        assert!(without.joints[j].relative > 2.0 * with.joints[j].relative);
     }
 }
 

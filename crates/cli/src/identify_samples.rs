@@ -1,0 +1,280 @@
+//! `rist identify --method ls`: samples of logs -> parameters.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use identification::{
+    Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, Log, LogSource, Model, Observation, Options, Payload,
+    Regressor, SourceRecords, Validation, bodies, centroidal, coordinate_label, estimate_delay, estimate_drive_gains,
+    friction_candidates, identify_consistent, payload, select_friction, validate, write_back,
+};
+use robot::{Coordinate, LinkId, Robot};
+
+use crate::failure::{Failure, print, write_file};
+use crate::identify::{Arguments, Delay, Friction};
+use crate::model::{body_links, references, standard_map};
+use crate::spectrum::Subject;
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let subject = Subject::read(&arguments.model)?;
+    let regressor = subject.regressor.as_ref();
+    let mut options = options(arguments, &subject)?;
+    let mut text = String::new();
+    let mut columns_before = String::new();
+    let mut open = |paths: &[std::path::PathBuf], text: &mut String| -> Result<Vec<LogSource>, Failure> {
+        let mut logs = Vec::new();
+        for path in paths {
+            let (log, columns) = LogSource::open(path, regressor.coordinates(), &options.columns)?;
+            let columns = columns.to_string();
+            let _ = writeln!(text, "{}", path.display());
+            if columns != columns_before {
+                text.push_str(&columns);
+                columns_before = columns;
+            }
+            let _ = writeln!(text, "{}", log.report());
+            logs.push(log);
+        }
+        Ok(logs)
+    };
+    let logs = open(&arguments.logs, &mut text)?;
+    let (loaded, others) = (open(&arguments.loaded, &mut text)?, open(&arguments.validate, &mut text)?);
+
+    let gains = drive_gains(arguments, &subject, &logs, &mut options)?;
+    if arguments.delay == Some(Delay::Auto) {
+        let delay = estimate_delay(regressor, &logs, &options)?;
+        let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
+        let _ = writeln!(text, "delay {seconds:.4} s: residual {with:.4}, without it {without:.4}");
+        options.signal.delay = seconds;
+    }
+    let records = SourceRecords::new(regressor, &logs, &options)?;
+    if arguments.friction.as_ref().is_some_and(|words| words.contains(&Friction::Auto)) {
+        let couplings = options.transmission.coupled();
+        let seen = Observation::of_records(&Model::new(regressor, &[], &couplings), &records, None)?;
+        let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
+        let selection = select_friction(regressor, &records, &options, &candidates)?;
+        let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
+        options.friction = selection.candidates[selection.chosen].terms.clone();
+    }
+    let names = logs.iter().map(LogSource::name).collect();
+    let fit = Fit::of_records(regressor, &records, names, &options)?;
+
+    let parameters = &subject.derived.parameters;
+    let map = standard_map(&subject.robot, parameters);
+    let load = if loaded.is_empty() { None } else { Some(load(arguments, &subject, &fit, &loaded, &options)?) };
+    let mut written = None;
+    let mut estimate = if arguments.consistent || arguments.write_urdf.is_some() {
+        let known = references(&subject.robot, parameters);
+        let fit = identify_consistent(regressor, &map, &known, fit, &options, &Default::default())?;
+        if arguments.write_urdf.is_some() {
+            let ids = body_links(parameters);
+            let bodies: Vec<_> = ids.into_iter().zip(bodies(&map, &fit.consistent.phi).map(|b| b.1)).collect();
+            written = Some(urdf(arguments, &subject.robot, &bodies, &fit.estimate)?);
+        }
+        fit.estimate
+    } else {
+        fit.estimate
+    };
+    estimate.fingerprint = subject.reference.fingerprint.clone();
+    estimate.remarks.extend(gains);
+    let _ = write!(text, "{estimate}");
+    text.push_str(&load.unwrap_or_default());
+    for (log, validation) in predictions(regressor, &estimate, &others)? {
+        let _ = write!(text, "\n{log}, not fitted:\n{validation}");
+    }
+    print(&text)?;
+    if let (Some(out), Some(urdf)) = (&arguments.write_urdf, written) {
+        write_file(out, &urdf)?;
+    }
+    match &arguments.out {
+        Some(out) => write_file(out, &estimate.to_yaml()?),
+        None => Ok(()),
+    }
+}
+
+fn options(arguments: &Arguments, subject: &Subject) -> Result<Options, Failure> {
+    let mut options = match &arguments.options {
+        Some(path) => Options::read(path)?,
+        None => Options::default(),
+    };
+    options.model = subject.robot.name.clone();
+    let signal = &mut options.signal;
+    signal.cutoff = arguments.cutoff.or(signal.cutoff);
+    signal.order = arguments.order.unwrap_or(signal.order);
+    signal.decimate = arguments.decimate.or(signal.decimate);
+    if let Some(Delay::Seconds(delay)) = arguments.delay {
+        signal.delay = delay;
+    }
+    options.weights = arguments.weights.unwrap_or(options.weights);
+    if let Some(words) = &arguments.friction {
+        if words.len() > 1 && words.iter().any(|w| matches!(w, Friction::Auto | Friction::None)) {
+            return Err(Failure::new("--friction: auto and none stand alone"));
+        }
+        let term = |word: &Friction| match word {
+            Friction::Term(term) => Some(*term),
+            Friction::Auto | Friction::None => None,
+        };
+        if words.as_slice() != [Friction::Auto] {
+            options.friction = words.iter().filter_map(term).collect::<Vec<FrictionTerm>>();
+        }
+    }
+    Ok(options)
+}
+
+/// Puts the gains of the command line, else of the file, into the options, and estimates those that are missing; a
+/// remark on what was estimated.
+fn drive_gains(
+    arguments: &Arguments,
+    subject: &Subject,
+    logs: &[LogSource],
+    options: &mut Options,
+) -> Result<Option<String>, Failure> {
+    let currents = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    let given = &arguments.gain;
+    if !currents {
+        return match given.first() {
+            Some(gain) => Err(Failure::new(format_args!("--gain {gain}: the logs hold torques, not currents"))),
+            None => Ok(None),
+        };
+    }
+    if given.is_empty() && options.transmission.drive_gains.is_some() {
+        return Ok(None);
+    }
+    let coordinates = subject.regressor.coordinates();
+    let of_file = subject.drive_gains();
+    let mut known: Vec<Gain> = of_file.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
+    for text in given {
+        let (gain, deviation) = text.split_once("+-").map_or((text.as_str(), None), |(g, d)| (g, Some(d)));
+        let (k, gain) = subject.gain_of(gain)?;
+        known[k] = match deviation.map(str::parse::<f64>) {
+            None => Gain::Known(gain),
+            Some(Ok(deviation)) if deviation > 0.0 && deviation.is_finite() => Gain::Expected(gain, deviation),
+            Some(_) => return Err(Failure::new(format_args!("`{text}`: a positive deviation is expected behind +-"))),
+        };
+    }
+    let all: Option<Vec<f64>> = known.iter().map(|g| if let Gain::Known(g) = g { Some(*g) } else { None }).collect();
+    if all.is_some() {
+        options.transmission.drive_gains = all;
+        return Ok(None);
+    }
+    if known.iter().all(|g| *g == Gain::Free) {
+        return Err(Failure::new(format_args!(
+            "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
+             others are then estimated): --gain {}=11.5",
+            coordinates.first().map_or("q1", String::as_str)
+        )));
+    }
+    let held = |log: &LogSource| match log {
+        LogSource::Held(log) => Ok(log.clone()),
+        LogSource::Streamed(_) => Err(Failure::new(format_args!(
+            "{}: too long to estimate drive gains from; give all of them, or a part of the log",
+            log.name()
+        ))),
+    };
+    let held = logs.iter().map(held).collect::<Result<Vec<Log>, _>>()?;
+    let found = estimate_drive_gains(subject.regressor.as_ref(), &held, options, &known)?;
+    let open = |k: &usize| found.gains[*k] <= 0.0 || 2.0 * found.sigma[*k] >= found.gains[*k];
+    let open: Vec<String> = (0..coordinates.len()).filter(open).map(|k| coordinates[k].clone()).collect();
+    if !open.is_empty() {
+        return Err(Failure::verdict(format_args!(
+            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
+             them with its deviation, as --gain {}=11+-2",
+            open.join(", "),
+            open[0]
+        )));
+    }
+    let mut text = "drive gains, N m/A:".to_string();
+    for (((coordinate, gain), sigma), known) in coordinates.iter().zip(&found.gains).zip(&found.sigma).zip(&known) {
+        let _ = match known {
+            Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
+            Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
+        };
+    }
+    text.push_str("; everything stands on those that were given");
+    options.transmission.drive_gains = Some(found.gains);
+    Ok(Some(text))
+}
+
+/// The load in the loaded logs, in words and numbers.
+fn load(
+    arguments: &Arguments,
+    subject: &Subject,
+    fit: &Fit,
+    loaded: &[LogSource],
+    options: &Options,
+) -> Result<String, Failure> {
+    let (regressor, robot) = (subject.regressor.as_ref(), &subject.robot);
+    let parameters = &subject.derived.parameters;
+    let map = standard_map(robot, parameters);
+    let index = match &arguments.loaded_link {
+        None => map.bodies.len().saturating_sub(1),
+        Some(name) => map.bodies.iter().position(|b| b.0 == *name).ok_or_else(|| {
+            let names: Vec<&str> = map.bodies.iter().map(|b| b.0.as_str()).collect();
+            Failure::new(format_args!("--loaded-link: there is no link `{name}`; there are {}", names.join(", ")))
+        })?,
+    };
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let records = SourceRecords::new(regressor, loaded, options)?;
+    let with = Observation::of_records(&model, &records, None)?.joints(|_| true);
+    let without = fit.observation.joints(|_| true);
+    let Payload { parameters, sigma, determined, smallest_eigenvalue, .. } =
+        payload(&without, &with, &fit.weights, &map, index)?;
+    let mut text = format!("\nload on {}, in and about the frame of the link:\n", map.bodies[index].0);
+    for (k, name) in ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M"].iter().enumerate() {
+        let unit = ["kg m^2", "kg m", "kg"][usize::from(k > 5) + usize::from(k > 8)];
+        let _ = if determined[k] {
+            writeln!(text, "{name:<3} {:>12.5} +- {:.5} {unit}", parameters[k], sigma[k])
+        } else {
+            writeln!(text, "{name:<3} not identifiable from these logs")
+        };
+    }
+    if smallest_eigenvalue < 0.0 {
+        text.push_str("no body has these parameters: the load is not known well enough\n");
+    }
+    if let Some(c) = centroidal(&parameters).filter(|_| determined.iter().all(|d| *d)) {
+        let [x, y, z] = c.centre;
+        let _ = writeln!(text, "{:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m", c.mass);
+    }
+    Ok(text)
+}
+
+/// How well logs that were not fitted are predicted, by name.
+pub fn predictions(
+    regressor: &dyn Regressor,
+    estimate: &Estimate,
+    logs: &[LogSource],
+) -> Result<Vec<(String, Validation)>, Failure> {
+    let Some(options) = &estimate.options else { return Ok(Vec::new()) };
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let x: Vec<f64> = model.parameters.iter().map(|p| estimate.value(&p.name).unwrap_or(0.0)).collect();
+    let predict = |log: &LogSource| {
+        let records = SourceRecords::new(regressor, std::slice::from_ref(log), options)?;
+        Ok((log.name(), validate(&model, &x, &records)?))
+    };
+    logs.iter().map(predict).collect()
+}
+
+/// The URDF of the model with the identified bodies, and friction where all of it is there.
+fn urdf(
+    arguments: &Arguments,
+    robot: &Robot,
+    bodies: &[(LinkId, [f64; 10])],
+    estimate: &Estimate,
+) -> Result<String, Failure> {
+    let path: &Path = &arguments.model.model;
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
+    let friction = |coordinate: &Coordinate| {
+        let label = coordinate_label(&coordinate.name);
+        let value = |letters: &str| estimate.value(&format!("{letters}{label}"));
+        // Simulators refuse friction that drives.
+        let (damping, friction) = (value("FV")?.max(0.0), value("FS")?.max(0.0));
+        Some(JointDynamics { joint: coordinate.name.clone(), damping, friction })
+    };
+    let dynamics: Vec<JointDynamics> = robot.coordinates.iter().filter_map(friction).collect();
+    let written = write_back(&text, &path.display().to_string(), robot, bodies, &dynamics)?;
+    for note in &written.notes {
+        eprintln!("note: {note}");
+    }
+    Ok(written.text)
+}
