@@ -241,7 +241,9 @@ mod tests {
         .concat()
     }
 
-    fn messages(bytes: &[u8]) -> (Vec<(Channel, u64, Vec<u8>)>, Result<Outcome, String>) {
+    type Found = Vec<(Channel, u64, Vec<u8>)>;
+
+    fn messages(bytes: &[u8]) -> (Found, Result<Outcome, String>) {
         let mut found = Vec::new();
         let outcome = read(bytes, bytes.len() as u64, &mut |m| {
             found.push((m.channel.clone(), m.log_time, m.data.to_vec()));
