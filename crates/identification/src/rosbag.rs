@@ -27,7 +27,9 @@ pub fn read(path: &Path) -> Option<Result<Table, Error>> {
     let (place, topic) = address(path);
     let recording = || -> Result<Option<Table>, Error> {
         let name = path.display().to_string();
-        if !place.is_dir() && !matches!(head(&place), Ok(head) if head.starts_with(mcap::MAGIC)) {
+        // What is read from a pipe is gone: only files are looked into.
+        let is_recording = place.is_file() && matches!(head(&place), Ok(head) if head.starts_with(mcap::MAGIC));
+        if !place.is_dir() && !is_recording {
             let message = "only a recording (MCAP) has topics; name the file alone";
             return if topic.is_some() { Err(Error::at(&name, 0, message)) } else { Ok(None) };
         }
