@@ -10,14 +10,16 @@ use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
 ///
-/// A log is CSV (also .csv.gz) with a header, or .npz: the time t, positions, torques or currents and, where measured,
-/// velocities of every coordinate, found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
+/// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
+/// directory: the time t, positions, torques or currents and, where measured, velocities of every coordinate, found
+/// by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
 
-    /// The logs, fitted together; with --plan the directory of its logs, one an experiment: e01.csv, ..
+    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording; with --plan the directory
+    /// of its logs, one an experiment: e01.csv, ..
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
 

@@ -58,6 +58,8 @@ pub struct Columns {
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
     pub unused: Vec<String>,
+    /// What the reader of the file had to say (`Table::notes`).
+    pub notes: Vec<String>,
 }
 
 impl Columns {
@@ -99,6 +101,7 @@ impl Columns {
             effort,
             effort_is,
             unused: Vec::new(),
+            notes: table.notes.clone(),
         };
         let used: Vec<usize> = columns.sources().map(|s| s.column).collect();
         let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
@@ -134,6 +137,9 @@ impl fmt::Display for Columns {
         }
         if !self.unused.is_empty() {
             writeln!(f, "not used: {}", self.unused.join(", "))?;
+        }
+        for note in &self.notes {
+            writeln!(f, "note: {note}")?;
         }
         Ok(())
     }

@@ -1,13 +1,14 @@
 //! A file of named columns of numbers, before anybody says what they mean.
 //!
-//! Delimited text (`table_reader`), plain or gzip; or the arrays of a .npz (`npz`). What a cell means,
-//! and which rows are usable, is for `log` to say.
+//! Delimited text (`table_reader`), plain or gzip; the arrays of a .npz (`npz`); a Parquet file
+//! (`parquet`); the joint states of a ROS recording (`rosbag`). Which it is says the content, not the
+//! name. What a cell means, and which rows are usable, is for `log` to say.
 
 use std::path::Path;
 
 use crate::Error;
-use crate::npz;
 use crate::table_reader::{GZIP, TableReader};
+use crate::{mcap, npz, parquet, rosbag};
 
 /// Named columns of one length. A cell that is empty, missing or no number is NaN.
 #[derive(Clone, Debug, Default)]
@@ -25,21 +26,35 @@ pub struct Table {
     pub ragged: usize,
     /// Rows of the file before the first of these.
     pub skipped: usize,
+    /// What was read and what was not, in a sentence each, where the file leaves a choice.
+    pub notes: Vec<String>,
 }
 
 impl Table {
-    /// Reads a file; gzip is recognised by its first two bytes, not by the name.
+    /// Reads a file, or the directory of a rosbag2; `log.mcap#/topic` names one of several topics.
     pub fn read(path: &Path) -> Result<Table, Error> {
+        if let Some(table) = rosbag::read(path) {
+            return table;
+        }
         let file = path.display().to_string();
         let failed = |e: std::io::Error| Error::at(&file, 0, format!("cannot be read: {e}"));
         let bytes = std::fs::read(path).map_err(failed)?;
         Table::from_bytes(&file, &bytes)
     }
 
-    /// Reads the content of a file, plain or gzip.
+    /// Reads the content of a file; its first bytes say of which kind it is.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         if npz::is_numpy(bytes) {
             return npz::read(file, bytes);
+        }
+        if parquet::is_parquet(bytes) {
+            return parquet::read(file, bytes);
+        }
+        if bytes.starts_with(mcap::MAGIC) {
+            return rosbag::from_bytes(file, bytes);
+        }
+        if let Some(why) = rosbag::refusal(bytes) {
+            return Err(Error::at(file, 0, why));
         }
         let mut text = if bytes.starts_with(&GZIP) {
             TableReader::new(file, flate2::read::MultiGzDecoder::new(bytes))?

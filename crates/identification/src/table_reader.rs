@@ -8,7 +8,7 @@ use crate::Error;
 use crate::table::Table;
 
 /// More columns than this is not a log of a robot.
-const MAX_COLUMNS: usize = 10_000;
+pub const MAX_COLUMNS: usize = 10_000;
 
 /// Bytes in which the header must stand.
 const HEAD: u64 = 1 << 20;
@@ -243,7 +243,8 @@ fn delimiter(line: &[u8]) -> Option<u8> {
     [b',', b';', b'\t'].into_iter().find(|d| line.contains(d))
 }
 
-fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {
+/// Refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
+pub fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {
     let at = |message: String| Err(Error::at(file, line, message));
     if header.len() > MAX_COLUMNS {
         return at(format!("{} columns; at most {MAX_COLUMNS} are expected", header.len()));

@@ -1,0 +1,177 @@
+//! One message sensor_msgs/JointState, as CDR (ROS 2) or as ROS 1 wrote it.
+//!
+//! stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; rad, rad/s, N m (m, m/s, N).
+//! CDR aligns every number to its own size, counted from behind the four bytes that say which end
+//! comes first, and ends its strings with a zero; ROS 1 does neither, is little-endian and begins with a
+//! sequence number. Nothing is allocated by a length before the bytes are there.
+
+/// How a message is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    Cdr,
+    Ros1,
+}
+
+impl Encoding {
+    pub fn of(name: &str) -> Option<Encoding> {
+        match name {
+            "cdr" => Some(Encoding::Cdr),
+            "ros1" => Some(Encoding::Ros1),
+            _ => None,
+        }
+    }
+}
+
+/// The arrays of a message; one that is not measured is empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointState<'a> {
+    /// ns; zero where the driver sets none.
+    pub stamp: i64,
+    pub names: Vec<&'a str>,
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub effort: Vec<f64>,
+}
+
+impl JointState<'_> {
+    pub fn decode(data: &[u8], encoding: Encoding) -> Result<JointState<'_>, String> {
+        let mut cursor = Cursor { data, at: 0, aligned: encoding == Encoding::Cdr, big_endian: false };
+        match encoding {
+            Encoding::Cdr => {
+                match data.get(..4) {
+                    Some([0, 0, ..]) => cursor.big_endian = true,
+                    Some([0, 1, ..]) => {}
+                    Some([a, b, ..]) => {
+                        return Err(format!("its encapsulation is {a:02x}{b:02x}; plain CDR, 0000 or 0001, is read"));
+                    }
+                    _ => return Err(cursor.short(4)),
+                }
+                cursor.data = &data[4..];
+            }
+            Encoding::Ros1 => {
+                cursor.u32()?; // the sequence number
+            }
+        }
+        let (seconds, nanoseconds) = (cursor.u32()?, cursor.u32()?);
+        // ROS 2 counts seconds as int32, ROS 1 as uint32.
+        let seconds = if cursor.aligned { i64::from(seconds as i32) } else { i64::from(seconds) };
+        let stamp = seconds * 1_000_000_000 + i64::from(nanoseconds);
+        let _frame = cursor.text()?;
+        let mut names = Vec::new();
+        for _ in 0..cursor.u32()? {
+            names.push(cursor.text()?);
+        }
+        let (position, velocity, effort) = (cursor.doubles()?, cursor.doubles()?, cursor.doubles()?);
+        Ok(JointState { stamp, names, position, velocity, effort })
+    }
+}
+
+struct Cursor<'a> {
+    data: &'a [u8],
+    at: usize,
+    aligned: bool,
+    big_endian: bool,
+}
+
+impl<'a> Cursor<'a> {
+    fn short(&self, count: usize) -> String {
+        let left = self.data.len().saturating_sub(self.at);
+        format!("{count} bytes are claimed at byte {} where {left} are left: no sensor_msgs/JointState", self.at)
+    }
+
+    fn bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let end = self.at.checked_add(count);
+        let bytes = end.and_then(|end| self.data.get(self.at..end)).ok_or_else(|| self.short(count))?;
+        self.at += count;
+        Ok(bytes)
+    }
+
+    fn align(&mut self, size: usize) {
+        if self.aligned {
+            self.at = self.at.next_multiple_of(size);
+        }
+    }
+
+    fn u32(&mut self) -> Result<u32, String> {
+        self.align(4);
+        let bytes = self.bytes(4)?.try_into().unwrap_or([0; 4]);
+        Ok(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+    }
+
+    fn text(&mut self) -> Result<&'a str, String> {
+        let length = self.u32()? as usize;
+        let bytes = self.bytes(length)?;
+        let bytes = if self.aligned { bytes.strip_suffix(&[0]).unwrap_or(bytes) } else { bytes };
+        std::str::from_utf8(bytes).map_err(|_| format!("the text before byte {} is no UTF-8", self.at))
+    }
+
+    fn doubles(&mut self) -> Result<Vec<f64>, String> {
+        let count = self.u32()? as usize;
+        if count == 0 {
+            return Ok(Vec::new()); // without elements nothing is aligned to them
+        }
+        self.align(8);
+        let bytes = self.bytes(count.saturating_mul(8))?;
+        let number = if self.big_endian { f64::from_be_bytes } else { f64::from_le_bytes };
+        Ok(bytes.as_chunks::<8>().0.iter().map(|b| number(*b)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// stamp 1 s 2 ns, frame "b", name ["a"], position [1.0], velocity [], effort [2.0].
+    const CDR: &[u8] = &[
+        0, 1, 0, 0, // little-endian
+        1, 0, 0, 0, 2, 0, 0, 0, //
+        2, 0, 0, 0, b'b', 0, 0, 0, // to byte 16, with two bytes of alignment
+        1, 0, 0, 0, 2, 0, 0, 0, b'a', 0, 0, 0, // to byte 28
+        1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f, // aligned to 32 without a gap
+        0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x40,
+    ];
+
+    fn expected() -> JointState<'static> {
+        JointState { stamp: 1_000_000_002, names: vec!["a"], position: vec![1.0], velocity: vec![], effort: vec![2.0] }
+    }
+
+    #[test]
+    fn a_message_byte_by_byte() {
+        assert_eq!(JointState::decode(CDR, Encoding::Cdr).unwrap(), expected());
+        let ros1 = [
+            &[9, 0, 0, 0][..],
+            &CDR[4..12],
+            &[1, 0, 0, 0, b'b', 1, 0, 0, 0, 1, 0, 0, 0, b'a'],
+            &[1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f],
+            &CDR[44..],
+        ];
+        assert_eq!(JointState::decode(&ros1.concat(), Encoding::Ros1).unwrap(), expected());
+    }
+
+    #[test]
+    fn a_gap_before_numbers_is_an_alignment() {
+        // A frame of four letters moves the numbers by four bytes, and their alignment puts four in between.
+        let longer = [&CDR[..12], &[5, 0, 0, 0, b'b', b'a', b's', b'e', 0, 0, 0, 0], &CDR[20..36], &[0; 4], &CDR[36..]];
+        assert_eq!(JointState::decode(&longer.concat(), Encoding::Cdr).unwrap(), expected());
+    }
+
+    #[test]
+    fn seconds_before_1970() {
+        let mut early = CDR.to_vec();
+        early[4..8].copy_from_slice(&(-1i32).to_le_bytes());
+        assert_eq!(JointState::decode(&early, Encoding::Cdr).unwrap().stamp, -999_999_998);
+    }
+
+    #[test]
+    fn no_length_is_believed() {
+        for cut in 0..CDR.len() {
+            assert!(JointState::decode(&CDR[..cut], Encoding::Cdr).is_err(), "{cut}");
+        }
+        for at in [12, 20, 24, 32, 44, 48] {
+            let mut hostile = CDR.to_vec();
+            hostile[at..at + 4].fill(0xff);
+            let message = JointState::decode(&hostile, Encoding::Cdr).unwrap_err();
+            assert!(message.contains("no sensor_msgs/JointState"), "{at}: {message}");
+        }
+    }
+}
