@@ -217,7 +217,7 @@ fn one_of_several_topics_by_its_name() {
     for r in 0..60u32 {
         for channel in [1, 2] {
             let arrays = [vec![f64::from(channel)], vec![], vec![f64::from(r)]];
-            let state = State { stamp: (r, 1), names: vec!["a"], arrays };
+            let state = State { stamp: (1, 10_000_000 * r), names: vec!["a"], arrays };
             file.message(channel as u16, 0, &state.cdr(false));
         }
     }
