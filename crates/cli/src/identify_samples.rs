@@ -5,10 +5,10 @@ use std::path::Path;
 
 use identification::{
     Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, Log, LogSource, Model, Observation, Options, Payload,
-    Regressor, SourceRecords, Validation, bodies, centroidal, coordinate_label, estimate_delay, estimate_drive_gains,
-    friction_candidates, identify_consistent, payload, select_friction, validate, write_back,
+    Regressor, SourceRecords, Validation, bodies, centroidal, coordinate_label, cross_validate, estimate_delay,
+    estimate_drive_gains, friction_candidates, identify_consistent, payload, select_friction, validate, write_back,
 };
-use robot::{Coordinate, LinkId, Robot};
+use robot::{Coordinate, LinkId, Robot, RotorInertia};
 
 use crate::failure::{Failure, print, write_file};
 use crate::identify::{Arguments, Delay, Friction};
@@ -61,13 +61,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let parameters = &subject.derived.parameters;
     let map = standard_map(&subject.robot, parameters);
     let load = if loaded.is_empty() { None } else { Some(load(arguments, &subject, &fit, &loaded, &options)?) };
-    let mut written = None;
+    let observation = fit.observation.clone();
+    let (mut written, mut heavy) = (None, Vec::new());
     let mut estimate = if arguments.consistent || arguments.write_urdf.is_some() {
         let known = references(&subject.robot, parameters);
         let fit = identify_consistent(regressor, &map, &known, fit, &options, &Default::default())?;
+        let found: Vec<(&str, [f64; 10])> = bodies(&map, &fit.consistent.phi).collect();
+        heavy = found.iter().zip(&known).filter_map(|(body, known)| outgrown(body, known.as_ref()?)).collect();
         if arguments.write_urdf.is_some() {
             let ids = body_links(parameters);
-            let bodies: Vec<_> = ids.into_iter().zip(bodies(&map, &fit.consistent.phi).map(|b| b.1)).collect();
+            let bodies: Vec<_> = ids.into_iter().zip(found.iter().map(|b| b.1)).collect();
             written = Some(urdf(arguments, &subject.robot, &bodies, &fit.estimate)?);
         }
         fit.estimate
@@ -76,6 +79,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     estimate.fingerprint = subject.reference.fingerprint.clone();
     estimate.remarks.extend(gains);
+    estimate.remarks.extend(rotors(&subject, &records, &observation, &options)?);
+    estimate.remarks.extend(heavy);
     let _ = write!(text, "{estimate}");
     text.push_str(&load.unwrap_or_default());
     for (log, validation) in predictions(regressor, &estimate, &others)? {
@@ -193,6 +198,51 @@ fn drive_gains(
     options.transmission.drive_gains = Some(found.gains);
     Ok(Some(text))
 }
+
+/// A body this many times as heavy as its description, or as light, is worth a sentence.
+const OUTGROWN: f64 = 3.0;
+
+/// A sentence on a body whose mass has little to do with that of the description.
+fn outgrown((name, body): &(&str, [f64; 10]), known: &[f64; 10]) -> Option<String> {
+    let (mass, given) = (body[9], known[9]);
+    let ratio = mass / given;
+    (given > 0.0 && !(1.0 / OUTGROWN..OUTGROWN).contains(&ratio)).then(|| {
+        format!(
+            "{name} comes out at {mass:.3} kg, {ratio:.1} times the {given:.3} kg of the description: the masses are not \
+             in these data, or inertia that no body has (rotors, gears, drive gains) is put into bodies"
+        )
+    })
+}
+
+/// Where the model has no rotor inertias, a sentence when with them the parts left out are predicted better.
+fn rotors(
+    subject: &Subject,
+    records: &SourceRecords,
+    observation: &Observation,
+    options: &Options,
+) -> Result<Option<String>, Failure> {
+    let absent = subject.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
+    if !absent || options.friction.contains(&FrictionTerm::Rotor) {
+        return Ok(None);
+    }
+    let (regressor, couplings) = (subject.regressor.as_ref(), options.transmission.coupled());
+    let total = |friction: &[FrictionTerm], observation: &Observation| {
+        cross_validate(&Model::new(regressor, friction, &couplings), observation, options.weights).total
+    };
+    let mut friction = options.friction.clone();
+    friction.push(FrictionTerm::Rotor);
+    let wider = Observation::of_records(&Model::new(regressor, &friction, &couplings), records, None)?;
+    let (without, with) = (total(&options.friction, observation), total(&friction, &wider));
+    Ok((with < WORTH * without).then(|| {
+        format!(
+            "the model has no rotor inertias; with them (--rotor-inertia actuated) tenths of the record left out are \
+             predicted with {with:.4} instead of {without:.4}"
+        )
+    }))
+}
+
+/// Held-out error with rotor inertias over that without, below which they are worth a sentence.
+const WORTH: f64 = 0.97;
 
 /// The load in the loaded logs, in words and numbers.
 fn load(
