@@ -164,7 +164,13 @@ fn ur10e_drive_gains() {
     let known = [Gain::Free, Gain::Known(13.26), Gain::Free, wrist, wrist, wrist];
     let found = estimate_drive_gains(&arm, &[log], &options, &known).unwrap();
     for j in 0..6 {
-        let error = (found.gains[j] - others[j]).abs();
-        assert!(error <= 3.0 * found.sigma[j], "joint {}: {:?} +- {:?}", j + 1, found.gains, found.sigma);
+        let error = (found.gain[j] - others[j]).abs();
+        assert!(
+            error <= 3.0 * found.gain_deviation[j],
+            "joint {}: {:?} +- {:?}",
+            j + 1,
+            found.gain,
+            found.gain_deviation
+        );
     }
 }
