@@ -10,6 +10,7 @@ use identification::{
 use robot::{Coordinate, LinkId, Robot};
 
 use crate::failure::{Failure, print, write_file};
+use crate::identify_spectrum::Scale;
 use crate::model::{Derived, ModelArguments, body_links, references, standard_map};
 
 /// Identify a robot's base parameters and friction from a log
@@ -33,10 +34,15 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A, for rist and rist-mh [default: as the file says]; of one drive
-    /// only: the others are estimated
+    /// Torque per unit of current of a drive, N m/A, for rist and rist-mh [default: as the file says, with --load none];
+    /// of some drives only: the others are estimated
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     gain: Vec<String>,
+
+    /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
+    /// The logs of experiments done again with it, e01_loaded.csv, .., stand beside the others; no gain need be known
+    #[arg(long, value_name = "FILE")]
+    load: Option<PathBuf>,
 
     /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
     #[arg(long, value_name = "HZ")]
@@ -91,14 +97,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Method::RistMh => Some(SpectralMethod::Harmonic),
     };
     match (spectral, &arguments.plan) {
+        (None, None) if arguments.load.is_some() => Err(Failure::new("--load is for --method rist and rist-mh")),
         (None, None) => identify_samples(arguments),
         (Some(method), Some(plan)) => {
             let names = match &arguments.options {
                 Some(path) => Options::read(path)?.columns,
                 None => ColumnNames::default(),
             };
-            let (model, gain, out) = (&arguments.model, &arguments.gain, arguments.out.as_deref());
-            crate::identify_spectrum::run(model, &arguments.log, plan, method, gain, &names, out)
+            let scale = Scale { gain: &arguments.gain, load: arguments.load.as_deref() };
+            let (model, out) = (&arguments.model, arguments.out.as_deref());
+            crate::identify_spectrum::run(model, &arguments.log, plan, method, &scale, &names, out)
         }
         (None, Some(_)) => Err(Failure::new("--plan is for --method rist and rist-mh")),
         (Some(_), None) => {

@@ -80,11 +80,12 @@ pub fn identify_spectrum(
     estimate.remarks.push(scale(regressor, experiments, gains));
     remark_unidentifiable(&mut estimate);
     estimate.rows = equations.iter().map(JointEquations::count).sum();
-    let row = |j: usize| {
-        let (e, k) = (&equations[j], found.gain[j]);
-        e.rows.iter().cloned().zip(e.current.iter().zip(&e.known).map(|(i, t)| k * i - t)).collect()
+    let of_joint = |(e, k): (&JointEquations, &f64)| {
+        let (total, left) = e.torque_squares(&found.parameters, *k);
+        Squares { total, left, rows: e.count() }
     };
-    residuals(&mut estimate, regressor, &found.parameters, row);
+    let squares: Vec<Squares> = equations.iter().zip(&found.gain).map(of_joint).collect();
+    residuals(&mut estimate, regressor, &squares);
     Ok(estimate)
 }
 
@@ -135,14 +136,15 @@ fn with_paper_rows(
     }
     estimate.rank = solution.rank;
     estimate.condition_number = solution.condition_number;
-    let rows_of = |joint: usize| {
+    let rows_of = |joint: usize| -> Vec<(Vec<f64>, f64)> {
         let of_block = |b: &EquationBlock| {
             let of_joint = b.rows.iter().enumerate().filter(|(i, _)| b.joint[*i] == joint);
             of_joint.map(|(i, d)| (d.to_vec(), b.right[i] - b.known[i])).collect::<Vec<_>>()
         };
         blocks.iter().flat_map(of_block).collect()
     };
-    residuals(estimate, regressor, &solution.x, rows_of);
+    let squares: Vec<Squares> = (0..gain.len()).map(|j| Squares::of(&rows_of(j), &solution.x)).collect();
+    residuals(estimate, regressor, &squares);
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
     remark_unidentifiable(estimate);
 }
@@ -170,7 +172,7 @@ fn with_harmonics(
             estimate.parameters.push(identified(format!("{letters}{}", label(coordinate)), unit, x, s, determined));
         }
     }
-    estimate.rank = found.solution.rank;
+    estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
     estimate.condition_number = found.solution.condition_number;
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
     harmonic_residuals(estimate, regressor, &data, &found, gain);
@@ -248,31 +250,39 @@ fn paper_equations(
     (0..n).map(of_joint).collect()
 }
 
-/// What parameters leave of the rows of each joint, which are N m (over the noise of the joint where its rows
-/// are so weighted).
-fn residuals(
-    estimate: &mut Estimate,
-    regressor: &dyn Regressor,
-    x: &[f64],
-    rows: impl Fn(usize) -> Vec<(Vec<f64>, f64)>,
-) {
-    let (mut all, mut all_left) = (0.0, 0.0);
-    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
-        let rows = rows(j);
+/// What parameters leave of the rows of a joint, (N m)^2 (over the noise of the joint where its rows are so
+/// weighted).
+struct Squares {
+    total: f64,
+    left: f64,
+    rows: usize,
+}
+
+impl Squares {
+    fn of(rows: &[(Vec<f64>, f64)], x: &[f64]) -> Squares {
         let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
-        let total: f64 = rows.iter().map(|(_, y)| y * y).sum();
-        let left: f64 = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
-        all += total;
-        all_left += left;
+        Squares {
+            total: rows.iter().map(|(_, y)| y * y).sum(),
+            left: rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum(),
+            rows: rows.len(),
+        }
+    }
+}
+
+/// One a joint.
+fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, squares: &[Squares]) {
+    let relative = |left: f64, total: f64| if total > 0.0 { (left / total).sqrt() } else { 0.0 };
+    for (coordinate, s) in regressor.coordinates().iter().zip(squares) {
         estimate.joints.push(JointResidual {
             coordinate: coordinate.clone(),
-            rms: (left / rows.len().max(1) as f64).sqrt(),
-            relative: if total > 0.0 { (left / total).sqrt() } else { 0.0 },
-            rows: rows.len(),
+            rms: (s.left / s.rows.max(1) as f64).sqrt(),
+            relative: relative(s.left, s.total),
+            rows: s.rows,
             ..JointResidual::default()
         });
     }
-    estimate.total = if all > 0.0 { (all_left / all).sqrt() } else { 0.0 };
+    let sum = |f: &dyn Fn(&Squares) -> f64| squares.iter().map(f).sum::<f64>();
+    estimate.total = relative(sum(&|s| s.left), sum(&|s| s.total));
 }
 
 fn harmonic_residuals(
@@ -291,5 +301,6 @@ fn harmonic_residuals(
             rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f));
         }
     }
-    residuals(estimate, regressor, found.values(), |j| rows[j].clone());
+    let squares: Vec<Squares> = rows.iter().map(|r| Squares::of(r, found.values())).collect();
+    residuals(estimate, regressor, &squares);
 }

@@ -8,6 +8,8 @@ mod candidates;
 mod golden;
 #[path = "tree_robot/load.rs"]
 mod load;
+#[path = "tree_robot/race_plan.rs"]
+mod race_plan;
 #[path = "tree_robot/race.rs"]
 mod race_robot;
 mod tree_robot;
@@ -186,66 +188,28 @@ fn plans_are_certified() {
 
 mod reconstruction {
     use super::*;
-    use identification::{Candidate, CandidateGrid, MotionLimits, Profile, Random, Regressor, candidates};
+    use identification::Regressor;
+    use race_plan::{chosen, planned_and_random, race_candidates};
 
-    fn limits() -> Vec<MotionLimits> {
-        let limit = |range: f64, velocity, acceleration| MotionLimits {
-            position: (-range, range),
-            velocity,
-            acceleration,
-            slow_velocity: 0.5,
-            bandwidth: 10.0,
-            quantum: 1e-4,
-        };
-        vec![limit(2.6, 5.0, 30.0), limit(1.5, 5.0, 40.0), limit(2.4, 7.0, 60.0)]
-    }
-
-    fn plan(robot: &TreeRobot) -> (Vec<Candidate>, Vec<usize>) {
-        let grid = CandidateGrid {
-            profile: Profile::BangBang,
-            steps: 7,
-            configurations: 49,
-            duration: 4.0,
-            sample_time: 1e-3,
-            gravity: false,
-            seed: 1,
-        };
-        let found = candidates(&grid, &limits(), robot, &NOISE);
-        let information: Vec<Rows> = found.iter().map(|c| c.information.clone()).collect();
-        let search = Search { starts: 6, ..Search::default() };
-        let plan = exchange(&information, 8, Criterion::Determinant, &search, &|_, _, _| ());
-        assert!(plan.value.is_finite(), "rank 18 of 18");
-        // Random sets of eight are far behind.
-        let mut random = Random::new(5);
-        let by_chance: Vec<f64> = (0..50)
-            .map(|_| {
-                let chosen: Vec<usize> = (0..8).map(|_| random.index(found.len())).collect();
-                value_of(&information, &chosen, Criterion::Determinant)
-            })
-            .collect();
-        let best = by_chance.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let median = {
-            let mut sorted = by_chance;
-            sorted.sort_by(f64::total_cmp);
-            sorted[25]
-        };
-        assert!(plan.value > best + 18.0 * 0.2, "{} {best} {median}", plan.value);
-        (found, plan.chosen)
-    }
-
-    fn chosen(found: &[Candidate], plan: &[usize]) -> Vec<ExcitingTrajectory> {
-        plan.iter().map(|&i| found[i].trajectory.clone()).collect()
+    fn plan(robot: &TreeRobot) -> Vec<ExcitingTrajectory> {
+        let found = race_candidates(robot);
+        let ((plan, value), by_chance) = planned_and_random(&found, 50);
+        assert!(value.is_finite(), "rank 18 of 18");
+        // Random sets of eight are far behind: no one of fifty comes within a fifth in each direction.
+        let best = by_chance.iter().map(|s| s.1).fold(f64::NEG_INFINITY, f64::max);
+        assert!(value > best + 18.0 * 0.2, "{value} {best}");
+        chosen(&found, &plan)
     }
 
     #[test]
     fn eight_experiments_identify_eighteen_parameters_and_the_gains() {
         let robot = race();
         assert_eq!(robot.truth.len(), 18);
-        let (found, plan) = plan(&robot);
+        let plan = plan(&robot);
         let mut arm = benchmark_arm("RACE", &robot);
         arm.friction.iter_mut().for_each(|f| *f = f.scaled(0.5));
         let scenario = Scenario::all(&arm).swap_remove(1);
-        let fixture = Fixture::new(&arm, scenario, &chosen(&found, &plan)).unwrap();
+        let fixture = Fixture::new(&arm, scenario, &plan).unwrap();
         let one = [1.0; 3];
         for draw in 0..4 {
             let experiments = fixture.measured(Some(draw), 3);
@@ -267,13 +231,13 @@ mod reconstruction {
     #[test]
     fn intervals_cover_at_their_level() {
         let robot = race();
-        let (found, plan) = plan(&robot);
+        let plan = plan(&robot);
         let mut arm = benchmark_arm("RACE", &robot);
         arm.friction = vec![FrictionLaw::NONE; 3];
         arm.sensing.quantum = vec![0.0; 3];
         arm.sensing.position_noise = vec![1e-6; 3];
         let scenario = Scenario::all(&arm).swap_remove(1);
-        let fixture = Fixture::new(&arm, scenario, &chosen(&found, &plan)).unwrap();
+        let fixture = Fixture::new(&arm, scenario, &plan).unwrap();
         let options = HarmonicOptions { weights: true, ends: true, ..HarmonicOptions::plain() };
         // The compiled regressor is thirty times faster than the recursion; a column of it may be in another
         // unit (D2 MX3 for MX3), which one state shows.
@@ -299,6 +263,7 @@ mod reconstruction {
             }
         }
         let share = 100.0 * covered as f64 / all as f64;
+        println!("95 % intervals cover {share:.1} % of {all}");
         assert!((92.0..=98.0).contains(&share), "{share} %");
     }
 }
@@ -320,7 +285,7 @@ fn gains(scenario: &str, mass: f64, options: &HarmonicOptions) -> GainComparison
     fixture.compare_gains(&[Gain::Free; 3], options, 6, 11, 2).unwrap()
 }
 
-/// Unbiased and within their deviations, which are those of the specification for ideal rows (%), times 1.6.
+/// Unbiased and within their deviations, which are at most 1.6 times those of the paper's rows free of friction (%).
 #[test]
 fn a_known_load_gives_all_gains() {
     for (mass, expected) in [(0.5, [0.088, 0.035, 0.036]), (2.0, [0.024, 0.010, 0.010])] {
@@ -329,8 +294,8 @@ fn a_known_load_gives_all_gains() {
         for j in 0..3 {
             assert!(found.sigma[j] < 1.6 * expected[j], "{mass} kg: {found}");
             assert!(found.bias[j].abs() < found.sigma[j], "{mass} kg: {found}");
-            // Six draws: a root mean square is beyond 1.6 sigma once in fifty thousand.
-            assert!(found.rmse[j] < 1.6 * found.sigma[j], "{mass} kg: {found}");
+            // Of six draws: beyond 2.2 sigma less than once in ten thousand.
+            assert!(found.rmse[j] < 2.2 * found.sigma[j], "{mass} kg: {found}");
         }
     }
 }
