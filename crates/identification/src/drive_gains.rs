@@ -111,18 +111,6 @@ impl JointEquations {
         }
     }
 
-    /// How many equations the rows stand for.
-    pub fn count(&self) -> usize {
-        self.scatter.map_or(self.rows.len(), |s| s.equations as usize)
-    }
-
-    /// Squares of the torque that the rows stand for at the gain k, and of what X leaves of it.
-    pub fn torque_squares(&self, x: &[f64], k: f64) -> (f64, f64) {
-        let outside = self.scatter.map_or(0.0, |s| s.left);
-        let total = outside + self.current.iter().map(|i| i * i).sum::<f64>();
-        (k * k * total, k * k * (outside + self.squares(x, 1.0 / k)))
-    }
-
     fn each(&self) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
         self.rows.iter().zip(&self.known).zip(&self.current).map(|((d, t), i)| (d, *t, *i))
     }

@@ -36,7 +36,7 @@ impl Fixture<'_> {
         let one = |experiments: &[SpectralExperiment]| -> Option<DriveGains> {
             let noise = NoiseLevels::measured(experiments)?;
             let unit = vec![1.0; truth.len()];
-            let data = HarmonicData::new(experiments, self.arm.regressor, &unit, &noise, &options.band);
+            let mut data = HarmonicData::new(experiments, self.arm.regressor, &unit, &noise, &options.band);
             data.estimate_with_gains(known, options).ok().map(|f| f.gains)
         };
         let found: Vec<DriveGains> = self.each_draw(draws, seed, threads, one).into_iter().collect::<Option<_>>()?;

@@ -156,12 +156,6 @@ impl HarmonicData {
         &self.spectra
     }
 
-    /// The same experiments with other gains.
-    pub fn with_gains(mut self, gain: &[f64]) -> HarmonicData {
-        self.gain = gain.to_vec();
-        self
-    }
-
     /// The estimate with the best of the friction shapes; `None` without equations.
     ///
     /// The rest velocity is chosen for equation (5), then the further terms, then the rest velocity
@@ -222,7 +216,12 @@ impl HarmonicData {
         Some((best, criteria))
     }
 
-    fn finished(&self, best: &Fit, options: &HarmonicOptions, criteria: Vec<(FrictionShape, f64)>) -> HarmonicEstimate {
+    pub(crate) fn finished(
+        &self,
+        best: &Fit,
+        options: &HarmonicOptions,
+        criteria: Vec<(FrictionShape, f64)>,
+    ) -> HarmonicEstimate {
         let solution = solve(&best.triangle(self, options));
         let first_drift = self.p + self.n * best.shape.columns();
         let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);

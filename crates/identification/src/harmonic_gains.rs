@@ -11,7 +11,7 @@
 use crate::Error;
 use crate::drive_gains::{DriveGains, Gain, JointEquations, drive_gains};
 use crate::friction_columns::FrictionShape;
-use crate::harmonic_estimation::{HarmonicData, HarmonicOptions};
+use crate::harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
 use crate::harmonic_fit::Fit;
 
 /// Gains and parameters, and the friction they stand beside.
@@ -20,9 +20,9 @@ pub struct HarmonicGains {
     pub gains: DriveGains,
     /// The equations behind them, friction projected out.
     pub equations: Vec<JointEquations>,
-    pub shape: FrictionShape,
-    /// Of the friction's drift from experiment to experiment, relative.
-    pub drift_spread: f64,
+    /// The estimate with these gains, from which the friction is; `None` where they are not determined or not
+    /// positive, and the friction is that of equation (5).
+    pub friction: Option<HarmonicEstimate>,
     /// Times the friction was chosen; `None`: it did not settle.
     pub rounds: Option<usize>,
 }
@@ -31,32 +31,30 @@ pub struct HarmonicGains {
 const ROUNDS: usize = 8;
 
 impl HarmonicData {
-    /// The gains, where not all are known; those of the data serve as a start for the scale of the friction only.
+    /// The gains, where not all are known; the data have them afterwards.
     ///
-    /// Fails as [`drive_gains`] does, and without equations. Friction is that of equation (5) where the first gains
-    /// are not determined or not positive.
-    pub fn estimate_with_gains(self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
+    /// Fails as [`drive_gains`] does.
+    pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
-        let fit = Fit::new(&self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
-        let equations = fit.current_equations(&self, &plain);
+        let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
+        let equations = fit.current_equations(self, &plain);
         let gains = drive_gains(&equations, known)?;
-        let (shape, mut data) = (fit.shape, self);
-        let mut found = HarmonicGains { gains, equations, shape, drift_spread: 0.0, rounds: None };
+        let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..ROUNDS {
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
             if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
+                found.friction = None;
                 break;
             }
-            data = data.with_gains(&found.gains.gain);
-            let Some((fit, _)) = data.best_fit(options) else {
-                return Err(Error::new("the experiments give no equation"));
-            };
-            let equations = fit.current_equations(&data, options);
+            self.gain = found.gains.gain.clone();
+            let Some((fit, criteria)) = self.best_fit(options) else { break };
+            let equations = fit.current_equations(self, options);
             let gains = drive_gains(&equations, known)?;
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
-            let is_settled = round > 0 && fit.shape == found.shape && !(0..gains.gain.len()).any(moved);
-            let rounds = is_settled.then_some(round + 1);
-            found = HarmonicGains { gains, equations, shape: fit.shape, drift_spread: fit.drift_spread(), rounds };
+            let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
+            let is_settled = is_same && !(0..self.n).any(moved);
+            let friction = Some(self.finished(&fit, options, criteria));
+            found = HarmonicGains { gains, equations, friction, rounds: is_settled.then_some(round + 1) };
             if is_settled {
                 break;
             }

@@ -9,7 +9,6 @@ use crate::drive_gains::{DriveGains, Gain, JointEquations, drive_gains};
 use crate::estimate::{Estimate, Identified, JointResidual, Status};
 use crate::experiment_plan::ModelReference;
 use crate::friction::label;
-use crate::friction_columns::FrictionShape;
 use crate::harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
 use crate::observation::unit_of_inertial;
 use crate::paper_estimation::{PaperWeights, paper_estimate, paper_rows};
@@ -60,32 +59,30 @@ pub fn identify_spectrum(
         }
         return Ok(estimate);
     }
-    let (found, equations) = match method {
+    let one = vec![1.0; regressor.coordinates().len()];
+    match method {
         SpectralMethod::Paper => {
-            let equations = paper_equations(regressor, experiments, &noise);
-            (drive_gains(&equations, gains)?, equations)
+            let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
+            let found = drive_gains(&paper_equations(&blocks, one.len()), gains)?;
+            with_gains(&mut estimate, regressor, &found);
+            paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
         }
         SpectralMethod::Harmonic => {
-            let one = vec![1.0; regressor.coordinates().len()];
-            let data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
+            let mut data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
             let found = data.estimate_with_gains(gains, options)?;
-            estimate.remarks.push(describe(&found.shape, found.drift_spread));
+            with_gains(&mut estimate, regressor, &found.gains);
             if found.rounds.is_none() {
                 estimate.remarks.push("the choice of the friction did not settle with the gains".into());
             }
-            (found.gains, found.equations)
+            if let Some(friction) = found.friction {
+                harmonic_residuals(&mut estimate, regressor, &data, &friction);
+                estimate.remarks.push(describe(&friction));
+            }
         }
-    };
-    with_gains(&mut estimate, regressor, &found);
+    }
+    estimate.rows = estimate.joints.iter().map(|j| j.rows).sum();
     estimate.remarks.push(scale(regressor, experiments, gains));
     remark_unidentifiable(&mut estimate);
-    estimate.rows = equations.iter().map(JointEquations::count).sum();
-    let of_joint = |(e, k): (&JointEquations, &f64)| {
-        let (total, left) = e.torque_squares(&found.parameters, *k);
-        Squares { total, left, rows: e.count() }
-    };
-    let squares: Vec<Squares> = equations.iter().zip(&found.gain).map(of_joint).collect();
-    residuals(&mut estimate, regressor, &squares);
     Ok(estimate)
 }
 
@@ -136,15 +133,8 @@ fn with_paper_rows(
     }
     estimate.rank = solution.rank;
     estimate.condition_number = solution.condition_number;
-    let rows_of = |joint: usize| -> Vec<(Vec<f64>, f64)> {
-        let of_block = |b: &EquationBlock| {
-            let of_joint = b.rows.iter().enumerate().filter(|(i, _)| b.joint[*i] == joint);
-            of_joint.map(|(i, d)| (d.to_vec(), b.right[i] - b.known[i])).collect::<Vec<_>>()
-        };
-        blocks.iter().flat_map(of_block).collect()
-    };
-    let squares: Vec<Squares> = (0..gain.len()).map(|j| Squares::of(&rows_of(j), &solution.x)).collect();
-    residuals(estimate, regressor, &squares);
+    let one = vec![1.0; gain.len()];
+    paper_residuals(estimate, regressor, &blocks, &one, &solution.x);
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
     remark_unidentifiable(estimate);
 }
@@ -175,22 +165,22 @@ fn with_harmonics(
     estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
     estimate.condition_number = found.solution.condition_number;
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
-    harmonic_residuals(estimate, regressor, &data, &found, gain);
-    estimate.remarks.push(describe(&found.shape, found.drift_spread));
+    harmonic_residuals(estimate, regressor, &data, &found);
+    estimate.remarks.push(describe(&found));
     remark_unidentifiable(estimate);
     Ok(())
 }
 
-fn describe(shape: &FrictionShape, drift_spread: f64) -> String {
-    let mut text = format!("friction of equation (5), its sign turning over {} rad/s", shape.rest_velocity);
-    if shape.load {
+fn describe(found: &HarmonicEstimate) -> String {
+    let mut text = format!("friction of equation (5), its sign turning over {} rad/s", found.shape.rest_velocity);
+    if found.shape.load {
         text.push_str(", growing with the load");
     }
-    if let Some(speed) = shape.stribeck {
+    if let Some(speed) = found.shape.stribeck {
         text.push_str(&format!(", with a Stribeck term at {speed} rad/s"));
     }
-    if drift_spread > 0.0 {
-        text.push_str(&format!(", drifting by {:.1} % between experiments", 100.0 * drift_spread));
+    if found.drift_spread > 0.0 {
+        text.push_str(&format!(", drifting by {:.1} % between experiments", 100.0 * found.drift_spread));
     }
     text
 }
@@ -228,61 +218,55 @@ fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &
     format!("all of it stands on {}: if that is wrong by a factor, everything is", on.join(", and on "))
 }
 
-fn paper_equations(
-    regressor: &dyn Regressor,
-    experiments: &[SpectralExperiment],
-    noise: &NoiseLevels,
-) -> Vec<JointEquations> {
-    let n = regressor.coordinates().len();
-    let one = vec![1.0; n];
-    let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
-    let of_joint = |j: usize| {
-        let mut e = JointEquations::default();
-        for b in &blocks {
-            for (i, d) in b.rows.iter().enumerate().filter(|(i, _)| b.joint[*i] == j) {
-                e.rows.push(d.iter().map(|d| d / b.deviation[i]).collect());
-                e.known.push(b.known[i] / b.deviation[i]);
-                e.current.push(b.right[i] / b.deviation[i]);
-            }
-        }
-        e
-    };
-    (0..n).map(of_joint).collect()
-}
-
-/// What parameters leave of the rows of a joint, (N m)^2 (over the noise of the joint where its rows are so
-/// weighted).
-struct Squares {
-    total: f64,
-    left: f64,
-    rows: usize,
-}
-
-impl Squares {
-    fn of(rows: &[(Vec<f64>, f64)], x: &[f64]) -> Squares {
-        let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
-        Squares {
-            total: rows.iter().map(|(_, y)| y * y).sum(),
-            left: rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum(),
-            rows: rows.len(),
+/// The rows of blocks in currents, joint by joint.
+fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
+    let mut equations = vec![JointEquations::default(); n];
+    for b in blocks {
+        for (i, d) in b.rows.iter().enumerate() {
+            let e = &mut equations[b.joint[i]];
+            e.rows.push(d.iter().map(|d| d / b.deviation[i]).collect());
+            e.known.push(b.known[i] / b.deviation[i]);
+            e.current.push(b.right[i] / b.deviation[i]);
         }
     }
+    equations
 }
 
-/// One a joint.
-fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, squares: &[Squares]) {
-    let relative = |left: f64, total: f64| if total > 0.0 { (left / total).sqrt() } else { 0.0 };
-    for (coordinate, s) in regressor.coordinates().iter().zip(squares) {
+/// What parameters leave of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+fn paper_residuals(
+    estimate: &mut Estimate,
+    regressor: &dyn Regressor,
+    blocks: &[EquationBlock],
+    gain: &[f64],
+    x: &[f64],
+) {
+    let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
+    for b in blocks {
+        for (i, d) in b.rows.iter().enumerate() {
+            rows[b.joint[i]].push((d.to_vec(), gain[b.joint[i]] * b.right[i] - b.known[i]));
+        }
+    }
+    residuals(estimate, regressor, &rows, x);
+}
+
+/// What parameters leave of the rows of each joint, N m.
+fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
+    let (mut all, mut all_left) = (0.0, 0.0);
+    for (coordinate, rows) in regressor.coordinates().iter().zip(rows) {
+        let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
+        let total: f64 = rows.iter().map(|(_, y)| y * y).sum();
+        let left: f64 = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
+        all += total;
+        all_left += left;
         estimate.joints.push(JointResidual {
             coordinate: coordinate.clone(),
-            rms: (s.left / s.rows.max(1) as f64).sqrt(),
-            relative: relative(s.left, s.total),
-            rows: s.rows,
+            rms: (left / rows.len().max(1) as f64).sqrt(),
+            relative: if total > 0.0 { (left / total).sqrt() } else { 0.0 },
+            rows: rows.len(),
             ..JointResidual::default()
         });
     }
-    let sum = |f: &dyn Fn(&Squares) -> f64| squares.iter().map(f).sum::<f64>();
-    estimate.total = relative(sum(&|s| s.left), sum(&|s| s.total));
+    estimate.total = if all > 0.0 { (all_left / all).sqrt() } else { 0.0 };
 }
 
 fn harmonic_residuals(
@@ -290,8 +274,8 @@ fn harmonic_residuals(
     regressor: &dyn Regressor,
     data: &HarmonicData,
     found: &HarmonicEstimate,
-    gain: &[f64],
 ) {
+    let gain = &data.gain;
     let drift = |e: usize| found.drift.get(e).map_or(1.0, |d| 1.0 + d.2);
     let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
     for (e, s) in data.spectra().iter().enumerate() {
@@ -301,6 +285,5 @@ fn harmonic_residuals(
             rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f));
         }
     }
-    let squares: Vec<Squares> = rows.iter().map(|r| Squares::of(r, found.values())).collect();
-    residuals(estimate, regressor, &squares);
+    residuals(estimate, regressor, &rows, found.values());
 }

@@ -214,7 +214,7 @@ mod reconstruction {
         for draw in 0..4 {
             let experiments = fixture.measured(Some(draw), 3);
             let levels = NoiseLevels::measured(&experiments).unwrap();
-            let data = HarmonicData::new(&experiments, &robot, &one, &levels, &Band::default());
+            let mut data = HarmonicData::new(&experiments, &robot, &one, &levels, &Band::default());
             let known = [Gain::Free, Gain::Free, Gain::Known(1.0)];
             let found = data.estimate_with_gains(&known, &HarmonicOptions::default()).unwrap();
             let estimate = &found.gains;
