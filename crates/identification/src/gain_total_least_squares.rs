@@ -92,3 +92,46 @@ pub fn gains_by_total_least_squares(
     unknown.iter().enumerate().for_each(|(c, &j)| gains[j] = direction[c] / unit / weight(j));
     Some((gains, x.iter().take(p).map(|x| x / unit).collect()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive_gains::drive_gains;
+    use crate::drive_gains::tests::{GAINS, THIRD, TRUTH, joints};
+    use crate::random::Random;
+
+    #[test]
+    fn without_noise_the_gains_come_back() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
+            let (gains, x) = gains_by_total_least_squares(&joints, &known, Scaling::Noise).unwrap();
+            // Noise of 1e-6 beside torques of some hundred.
+            assert!(gains.iter().zip(GAINS).all(|(k, truth)| (k - truth).abs() < 1e-7), "{gains:?}");
+            assert!(x.iter().zip(TRUTH).all(|(x, truth)| (x - truth).abs() < 1e-7), "{x:?}");
+        }
+    }
+
+    /// Scaled to the noise left in the columns it has no bias, as maximum likelihood; unscaled it has.
+    #[test]
+    fn the_columns_are_scaled_to_their_noise() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let mut random = Random::new(3);
+            let draws = 400;
+            let (mut scaled, mut unscaled, mut sigma) = (0.0, 0.0, 0.0);
+            for _ in 0..draws {
+                let joints = joints(&mut random, 20.0, is_loaded);
+                let deviation = drive_gains(&joints, &known).unwrap().gain_deviation[0];
+                let error = |scaling| {
+                    let (gains, _) = gains_by_total_least_squares(&joints, &known, scaling).unwrap();
+                    (gains[0] - GAINS[0]) / deviation / f64::from(draws)
+                };
+                scaled += error(Scaling::Noise);
+                unscaled += error(Scaling::None);
+                sigma = deviation / GAINS[0];
+            }
+            // Five standard errors of 400 unit normals, and the bias of the second order.
+            assert!(scaled.abs() < 0.25 + sigma, "{is_loaded}: {scaled}");
+            assert!(unscaled.abs() > 0.25 + sigma, "{is_loaded}: {unscaled}");
+        }
+    }
+}

@@ -258,7 +258,10 @@ impl<'a> Fixture<'a> {
             let of_draw = &of_draw;
             let share = |w: usize| move || (w..draws).step_by(threads).map(of_draw).collect::<Vec<_>>();
             let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
-            workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
+            let joined = |w: std::thread::ScopedJoinHandle<'_, Vec<(usize, T)>>| {
+                w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            };
+            workers.into_iter().flat_map(joined).collect()
         });
         found.sort_by_key(|f| f.0);
         found.into_iter().map(|f| f.1).collect()
