@@ -300,6 +300,27 @@ fn a_known_load_gives_all_gains() {
     }
 }
 
+/// Where the model is exact (no friction but columns for it, white noise) the claimed deviations are the errors.
+#[test]
+fn deviations_of_gains_are_honest() {
+    let robot = TreeRobot::r3(true);
+    let mut arm = benchmark_arm("R3G", &robot);
+    arm.friction = vec![FrictionLaw::NONE; 3];
+    arm.sensing.quantum = vec![0.0; 3];
+    arm.sensing.position_noise = vec![1e-6; 3];
+    let scenario = Scenario::all(&arm).swap_remove(1);
+    let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
+    let options = HarmonicOptions { weights: true, ends: true, ..HarmonicOptions::plain() };
+    let known = [Gain::Free, Gain::Free, Gain::Known(1.0)];
+    let found = fixture.compare_gains(&known, &options, 50, 9, 2).unwrap();
+    println!("{found}");
+    for j in 0..2 {
+        // Fifty draws: three standard errors of a root mean square are 30 %.
+        assert!((found.rmse[j] / found.sigma[j] - 1.0).abs() < 0.3, "{found}");
+        assert!(found.bias[j].abs() < 0.6 * found.sigma[j], "{found}");
+    }
+}
+
 /// Friction that eq. (5) has no column for, and its drift, are chosen with the gains as without.
 #[test]
 fn gains_feel_the_friction_that_is_left_out() {
