@@ -20,6 +20,7 @@
 //! [Gautier, Vandanjon, Presse 1994], [Vandanjon, Gautier, Desbats 1995], section 4.2.
 
 use crate::Error;
+use crate::joint_equations::{JointEquations, dot};
 use crate::least_squares::{Solution, solve};
 use crate::triangle::{Block, Triangle};
 
@@ -30,27 +31,6 @@ pub enum Gain {
     /// About this value, with this standard deviation.
     Expected(f64, f64),
     Free,
-}
-
-/// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct JointEquations {
-    /// p coefficients each.
-    pub rows: Vec<Vec<f64>>,
-    /// Torque of what is known, in the unit of `rows[r]` X.
-    pub known: Vec<f64>,
-    pub current: Vec<f64>,
-    /// `None`: the noise of each current is one.
-    pub scatter: Option<Scatter>,
-}
-
-/// What tells the noise of a joint, the same in all its rows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatter {
-    /// Squares of the currents that no parameters explain, left out of the rows.
-    pub left: f64,
-    /// How many independent equations the rows and `left` stand for.
-    pub equations: f64,
 }
 
 /// Gains and parameters.
@@ -79,57 +59,6 @@ pub struct DriveGains {
 
 const STEPS: usize = 50;
 
-impl JointEquations {
-    /// Equations with nuisance columns to equations without: the rows of the triangle below them.
-    ///
-    /// `rows[r]`: nuisance, then p parameters; weighted up to a factor, which the scatter tells. What is known
-    /// goes through the same triangle, behind the parameters.
-    pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
-        let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
-        let (mut triangle, mut block) = (Triangle::new(width + 1), Block::new(width + 1));
-        let mut longer = vec![0.0; width + 1];
-        for (row, (&known, &y)) in rows.iter().zip(known.iter().zip(current)) {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
-            longer[..width].copy_from_slice(row);
-            longer[width] = known;
-            block.push(&longer, y);
-        }
-        triangle.fold(&mut block);
-        let at = |i: usize, j: usize| if j >= i { triangle.at(i, j) } else { 0.0 };
-        // The last row is what neither parameters nor the known torque explain.
-        let kept = nuisance..width + 1;
-        JointEquations {
-            rows: kept.clone().map(|i| (nuisance..width).map(|j| at(i, j)).collect()).collect(),
-            known: kept.clone().map(|i| at(i, width)).collect(),
-            current: kept.map(|i| at(i, width + 1)).collect(),
-            scatter: Some(Scatter {
-                left: triangle.at(width + 1, width + 1).powi(2),
-                equations: rows.len().saturating_sub(nuisance).max(1) as f64,
-            }),
-        }
-    }
-
-    fn each(&self) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
-        self.rows.iter().zip(&self.known).zip(&self.current).map(|((d, t), i)| (d, *t, *i))
-    }
-
-    /// |I - g (D X + t)|^2 of the rows.
-    fn squares(&self, x: &[f64], g: f64) -> f64 {
-        self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
-    }
-
-    /// The noise at (X, g).
-    fn noise(&self, x: &[f64], g: f64) -> f64 {
-        let Some(scatter) = self.scatter else { return 1.0 };
-        let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
-        // Below 1e-10 of the current lies its rounding.
-        let left = (scatter.left + self.squares(x, g)).max(1e-20 * total);
-        (left / scatter.equations).sqrt().max(f64::MIN_POSITIVE)
-    }
-}
-
 /// Gains and parameters by maximum likelihood.
 ///
 /// Fails when nothing gives the scale: no gain is known or expected, and no torque is known. What the data do
@@ -147,17 +76,26 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     let unknown: Vec<usize> = (0..n).filter(|&j| !matches!(known[j], Gain::Known(_))).collect();
     let (mut x, mut gain) = least_squares(joints, known);
     let mut g: Vec<f64> = gain.iter().map(|k| 1.0 / k).collect();
-    let noises = |x: &[f64], g: &[f64]| joints.iter().zip(g).map(|(e, &g)| e.noise(x, g)).collect::<Vec<f64>>();
-    let mut noise = noises(&x, &g);
+    let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..n).map(|j| joints[j].noise(x, g[j], used(j))).collect()
+    };
+    let mut noise = noises(&x, &g, &|_| 0.0);
     let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
     for step in 0..STEPS {
         last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
+        // tr J_j C J_j' of the rows of joint j: a share of the unknowns, which they add up to.
+        let used: Vec<f64> = (0..n)
+            .map(|j| {
+                let rows = linearised(&joints[j], j, &unknown, &x, g[j], noise[j]);
+                rows.iter().map(|(row, _)| variance(row, &last)).sum()
+            })
+            .collect();
         // A gain changes by at most half in one step: it keeps its sign.
         let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
         let length = if change > 0.5 { 0.5 / change } else { 1.0 };
         x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
         unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
-        noise = noises(&x, &g);
+        noise = noises(&x, &g, &|j| used[j]);
         let in_sigmas = |c: usize| last.x[c].abs() / last.inverse[(c, c)].sqrt();
         let size = (0..p + unknown.len())
             .filter(|&c| last.determined[c] && last.inverse[(c, c)] > 0.0)
@@ -253,13 +191,7 @@ fn gauss_newton(
         block.push(row, y);
     };
     for (j, equations) in joints.iter().enumerate() {
-        let w = 1.0 / noise[j];
-        for (d, t, i) in equations.each() {
-            let torque = dot(d, x) + t;
-            let mut row: Vec<f64> = d.iter().map(|d| w * g[j] * d).collect();
-            row.extend(unknown.iter().map(|&u| if u == j { w * torque } else { 0.0 }));
-            push(&row, w * (i - g[j] * torque));
-        }
+        linearised(equations, j, unknown, x, g[j], noise[j]).iter().for_each(|(row, y)| push(row, *y));
     }
     for (at, &j) in unknown.iter().enumerate() {
         if let Gain::Expected(value, deviation) = known[j] {
@@ -272,8 +204,29 @@ fn gauss_newton(
     solve(&triangle)
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// Rows of joint j for the step of (X, g), over its noise.
+fn linearised(
+    equations: &JointEquations,
+    j: usize,
+    unknown: &[usize],
+    x: &[f64],
+    g: f64,
+    noise: f64,
+) -> Vec<(Vec<f64>, f64)> {
+    let w = 1.0 / noise;
+    let row = |(d, t, i): (&Vec<f64>, f64, f64)| {
+        let torque = dot(d, x) + t;
+        let mut row: Vec<f64> = d.iter().map(|d| w * g * d).collect();
+        row.extend(unknown.iter().map(|&u| if u == j { w * torque } else { 0.0 }));
+        (row, w * (i - g * torque))
+    };
+    equations.each().map(row).collect()
+}
+
+/// Of what a row predicts.
+fn variance(row: &[f64], solution: &Solution) -> f64 {
+    let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
+    row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
 }
 
 #[cfg(test)]
@@ -344,28 +297,6 @@ pub(crate) mod tests {
             assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
             assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }
-    }
-
-    #[test]
-    fn nuisance_is_projected_out_of_the_known_torque_too() {
-        let mut random = Random::new(6);
-        let (mut rows, mut known, mut current) = (vec![], vec![], vec![]);
-        for _ in 0..40 {
-            let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
-            // Part of the load's torque looks like friction.
-            known.push(random.normal() + 2.0 * row[0]);
-            current.push(7.0 * row[0] - 3.0 * row[1] + 0.5 * row[2] + 0.2 * row[3] - row[4] + known[known.len() - 1]);
-            rows.push(row);
-        }
-        let e = JointEquations::without_nuisance(&rows, &known, &current, 2);
-        assert_eq!(e.rows.len(), 4);
-        for (d, t, i) in e.each() {
-            let torque = 0.5 * d[0] + 0.2 * d[1] - d[2] + t;
-            // Rounding of forty rows.
-            assert!((torque - i).abs() < 1e-12);
-        }
-        // Nothing is left but the square of that rounding.
-        assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
     }
 
     /// A load in every experiment is one more part of the robot: it gives no scale.

@@ -11,7 +11,8 @@
 
 use nalgebra::DMatrix;
 
-use crate::drive_gains::{Gain, JointEquations, least_squares};
+use crate::drive_gains::{Gain, least_squares};
+use crate::joint_equations::JointEquations;
 
 /// How the columns of currents are scaled in total least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

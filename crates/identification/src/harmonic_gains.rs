@@ -9,10 +9,11 @@
 //! but for u proportional to k: with D and t times k it is the row in currents that `drive_gains` asks for.
 
 use crate::Error;
-use crate::drive_gains::{DriveGains, Gain, JointEquations, drive_gains};
+use crate::drive_gains::{DriveGains, Gain, drive_gains};
 use crate::friction_columns::FrictionShape;
 use crate::harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
 use crate::harmonic_fit::Fit;
+use crate::joint_equations::JointEquations;
 
 /// Gains and parameters, and the friction they stand beside.
 #[derive(Clone, Debug)]

@@ -22,6 +22,7 @@ mod huber;
 mod identify;
 mod identify_consistent;
 mod information_matrix;
+mod joint_equations;
 mod known_load;
 mod least_squares;
 mod log;
@@ -71,6 +72,7 @@ pub use huber::{Reweighted, reweighted};
 pub use identify::{Fit, Options, Weights, identify, identify_all, states};
 pub use identify_consistent::{Consistency, ConsistentFit, bodies, identify_consistent, identity_map};
 pub use information_matrix::{InformationFactor, InformationMatrix, Rows};
+pub use joint_equations::{JointEquations, Scatter};
 pub use known_load::{Inertia as LoadInertia, KnownLoad};
 pub use least_squares::{Solution, solve};
 pub use log::{Effort, Log, LogReport};
@@ -124,7 +126,7 @@ pub mod svg;
 mod trajectory_file;
 mod validation_trajectory;
 
-pub use drive_gains::{DriveGains, Gain, JointEquations, Scatter, drive_gains};
+pub use drive_gains::{DriveGains, Gain, drive_gains};
 pub use experiment_plan::{
     ExperimentPlan, ModelReference, PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter,
 };

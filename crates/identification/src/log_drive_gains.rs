@@ -7,8 +7,9 @@
 //! the model decide them. An expected value with its deviation holds them, weighed against the data at what
 //! those are worth.
 
-use crate::drive_gains::{DriveGains, Gain, JointEquations, Scatter, drive_gains};
+use crate::drive_gains::{DriveGains, Gain, drive_gains};
 use crate::identify::{Options, PARTS, Weights, fit, states};
+use crate::joint_equations::{JointEquations, Scatter};
 use crate::log::{Effort, Log};
 use crate::observation::{Model, Observation};
 use crate::robust::correlation;

@@ -5,11 +5,12 @@
 //! said to be not significant; one that the rows do not determine has no value.
 
 use crate::Error;
-use crate::drive_gains::{DriveGains, Gain, JointEquations, drive_gains};
+use crate::drive_gains::{DriveGains, Gain, drive_gains};
 use crate::estimate::{Estimate, Identified, JointResidual, Status};
 use crate::experiment_plan::ModelReference;
 use crate::friction::label;
 use crate::harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
+use crate::joint_equations::JointEquations;
 use crate::observation::unit_of_inertial;
 use crate::paper_estimation::{PaperWeights, paper_estimate, paper_rows};
 use crate::regressor::Regressor;
