@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use identification::{ColumnNames, FrictionTerm, Options, SpectralMethod, Weights};
 
 use crate::failure::Failure;
+use crate::identify_spectrum::Scale;
 use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
@@ -32,14 +33,19 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A [default: as the file says]. Those that are not given are
-    /// estimated; q5=11+-2 expects a gain near 11 (ls)
+    /// Torque per unit of current of a drive, N m/A [default: as the file says, with --load none]; of some drives only:
+    /// the others are estimated. ls: q5=11+-2 expects a gain near 11
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     pub gain: Vec<String>,
 
     /// Predict this log, which is not fitted; may be given several times
     #[arg(long, value_name = "LOG")]
     pub validate: Vec<PathBuf>,
+
+    /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
+    /// The logs of experiments done again with it, e01_loaded.csv, .., stand beside the others; no gain need be known
+    #[arg(long, value_name = "FILE")]
+    load: Option<PathBuf>,
 
     /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
     #[arg(long, value_name = "HZ")]
@@ -122,6 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Method::RistMh => Some(SpectralMethod::Harmonic),
     };
     match (spectral, &arguments.plan) {
+        (None, None) if arguments.load.is_some() => Err(Failure::new("--load is for --method rist and rist-mh")),
         (None, None) => crate::identify_samples::run(arguments),
         (Some(method), Some(plan)) => {
             let [logs] = arguments.logs.as_slice() else {
@@ -131,8 +138,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 Some(path) => Options::read(path)?.columns,
                 None => ColumnNames::default(),
             };
-            let (model, gain, out) = (&arguments.model, &arguments.gain, arguments.out.as_deref());
-            crate::identify_spectrum::run(model, logs, plan, method, gain, &names, out)
+            let scale = Scale { gain: &arguments.gain, load: arguments.load.as_deref() };
+            let (model, out) = (&arguments.model, arguments.out.as_deref());
+            crate::identify_spectrum::run(model, logs, plan, method, &scale, &names, out)
         }
         (None, Some(_)) => Err(Failure::new("--plan is for --method rist and rist-mh")),
         (Some(_), None) => {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use identification::{
-    Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, Log, LogSource, Model, Observation, Options, Payload,
+    Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, LogSource, Model, Observation, Options, Payload,
     Regressor, SourceRecords, Validation, bodies, centroidal, coordinate_label, cross_validate, estimate_delay,
     estimate_drive_gains, friction_candidates, identify_consistent, payload, select_friction, validate, write_back,
 };
@@ -168,16 +168,10 @@ fn drive_gains(
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
-    let held = |log: &LogSource| match log {
-        LogSource::Held(log) => Ok(log.clone()),
-        LogSource::Streamed(_) => Err(Failure::new(format_args!(
-            "{}: too long to estimate drive gains from; give all of them, or a part of the log",
-            log.name()
-        ))),
+    let found = estimate_drive_gains(subject.regressor.as_ref(), logs, options, &known)?;
+    let open = |k: &usize| {
+        !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]
     };
-    let held = logs.iter().map(held).collect::<Result<Vec<Log>, _>>()?;
-    let found = estimate_drive_gains(subject.regressor.as_ref(), &held, options, &known)?;
-    let open = |k: &usize| found.gains[*k] <= 0.0 || 2.0 * found.sigma[*k] >= found.gains[*k];
     let open: Vec<String> = (0..coordinates.len()).filter(open).map(|k| coordinates[k].clone()).collect();
     if !open.is_empty() {
         return Err(Failure::verdict(format_args!(
@@ -187,15 +181,22 @@ fn drive_gains(
             open[0]
         )));
     }
+    if found.steps.is_none() {
+        return Err(Failure::verdict(
+            "the drive gains did not converge: give more of them, or what is expected of them",
+        ));
+    }
     let mut text = "drive gains, N m/A:".to_string();
-    for (((coordinate, gain), sigma), known) in coordinates.iter().zip(&found.gains).zip(&found.sigma).zip(&known) {
+    for (((coordinate, gain), sigma), known) in
+        coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)
+    {
         let _ = match known {
             Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
             Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
         };
     }
     text.push_str("; everything stands on those that were given");
-    options.transmission.drive_gains = Some(found.gains);
+    options.transmission.drive_gains = Some(found.gain);
     Ok(Some(text))
 }
 

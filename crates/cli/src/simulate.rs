@@ -1,11 +1,11 @@
 //! `rist simulate`: a model and a plan -> the logs its experiments would give.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::{
-    Effort, Estimate, ExperimentPlan, Identified, Random, Reference, RegressorDynamics, SimulationSetup, Stop,
-    ValidationMotion, validation_trajectory,
+    Dynamics, Effort, Estimate, ExperimentPlan, Identified, Random, Reference, RegressorDynamics, SimulationSetup,
+    Stop, ValidationMotion, inverse_dynamics, validation_trajectory,
 };
 
 use crate::failure::{Failure, print, write_file};
@@ -36,6 +36,14 @@ pub struct Arguments {
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     gain: Vec<String>,
 
+    /// A known load (as of `rist identify`): every experiment is done again with it, e01_loaded.csv, ..
+    #[arg(long, value_name = "FILE")]
+    load: Option<PathBuf>,
+
+    /// An estimate whose torques (inverse dynamics, no friction) the controller adds: identify -> feedforward -> repeat
+    #[arg(long, value_name = "FILE")]
+    feedforward: Option<PathBuf>,
+
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
@@ -65,10 +73,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     make_directory(&arguments.out)?;
     let coordinates = subject.regressor.coordinates();
     let mut index = 0;
-    let mut write = |name: &str, reference: &Reference| -> Result<(), Failure> {
+    let mut feedforward = match &arguments.feedforward {
+        Some(file) => Some(Feedforward::read(&subject, file, &setup.drives.gain)?),
+        None => None,
+    };
+    let mut write = |name: &str,
+                     dynamics: &dyn Dynamics,
+                     reference: &Reference,
+                     feedforward: &Option<Feedforward>|
+     -> Result<(), Failure> {
         let noise = (!arguments.noise_free).then_some((arguments.seed, index));
         index += 1;
-        let (record, stop) = setup.record(&dynamics, reference, None, noise);
+        let added = feedforward.as_ref().map(|f| f.torques(&subject, reference));
+        let (record, stop) = setup.record(dynamics, reference, added.as_deref(), noise);
         if let Stop::NotPhysical { time } = stop {
             return Err(Failure::new(format_args!(
                 "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not \
@@ -78,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(&arguments.out.join(format!("{name}.csv")), &record.to_csv(coordinates, Effort::Current))
     };
     for (e, t) in plan.experiments.iter().zip(&trajectories) {
-        write(&e.name, &t.reference())?;
+        write(&e.name, &dynamics, &t.reference(), &feedforward)?;
     }
     let of = |f: &dyn Fn(&identification::MotionLimits) -> f64| setup.limits.iter().map(f).collect::<Vec<f64>>();
     let position: Vec<(f64, f64)> = setup.limits.iter().map(|l| l.position).collect();
@@ -88,12 +105,54 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let motion = ValidationMotion::default();
         let reference =
             validation_trajectory(&motion, &position, &velocity, &acceleration, plan.sample_time_s, &mut random);
-        write(&format!("v{:02}", v + 1), &reference)?;
+        write(&format!("v{:02}", v + 1), &dynamics, &reference, &feedforward)?;
+    }
+    if let Some(file) = &arguments.load {
+        let (_, added) = subject.load(file)?;
+        let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
+        let loaded = RegressorDynamics::new(subject.regressor.as_ref(), plus(&truth));
+        // The load is known: the feedforward carries it.
+        feedforward.iter_mut().for_each(|f| f.parameters = plus(&f.parameters));
+        for (e, t) in plan.experiments.iter().zip(&trajectories) {
+            write(&format!("{}_loaded", e.name), &loaded, &t.reference(), &feedforward)?;
+        }
     }
     write_file(&arguments.out.join("truth.yaml"), &truth_of(&subject, &setup, &truth).to_yaml()?)?;
     let notes: String = setup.notes.iter().map(|n| format!("note: {n}\n")).collect();
-    let (count, all) = (trajectories.len(), arguments.validation);
-    print(&format!("{notes}{count} experiments and {all} validation motions in {}\n", arguments.out.display()))
+    let (mut count, all) = (trajectories.len().to_string(), arguments.validation);
+    if arguments.load.is_some() {
+        count += " experiments, as many with the load,";
+    } else {
+        count += " experiments";
+    }
+    print(&format!("{notes}{count} and {all} validation motions in {}\n", arguments.out.display()))
+}
+
+/// What the controller adds to its own torque.
+struct Feedforward {
+    /// Base parameters of the estimate.
+    parameters: Vec<f64>,
+    /// True gain over estimated gain, one a coordinate: the controller commands currents, torque over estimated gain.
+    factor: Vec<f64>,
+}
+
+impl Feedforward {
+    fn read(subject: &Subject, file: &Path, gain: &[f64]) -> Result<Feedforward, Failure> {
+        let estimate = Estimate::from_yaml(&file.display().to_string(), &read_text(file)?)?;
+        subject.check(file, &estimate.model, &estimate.fingerprint)?;
+        let estimated = subject.estimated_gains(&estimate);
+        let factor = gain.iter().zip(estimated).map(|(k, found)| found.map_or(1.0, |found| k / found)).collect();
+        Ok(Feedforward { parameters: subject.parameters(&estimate), factor })
+    }
+
+    /// N m, one series a coordinate.
+    fn torques(&self, subject: &Subject, reference: &Reference) -> Vec<Vec<f64>> {
+        let mut torques = inverse_dynamics(subject.regressor.as_ref(), &self.parameters, reference);
+        for (series, factor) in torques.iter_mut().zip(&self.factor) {
+            series.iter_mut().for_each(|t| *t *= factor);
+        }
+        torques
+    }
 }
 
 /// The values the logs were made with.

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use identification::{Estimate, ModelReference, Regressor};
+use identification::{Estimate, KnownLoad, ModelReference, Regressor, coordinate_label};
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
 use crate::failure::Failure;
-use crate::model::{Derived, ModelArguments};
+use crate::model::{Derived, ModelArguments, standard_map};
 
 /// A robot with its base regressor and the name that artefacts bear.
 pub struct Subject {
@@ -62,6 +62,22 @@ impl Subject {
     /// The base parameters of an estimate, in the order of the regressor; what is not identifiable is zero.
     pub fn parameters(&self, estimate: &Estimate) -> Vec<f64> {
         self.regressor.parameters().iter().map(|name| estimate.value(name).unwrap_or(0.0)).collect()
+    }
+
+    /// Drive gains of an estimate, one a coordinate.
+    pub fn estimated_gains(&self, estimate: &Estimate) -> Vec<Option<f64>> {
+        let gain = |c: &String| estimate.value(&format!("KT{}", coordinate_label(c)));
+        self.regressor.coordinates().iter().map(gain).collect()
+    }
+
+    /// A known load, and what it adds to the base parameters.
+    pub fn load(&self, file: &Path) -> Result<(KnownLoad, Vec<f64>), Failure> {
+        let name = file.display().to_string();
+        let load = KnownLoad::from_yaml(&name, &read_text(file)?)?;
+        let added = load
+            .base_parameters(&self.robot, &standard_map(&self.robot, &self.derived.parameters))
+            .map_err(|e| Failure::new(format_args!("{name}: {e}")))?;
+        Ok((load, added))
     }
 
     /// Drive gains of the file, one a coordinate.

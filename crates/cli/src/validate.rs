@@ -54,12 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut gain = vec![1.0; regressor.coordinates().len()];
     if currents {
-        for (k, (g, of_file)) in gain.iter_mut().zip(subject.drive_gains()).enumerate() {
-            let coordinate = &regressor.coordinates()[k];
-            let label = coordinate.strip_prefix('q').filter(|d| d.parse::<usize>().is_ok());
-            let name = label.map_or(format!("KT_{coordinate}"), |d| format!("KT{d}"));
-            *g = estimate.value(&name).or(of_file).unwrap_or(1.0);
-        }
+        let found = subject.estimated_gains(&estimate).into_iter().zip(subject.drive_gains());
+        gain = found.map(|(estimated, of_file)| estimated.or(of_file).unwrap_or(1.0)).collect();
         for text in &arguments.gain {
             let (k, given) = subject.gain_of(text)?;
             gain[k] = given;

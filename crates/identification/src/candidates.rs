@@ -101,7 +101,8 @@ impl Candidate {
                 let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
                 let zero = vec![vec![0.0; motion.len()]; n];
                 let block = gravity_rows(&trajectory, regressor, &motion.q, &zero, noise, &directions);
-                let raw = block.scaled(1.0 / (motion.len().max(1) as f64).sqrt()).rows;
+                let mean = 1.0 / (motion.len().max(1) as f64).sqrt();
+                let raw = block.rows.scaled(&vec![mean; block.rows.width()]);
                 Candidate { trajectory, information: block.weighted(), raw }
             }
         }

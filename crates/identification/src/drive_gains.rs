@@ -1,254 +1,260 @@
 //! Torque per unit of current of each drive, with the parameters, from currents alone.
 //!
-//! Of joint j, with friction and other nuisance already projected out: D_j X = kt_j I_j. One gain
-//! (or one known quantity in X) fixes the scale: without it everything is known up to a factor.
+//! Of joint j, friction and other nuisance already projected out,
 //!
-//! - Maximum likelihood: min sum_j |I_j - g_j D_j X|^2, g_j = 1/kt_j, rows in units of their noise;
-//!   Gauss-Newton from least squares. Noise is in the currents alone, so no scaling is needed.
-//! - Total least squares: [D, -I_1, -I_2, ... | I_ref], D exact: the exact columns are taken out by QR and
-//!   the rest is the direction of the least singular value [Van Huffel, Vandewalle 1991], after
-//!   scaling column c by G_c^-1/2, G_c = sum over its rows of diag(1 - Q Q'): the noise that is
-//!   left in the column. Unscaled it is biased, because the parameters use up the rows of the
-//!   joints unequally.
+//! (D_j X + t_j) / k_j = I_j + noise,
+//!
+//! t_j the torque of what is known: of a load that was weighed. All of it known up to a factor is all that
+//! currents can tell, unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Noise is
+//! in the currents alone, so the maximum-likelihood estimate needs no scaling of columns,
+//!
+//! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
+//!
+//! by Gauss-Newton from least squares in torque, which shrinks k. s_j is one where the weights hold the noise;
+//! where they do not, it follows from what the present X and g leave of the joint.
+//!
+//! Two make the equations: `log_drive_gains` from filtered samples of any motion, `harmonic_gains` and
+//! `spectral_identification` from the experiments of a plan. The same by total least squares is in
+//! `gain_total_least_squares`.
 //!
 //! [Gautier, Vandanjon, Presse 1994], [Vandanjon, Gautier, Desbats 1995], section 4.2.
 
-use nalgebra::DMatrix;
-
+use crate::Error;
+use crate::joint_equations::{JointEquations, dot};
 use crate::least_squares::{Solution, solve};
 use crate::triangle::{Block, Triangle};
 
-/// The equations of one joint in currents: `rows[r]` X = kt `current[r]`, each current with noise of unit
-/// variance.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct JointEquations {
-    pub rows: Vec<Vec<f64>>,
-    pub current: Vec<f64>,
+/// What is known of a drive's gain, N m/A, before the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gain {
+    Known(f64),
+    /// About this value, with this standard deviation.
+    Expected(f64, f64),
+    Free,
 }
 
 /// Gains and parameters.
 #[derive(Clone, Debug)]
-pub struct GainEstimate {
-    /// N m per unit of current, one a joint.
+pub struct DriveGains {
+    /// N m per unit of current, one a joint; the known ones as given.
     pub gain: Vec<f64>,
-    /// Standard deviations; 0 for the gain that was given.
+    /// Standard deviations; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
-    /// Base parameters.
+    /// Whether the data determine the gain; true of a known one.
+    pub gain_determined: Vec<bool>,
     pub parameters: Vec<f64>,
     pub deviation: Vec<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
+    /// Standard deviation of the currents, one a joint; 1 where the weights hold it.
+    pub noise: Vec<f64>,
     /// Gauss-Newton steps; `None`: it did not converge.
     pub steps: Option<usize>,
-    /// Sum of squares of the residuals, of unit variance when noise is all there is.
+    /// Sum of squares of the residuals over their noise.
     pub chi_square: f64,
-    pub freedom: usize,
+    pub freedom: f64,
     /// Of the linearised equations, columns scaled.
     pub condition_number: f64,
 }
 
-/// Equations with nuisance columns to equations without: the rows of the triangle below them.
+const STEPS: usize = 50;
+
+/// Gains and parameters by maximum likelihood.
 ///
-/// `rows[r]`: nuisance, then p parameters; weighted. With `calibrate` the noise is taken from what the
-/// joint's own best parameters leave, not from the weights.
-pub fn without_nuisance(rows: &[Vec<f64>], current: &[f64], nuisance: usize, calibrate: bool) -> JointEquations {
-    let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
-    let mut triangle = Triangle::new(width);
-    let mut block = Block::new(width);
-    for (row, &y) in rows.iter().zip(current) {
-        if block.is_full() {
-            triangle.fold(&mut block);
-        }
-        block.push(row, y);
+/// Fails when nothing gives the scale: no gain is known or expected, and no torque is known. What the data do
+/// not determine is said in the answer.
+pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
+    let n = joints.len();
+    let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
+    if known.len() != n || (!is_loaded && known.iter().all(|k| *k == Gain::Free)) {
+        return Err(Error::new(format!(
+            "{n} drive gains, at least one of them known, or a known load are needed: currents alone leave the scale of \
+             all gains and masses free"
+        )));
     }
-    triangle.fold(&mut block);
-    let own = solve(&triangle);
-    let scale = if calibrate && own.variance > 0.0 { own.variance.sqrt() } else { 1.0 };
-    // The last row is what no parameters explain; it says nothing about them.
-    let kept = || nuisance..width;
-    JointEquations {
-        rows: kept()
-            .map(|i| (nuisance..width).map(|j| if j >= i { triangle.at(i, j) / scale } else { 0.0 }).collect())
-            .collect(),
-        current: kept().map(|i| triangle.at(i, width) / scale).collect(),
-    }
-}
-
-/// Least squares in torque, the start of the others: unknown gains multiply the noisy currents.
-fn least_squares(joints: &[JointEquations], p: usize, known: usize, gain: f64) -> (Vec<f64>, Vec<f64>) {
-    let unknown: Vec<usize> = (0..joints.len()).filter(|&j| j != known).collect();
-    let width = p + unknown.len();
-    let mut triangle = Triangle::new(width);
-    let mut block = Block::new(width);
-    for (j, equations) in joints.iter().enumerate() {
-        for (d, &i) in equations.rows.iter().zip(&equations.current) {
-            let mut row = d.clone();
-            row.extend(unknown.iter().map(|&u| if u == j { -i } else { 0.0 }));
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
-            block.push(&row, if j == known { gain * i } else { 0.0 });
-        }
-    }
-    triangle.fold(&mut block);
-    let x = solve(&triangle).x;
-    let mut gains = vec![gain; joints.len()];
-    unknown.iter().enumerate().for_each(|(at, &u)| gains[u] = x[p + at]);
-    (x[..p].to_vec(), gains)
-}
-
-/// Gains and parameters by maximum likelihood; the gain of joint `known` is `gain`.
-pub fn maximum_likelihood(joints: &[JointEquations], p: usize, known: usize, gain: f64) -> GainEstimate {
-    let unknown: Vec<usize> = (0..joints.len()).filter(|&j| j != known).collect();
-    let (mut x, gains) = least_squares(joints, p, known, gain);
-    let mut g: Vec<f64> = gains.iter().map(|k| if *k > 0.0 { 1.0 / k } else { 1.0 / gain }).collect();
-    let width = p + unknown.len();
-    let mut steps = None;
-    let mut last: Option<Solution> = None;
-    let mut rows = 0;
-    for step in 0..50 {
-        let mut triangle = Triangle::new(width);
-        let mut block = Block::new(width);
-        for (j, equations) in joints.iter().enumerate() {
-            for (d, &i) in equations.rows.iter().zip(&equations.current) {
-                let torque: f64 = d.iter().zip(&x).map(|(d, x)| d * x).sum();
-                let mut row: Vec<f64> = d.iter().map(|d| g[j] * d).collect();
-                row.extend(unknown.iter().map(|&u| if u == j { torque } else { 0.0 }));
-                if block.is_full() {
-                    triangle.fold(&mut block);
-                }
-                block.push(&row, i - g[j] * torque);
-            }
-        }
-        triangle.fold(&mut block);
-        rows = triangle.rows;
-        let solution = solve(&triangle);
-        let step_size: f64 = (0..width)
-            .filter(|&c| solution.determined[c] && solution.inverse[(c, c)] > 0.0)
-            .map(|c| solution.x[c].powi(2) / solution.inverse[(c, c)])
+    let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
+    let unknown: Vec<usize> = (0..n).filter(|&j| !matches!(known[j], Gain::Known(_))).collect();
+    let (mut x, mut gain) = least_squares(joints, known);
+    let mut g: Vec<f64> = gain.iter().map(|k| 1.0 / k).collect();
+    let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..n).map(|j| joints[j].noise(x, g[j], used(j))).collect()
+    };
+    let mut noise = noises(&x, &g, &|_| 0.0);
+    let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
+    for step in 0..STEPS {
+        last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
+        // tr J_j C J_j' of the rows of joint j: a share of the unknowns, which they add up to.
+        let used: Vec<f64> = (0..n)
+            .map(|j| {
+                let rows = linearised(&joints[j], j, &unknown, &x, g[j], noise[j]);
+                rows.iter().map(|(row, _)| variance(row, &last)).sum()
+            })
+            .collect();
+        // A gain changes by at most half in one step: it keeps its sign.
+        let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
+        let length = if change > 0.5 { 0.5 / change } else { 1.0 };
+        x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
+        unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
+        noise = noises(&x, &g, &|j| used[j]);
+        let in_sigmas = |c: usize| last.x[c].abs() / last.inverse[(c, c)].sqrt();
+        let size = (0..p + unknown.len())
+            .filter(|&c| last.determined[c] && last.inverse[(c, c)] > 0.0)
+            .map(in_sigmas)
             .fold(0.0, f64::max);
-        x.iter_mut().zip(&solution.x).for_each(|(x, d)| *x += d);
-        unknown.iter().enumerate().for_each(|(at, &u)| g[u] += solution.x[p + at]);
-        last = Some(solution);
-        // A step below a millionth of every standard deviation changes nothing.
-        if step_size < 1e-12 {
+        // A millionth of every standard deviation changes nothing; 1e-10 is rounding where there is no noise.
+        if size < 1e-6 || change < 1e-10 {
             steps = Some(step + 1);
             break;
         }
     }
-    let chi_square = joints
-        .iter()
-        .zip(&g)
-        .flat_map(|(e, g)| e.rows.iter().zip(&e.current).map(move |(d, i)| (d, i, g)))
-        .map(|(d, i, g)| (i - g * d.iter().zip(&x).map(|(d, x)| d * x).sum::<f64>()).powi(2))
-        .sum();
-    let deviation = |c: usize| last.as_ref().map_or(f64::INFINITY, |s| s.inverse[(c, c)].max(0.0).sqrt());
-    let mut gain_deviation = vec![0.0; joints.len()];
-    unknown.iter().enumerate().for_each(|(at, &u)| gain_deviation[u] = deviation(p + at) / (g[u] * g[u]));
-    GainEstimate {
-        gain: g.iter().map(|g| 1.0 / g).collect(),
+    let deviation = |c: usize| last.inverse[(c, c)].max(0.0).sqrt();
+    let (mut gain_deviation, mut gain_determined) = (vec![0.0; n], vec![true; n]);
+    for (i, &j) in unknown.iter().enumerate() {
+        gain[j] = 1.0 / g[j];
+        gain_deviation[j] = deviation(p + i) / (g[j] * g[j]);
+        gain_determined[j] = last.determined[p + i];
+    }
+    let of_joint = |e: &JointEquations, g, s: f64| (e.scatter.map_or(0.0, |s| s.left) + e.squares(&x, g)) / (s * s);
+    let equations = |e: &JointEquations| e.scatter.map_or(e.rows.len() as f64, |s| s.equations);
+    Ok(DriveGains {
+        chi_square: joints.iter().zip(g.iter().zip(&noise)).map(|(e, (&g, &s))| of_joint(e, g, s)).sum(),
+        freedom: (joints.iter().map(equations).sum::<f64>() - last.rank as f64).max(0.0),
+        gain,
         gain_deviation,
+        gain_determined,
         deviation: (0..p).map(deviation).collect(),
-        determined: last.as_ref().map_or(vec![false; p], |s| s.determined[..p].to_vec()),
+        determined: last.determined[..p].to_vec(),
         parameters: x,
-        condition_number: last.as_ref().map_or(f64::INFINITY, |s| s.condition_number),
+        noise,
         steps,
-        chi_square,
-        freedom: rows.saturating_sub(last.as_ref().map_or(0, |s| s.rank)),
-    }
+        condition_number: last.condition_number,
+    })
 }
 
-/// How the columns of currents are scaled in total least squares.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scaling {
-    /// To the noise left in each column.
-    Noise,
-    /// Not at all: biased where the noise is large.
-    None,
-}
-
-/// (gains, parameters) by mixed least squares and total least squares.
-///
-/// `None` when there are fewer equations than unknowns or no direction singles itself out.
-pub fn gains_by_total_least_squares(
-    joints: &[JointEquations],
-    p: usize,
-    known: usize,
-    gain: f64,
-    scaling: Scaling,
-) -> Option<(Vec<f64>, Vec<f64>)> {
-    let (_, start) = least_squares(joints, p, known, gain);
-    let start: Vec<f64> = start.iter().map(|k| if *k > 0.0 { *k } else { gain }).collect();
-    // Rows over the first guess of the gain: the noise of every current column is one.
-    let order: Vec<usize> = (0..joints.len()).filter(|&j| j != known).chain([known]).collect();
-    let place: Vec<(usize, usize)> =
-        order.iter().flat_map(|&j| (0..joints[j].rows.len()).map(move |r| (j, r))).collect();
-    let (count, currents) = (place.len(), joints.len());
-    if count <= p + currents {
-        return None;
-    }
-    let exact = DMatrix::from_fn(count, p, |r, c| joints[place[r].0].rows[place[r].1][c] / start[place[r].0]);
-    let noisy = DMatrix::from_fn(count, currents, |r, c| {
-        let (j, at) = place[r];
-        let sign = if j == known { 1.0 } else { -1.0 };
-        if order[c] == j { sign * joints[j].current[at] } else { 0.0 }
-    });
-    let svd = exact.clone().svd(true, true);
-    let tolerance = 1e-10 * svd.singular_values.max();
-    let u = svd.u.as_ref()?;
-    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
-    let basis = DMatrix::from_fn(count, kept.len(), |r, c| u[(r, kept[c])]);
-    let rest = &noisy - &basis * (basis.transpose() * &noisy);
-    let left = |r: usize| 1.0 - basis.row(r).norm_squared();
-    let scale: Vec<f64> = (0..currents)
-        .map(|c| match scaling {
-            Scaling::None => 1.0,
-            Scaling::Noise => {
-                let g: f64 = (0..count).filter(|&r| place[r].0 == order[c]).map(left).sum();
-                1.0 / g.max(1e-12).sqrt()
-            }
+/// Least squares in torque, the start of the others: unknown gains multiply the noisy currents, expected ones
+/// are held. Where none is, the gain of the joint with the most current is one and the coefficient of the known
+/// torque says what it should have been.
+pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
+    let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
+    let mut held: Vec<Option<f64>> = known
+        .iter()
+        .map(|k| match k {
+            Gain::Known(value) | Gain::Expected(value, _) => Some(*value),
+            Gain::Free => None,
         })
         .collect();
-    let scaled = DMatrix::from_fn(count, currents, |r, c| rest[(r, c)] * scale[c]);
-    let values = scaled.svd(false, true);
-    let smallest = values.singular_values.imin();
-    let v = values.v_t.as_ref()?.row(smallest).transpose();
-    let last = currents - 1;
-    let direction = v[last] * scale[last];
-    if direction.abs() < 1e-12 {
-        return None;
+    let relative = held.iter().all(Option::is_none);
+    if relative {
+        let current = |j: &usize| joints[*j].current.iter().map(|i| i * i).sum::<f64>();
+        let most = (0..joints.len()).max_by(|a, b| current(a).total_cmp(&current(b)));
+        most.into_iter().for_each(|j| held[j] = Some(1.0));
     }
-    // Known rows read D X / k0 = (k/k0) I with k = gain = k0.
-    let ratio: Vec<f64> = (0..currents).map(|c| -v[c] * scale[c] / direction).collect();
-    let mut gains = vec![gain; currents];
-    (0..last).for_each(|c| gains[order[c]] = ratio[c] * start[order[c]]);
-    let right = DMatrix::from_fn(count, 1, |r, _| {
-        let (j, at) = place[r];
-        gains[j] / start[j] * joints[j].current[at]
-    });
-    let x = svd.solve(&right, tolerance).ok()?;
-    Some((gains, x.iter().copied().collect()))
+    let free: Vec<usize> = (0..joints.len()).filter(|&j| held[j].is_none()).collect();
+    let width = p + free.len() + usize::from(relative);
+    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    for (j, equations) in joints.iter().enumerate() {
+        for (d, t, i) in equations.each() {
+            let mut row = d.clone();
+            row.extend(free.iter().map(|&u| if u == j { -i } else { 0.0 }));
+            row.extend(relative.then_some(t));
+            if block.is_full() {
+                triangle.fold(&mut block);
+            }
+            block.push(&row, held[j].map_or(0.0, |k| k * i) - if relative { 0.0 } else { t });
+        }
+    }
+    triangle.fold(&mut block);
+    let mut x = solve(&triangle).x;
+    // What the equations leave at zero has to start somewhere.
+    let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
+    x.iter_mut().for_each(|x| *x /= unit);
+    let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
+    free.iter().enumerate().filter(|(at, _)| x[p + at] != 0.0).for_each(|(at, &j)| gain[j] = x[p + at]);
+    (x[..p].to_vec(), gain)
+}
+
+/// The step of (X, g) and its covariance.
+fn gauss_newton(
+    joints: &[JointEquations],
+    known: &[Gain],
+    unknown: &[usize],
+    x: &[f64],
+    g: &[f64],
+    noise: &[f64],
+) -> Solution {
+    let width = x.len() + unknown.len();
+    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    let mut push = |row: &[f64], y: f64| {
+        if block.is_full() {
+            triangle.fold(&mut block);
+        }
+        block.push(row, y);
+    };
+    for (j, equations) in joints.iter().enumerate() {
+        linearised(equations, j, unknown, x, g[j], noise[j]).iter().for_each(|(row, y)| push(row, *y));
+    }
+    for (at, &j) in unknown.iter().enumerate() {
+        if let Gain::Expected(value, deviation) = known[j] {
+            let mut row = vec![0.0; width];
+            row[x.len() + at] = -1.0 / (g[j] * g[j] * deviation);
+            push(&row, (value - 1.0 / g[j]) / deviation);
+        }
+    }
+    triangle.fold(&mut block);
+    solve(&triangle)
+}
+
+/// Rows of joint j for the step of (X, g), over its noise.
+fn linearised(
+    equations: &JointEquations,
+    j: usize,
+    unknown: &[usize],
+    x: &[f64],
+    g: f64,
+    noise: f64,
+) -> Vec<(Vec<f64>, f64)> {
+    let w = 1.0 / noise;
+    let row = |(d, t, i): (&Vec<f64>, f64, f64)| {
+        let torque = dot(d, x) + t;
+        let mut row: Vec<f64> = d.iter().map(|d| w * g * d).collect();
+        row.extend(unknown.iter().map(|&u| if u == j { w * torque } else { 0.0 }));
+        (row, w * (i - g * torque))
+    };
+    equations.each().map(row).collect()
+}
+
+/// Of what a row predicts.
+fn variance(row: &[f64], solution: &Solution) -> f64 {
+    let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
+    row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::random::Random;
 
-    const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
-    const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
+    pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
+    pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
+    /// What the load of the second half of the experiments adds.
+    pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
+    pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
-    /// The first joint has hardly more rows than its own parameters, as on a real arm.
-    fn joints(random: &mut Random, noise: f64) -> Vec<JointEquations> {
+    /// The first joint has hardly more rows than its own parameters, as on a real arm; with a load every
+    /// experiment is done twice.
+    pub fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {
             let mut e = JointEquations::default();
             for _ in 0..count {
                 let row: Vec<f64> =
                     (0..5).map(|c| if j == 0 || c > 0 { 200.0 * pattern.normal() } else { 0.0 }).collect();
-                let torque: f64 = row.iter().zip(TRUTH).map(|(d, x)| d * x).sum();
-                e.current.push(torque / GAINS[j] / noise + random.normal());
-                e.rows.push(row.iter().map(|d| d / noise).collect());
+                for load in [0.0, 1.0].into_iter().take(1 + usize::from(is_loaded)) {
+                    let known = load * dot(&row, &LOAD);
+                    e.current.push((dot(&row, &TRUTH) + known) / GAINS[j] / noise + random.normal());
+                    e.rows.push(row.iter().map(|d| d / noise).collect());
+                    e.known.push(known / noise);
+                }
             }
             e
         };
@@ -257,55 +263,53 @@ mod tests {
 
     #[test]
     fn without_noise_the_gains_come_back() {
-        let joints = joints(&mut Random::new(2), 1e-6);
-        let ml = maximum_likelihood(&joints, 5, 2, 1.0);
-        let (gains, x) = gains_by_total_least_squares(&joints, 5, 2, 1.0, Scaling::Noise).unwrap();
-        assert!(ml.steps.is_some());
-        for j in 0..3 {
-            // Noise of 1e-6 beside torques of some hundred.
-            assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7 && (gains[j] - GAINS[j]).abs() < 1e-7);
-        }
-        for c in 0..5 {
-            assert!((ml.parameters[c] - TRUTH[c]).abs() < 1e-7 && (x[c] - TRUTH[c]).abs() < 1e-7);
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
+            let ml = drive_gains(&joints, &known).unwrap();
+            assert!(ml.steps.is_some() && ml.gain_determined.iter().chain(&ml.determined).all(|d| *d));
+            for j in 0..3 {
+                // Noise of 1e-6 beside torques of some hundred.
+                assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7);
+            }
+            for c in 0..5 {
+                assert!((ml.parameters[c] - TRUTH[c]).abs() < 1e-7);
+            }
         }
     }
 
+    /// One gain known, or a load: no bias, deviations that hold.
     #[test]
-    fn likelihood_is_unbiased_with_honest_deviations_and_total_least_squares_agrees() {
-        let mut random = Random::new(3);
-        let draws = 400;
-        let (mut chi, mut bias, mut bias_tls, mut sigma) = (0.0, 0.0, 0.0, 0.0);
-        for _ in 0..draws {
-            let joints = joints(&mut random, 20.0);
-            let ml = maximum_likelihood(&joints, 5, 2, 1.0);
-            let (gains, _) = gains_by_total_least_squares(&joints, 5, 2, 1.0, Scaling::Noise).unwrap();
-            let e = (ml.gain[0] - GAINS[0]) / ml.gain_deviation[0];
-            chi += e * e / f64::from(draws);
-            bias += e / f64::from(draws);
-            bias_tls += (gains[0] - GAINS[0]) / ml.gain_deviation[0] / f64::from(draws);
-            sigma = ml.gain_deviation[0] / GAINS[0];
+    fn likelihood_is_unbiased_with_honest_deviations() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let mut random = Random::new(3);
+            let draws = 400;
+            let (mut chi, mut bias, mut sigma) = (0.0, 0.0, 0.0);
+            for _ in 0..draws {
+                let joints = joints(&mut random, 20.0, is_loaded);
+                let ml = drive_gains(&joints, &known).unwrap();
+                let e = (ml.gain[0] - GAINS[0]) / ml.gain_deviation[0];
+                chi += e * e / f64::from(draws);
+                bias += e / f64::from(draws);
+                sigma = ml.gain_deviation[0] / GAINS[0];
+            }
+            assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
+            // Mean and variance of 400 unit normals, five standard errors, and the bias of the second order.
+            assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
+            assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }
-        assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
-        // Mean and variance of 400 unit normals, five standard errors, and the bias of the second order.
-        assert!(bias.abs() < 0.25 + sigma && bias_tls.abs() < 0.25 + sigma, "{bias} {bias_tls}");
-        assert!((chi - 1.0).abs() < 0.4, "{chi}");
     }
 
+    /// A load in every experiment is one more part of the robot: it gives no scale.
     #[test]
-    fn nuisance_is_projected_out() {
-        let mut random = Random::new(6);
-        let (mut rows, mut current) = (vec![], vec![]);
-        for _ in 0..40 {
-            let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
-            current.push(7.0 * row[0] - 3.0 * row[1] + 0.5 * row[2] + 0.2 * row[3] - row[4]);
-            rows.push(row);
+    fn the_scale_must_be_given() {
+        let free = [Gain::Free; 3];
+        let mut joints = joints(&mut Random::new(2), 1.0, false);
+        let message = drive_gains(&joints, &free).unwrap_err().to_string();
+        assert!(message.contains("at least one of them known, or a known load"), "{message}");
+        for e in &mut joints {
+            e.known = e.rows.iter().map(|d| dot(d, &LOAD)).collect();
         }
-        let e = without_nuisance(&rows, &current, 2, false);
-        assert_eq!(e.rows.len(), 3);
-        for (d, i) in e.rows.iter().zip(&e.current) {
-            let torque = 0.5 * d[0] + 0.2 * d[1] - d[2];
-            // Rounding of forty rows.
-            assert!((torque - i).abs() < 1e-12);
-        }
+        let found = drive_gains(&joints, &free).unwrap();
+        assert!(found.gain_determined.iter().all(|d| !d), "{found:?}");
     }
 }

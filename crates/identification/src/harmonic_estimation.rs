@@ -19,7 +19,6 @@
 //! Stribeck terms. The paper's orthogonality is no longer needed: friction is in the model, and all
 //! of its harmonics tell it apart.
 
-use crate::drive_gains::{JointEquations, without_nuisance};
 use crate::friction_columns::FrictionShape;
 use crate::harmonic_fit::Fit;
 use crate::harmonic_rows::{Band, JointSpectrum, joint_spectra};
@@ -125,6 +124,7 @@ pub struct HarmonicData {
     pub(crate) p: usize,
     pub(crate) n: usize,
     pub(crate) spectra: Vec<JointSpectrum>,
+    /// In currents.
     pub(crate) sweeps: Vec<EquationBlock>,
     noise: NoiseLevels,
     pub(crate) gain: Vec<f64>,
@@ -140,13 +140,13 @@ impl HarmonicData {
         band: &Band,
     ) -> HarmonicData {
         let spectra = experiments.iter().enumerate().flat_map(|(i, e)| joint_spectra(i, e, regressor, band)).collect();
-        let torque_noise = noise.torque(gain);
+        let one = vec![1.0; gain.len()];
         let sweeps = experiments.iter().filter(|e| e.period().is_none());
         HarmonicData {
             p: regressor.parameters().len(),
             n: gain.len(),
             spectra,
-            sweeps: sweeps.map(|e| paper_rows(e, regressor, gain, &torque_noise)).collect(),
+            sweeps: sweeps.map(|e| paper_rows(e, regressor, &one, &noise.current)).collect(),
             noise: noise.clone(),
             gain: gain.to_vec(),
         }
@@ -156,50 +156,17 @@ impl HarmonicData {
         &self.spectra
     }
 
-    pub fn sweeps(&self) -> &[EquationBlock] {
-        &self.sweeps
-    }
-
-    /// Each joint's equations in currents with its friction and ends projected out; the data must have
-    /// been built with unit gains. What a joint's own best parameters leave sets its noise.
-    pub fn current_equations(&self, shape: &FrictionShape) -> Vec<JointEquations> {
-        let (p, m, deviations) = (self.p, shape.columns(), self.deviations(None));
-        let of_joint = |j: usize| {
-            let spectra: Vec<usize> = (0..self.spectra.len()).filter(|&e| self.spectra[e].joint == j).collect();
-            let nuisance = m + 2 * spectra.len();
-            let (mut rows, mut current) = (vec![], vec![]);
-            for (at, &e) in spectra.iter().enumerate() {
-                let s = &self.spectra[e];
-                let (friction, ends) = (s.friction_rows(shape, 1.0), s.end_columns());
-                for r in 0..s.rows.len() {
-                    let w = 1.0 / deviations[e][r];
-                    let mut row = vec![0.0; nuisance + p];
-                    row[..m].iter_mut().zip(&friction[r]).for_each(|(x, c)| *x = w * c);
-                    row[m + 2 * at..m + 2 * at + 2].iter_mut().zip(ends[r]).for_each(|(x, c)| *x = w * c);
-                    row[nuisance..].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
-                    rows.push(row);
-                    current.push(w * s.current[r]);
-                }
-            }
-            for sweep in &self.sweeps {
-                for (i, d) in sweep.rows.iter().enumerate().filter(|(i, _)| sweep.joint[*i] == j) {
-                    let w = 1.0 / sweep.deviation[i];
-                    let mut row = vec![0.0; nuisance + p];
-                    row[nuisance..].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
-                    rows.push(row);
-                    current.push(w * sweep.right[i]);
-                }
-            }
-            without_nuisance(&rows, &current, nuisance, true)
-        };
-        (0..self.n).map(of_joint).collect()
-    }
-
     /// The estimate with the best of the friction shapes; `None` without equations.
     ///
     /// The rest velocity is chosen for equation (5), then the further terms, then the rest velocity
     /// again if there are any.
     pub fn estimate(&self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
+        let (best, criteria) = self.best_fit(options)?;
+        Some(self.finished(&best, options, criteria))
+    }
+
+    /// The fit with the best of the shapes, its weights calibrated, and what each shape tried was worth.
+    pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<(Fit, Vec<(FrictionShape, f64)>)> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
         let start = Fit::new(self, &shape(first, false, None), options, self.deviations(None));
@@ -241,19 +208,20 @@ impl HarmonicData {
         }
         let criteria = tried.iter().map(|f| (f.shape, f.criterion())).collect();
         let at = tried.iter().position(|f| f.shape == best)?;
-        Some(self.finished(tried.swap_remove(at), options, criteria))
-    }
-
-    fn finished(
-        &self,
-        mut best: Fit,
-        options: &HarmonicOptions,
-        criteria: Vec<(FrictionShape, f64)>,
-    ) -> HarmonicEstimate {
+        let mut best = tried.swap_remove(at);
         if options.weights {
             best.deviation = best.calibrated(self);
             best.solve(self, options);
         }
+        Some((best, criteria))
+    }
+
+    pub(crate) fn finished(
+        &self,
+        best: &Fit,
+        options: &HarmonicOptions,
+        criteria: Vec<(FrictionShape, f64)>,
+    ) -> HarmonicEstimate {
         let solution = solve(&best.triangle(self, options));
         let first_drift = self.p + self.n * best.shape.columns();
         let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);
@@ -263,7 +231,7 @@ impl HarmonicData {
             parameters: self.p,
             shape: best.shape,
             drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },
-            drift_spread: if with_drift { best.spread } else { 0.0 },
+            drift_spread: best.drift_spread(),
             delay,
             chi_square: best.chi_square,
             freedom: best.rows.saturating_sub(solution.rank),

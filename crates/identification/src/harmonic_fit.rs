@@ -22,7 +22,7 @@ pub(crate) struct Fit {
     pub deviation: Vec<Vec<f64>>,
     pub x: Vec<f64>,
     drift: Vec<f64>,
-    pub spread: f64,
+    spread: f64,
     /// Weighted squares each spectrum leaves.
     squares: Vec<f64>,
     pub chi_square: f64,
@@ -69,6 +69,11 @@ impl Fit {
         self.spread >= LEAST_SPREAD
     }
 
+    /// s; zero where there is no drift.
+    pub fn drift_spread(&self) -> f64 {
+        if self.has_drift() { self.spread } else { 0.0 }
+    }
+
     pub fn criterion(&self) -> f64 {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
@@ -99,7 +104,7 @@ impl Fit {
             let ends = s.end_columns();
             let delays = if options.delay { s.delay_column() } else { vec![] };
             let square = |r: usize| {
-                let mut model = dot(&s.rows[r], &self.x[..p]);
+                let mut model = s.known[r] + dot(&s.rows[r], &self.x[..p]);
                 model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
                 if options.ends {
                     model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
@@ -122,17 +127,32 @@ impl Fit {
 
     /// The linearised, weighted rows about the present friction and drift.
     pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
-        let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
-        let first_drift = p + data.n * m;
         let mut triangle = Triangle::new(unknowns);
         let mut block = Block::new(unknowns);
-        let mut row = vec![0.0; unknowns];
-        let mut push = |row: &mut Vec<f64>, y: f64| {
+        self.each_equation(data, options, |_, row, known, y| {
             if block.is_full() {
                 triangle.fold(&mut block);
             }
-            block.push(row, y);
+            block.push(row, y - known);
+        });
+        triangle.fold(&mut block);
+        triangle
+    }
+
+    /// The same rows one by one: joint, coefficients, known torque, and the torque that they explain together.
+    pub fn each_equation(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        mut take: impl FnMut(usize, &[f64], f64, f64),
+    ) {
+        let (p, m) = (data.p, self.shape.columns());
+        let unknowns = self.unknowns(data, options);
+        let first_drift = p + data.n * m;
+        let mut row = vec![0.0; unknowns];
+        let mut push = |joint: usize, row: &mut Vec<f64>, known: f64, y: f64| {
+            take(joint, row, known, y);
             row.fill(0.0);
         };
         for (e, s) in data.spectra.iter().enumerate() {
@@ -160,24 +180,23 @@ impl Fit {
                 if options.delay {
                     row[unknowns - 1] = -w * gain * delay[r];
                 }
-                push(&mut row, w * y);
+                push(s.joint, &mut row, w * s.known[r], w * y);
             }
         }
         for sweep in &data.sweeps {
             for (i, d) in sweep.rows.iter().enumerate() {
-                let w = 1.0 / sweep.deviation[i];
+                let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
+                let w = 1.0 / (gain * sweep.deviation[i]);
                 row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
-                push(&mut row, w * sweep.right[i]);
+                push(joint, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
         if self.has_drift() {
-            for e in 0..self.drift.len() {
+            for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;
-                push(&mut row, 0.0);
+                push(s.joint, &mut row, 0.0, 0.0);
             }
         }
-        triangle.fold(&mut block);
-        triangle
     }
 
     /// One Gauss-Newton step and one step of the spread.

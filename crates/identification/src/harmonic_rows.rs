@@ -27,8 +27,12 @@ pub struct JointSpectrum {
     pub frequency: Vec<f64>,
     /// `rows[r]`: p coefficients, N m per unit.
     pub rows: Vec<Vec<f64>>,
+    /// Torque of a known load in each row, N m.
+    pub known: Vec<f64>,
     /// In the unit of the current.
     pub current: Vec<f64>,
+    /// What the load adds to the parameters; empty without one.
+    load: Vec<f64>,
     /// Samples recorded.
     pub samples: usize,
     /// Inertia row A_j at the centre of the motion per unit of each parameter is not needed: the
@@ -86,7 +90,9 @@ pub fn joint_spectra(
             joint: j,
             frequency: vec![],
             rows: vec![],
+            known: vec![],
             current: vec![],
+            load: experiment.load.clone(),
             samples: experiment.len(),
             acceleration: acceleration[j].clone(),
             bins: bins.clone(),
@@ -110,7 +116,9 @@ impl JointSpectrum {
     fn push(&mut self, f: f64, d: &[Complex<f64>], current: Complex<f64>) {
         let mut quadrature = |part: &dyn Fn(&Complex<f64>) -> f64| {
             self.frequency.push(f);
-            self.rows.push(d.iter().map(part).collect());
+            let row: Vec<f64> = d.iter().map(part).collect();
+            self.known.push(row.iter().zip(&self.load).map(|(d, x)| d * x).sum());
+            self.rows.push(row);
             self.current.push(part(&current));
         };
         if f == 0.0 {
@@ -178,7 +186,8 @@ impl JointSpectrum {
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
         let torque = noise.current[self.joint] * gain;
         let per_acceleration: f64 = parameters.map_or(0.0, |x| {
-            let inertia = |y: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
+            let along = |y: &Vec<f64>, x: &[f64]| y.iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
+            let inertia = |y: &Vec<f64>| along(y, x) + along(y, &self.load);
             self.acceleration.iter().zip(&noise.position).map(|(y, s)| (inertia(y) * s).powi(2)).sum()
         });
         let variance = |f: &f64| torque * torque + per_acceleration * (std::f64::consts::TAU * f).powi(4);

@@ -24,71 +24,12 @@ use crate::least_squares::solve;
 use crate::paper_estimation::{PaperWeights, paper_estimate, paper_rows};
 use crate::random::Random;
 use crate::regressor::Regressor;
-use crate::simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
+use crate::scenario::{BenchmarkArm, Scenario};
+use crate::simulation::{Record, Sensing, Simulation, Stop};
 use crate::spectral_experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum_rows::MeasuredMotion;
 use crate::triangle::{Block, Triangle};
 use crate::validation_trajectory::{ValidationMotion, validation_trajectory};
-
-/// A robot as the benchmark sees it.
-pub struct BenchmarkArm<'a> {
-    pub name: &'static str,
-    pub regressor: &'a dyn Regressor,
-    pub dynamics: &'a dyn Dynamics,
-    /// Base parameters.
-    pub truth: &'a [f64],
-    pub controller: Controller,
-    pub drives: Drives,
-    pub sensing: Sensing,
-    pub friction: Vec<FrictionLaw>,
-    /// Limits for the validation motions: rad, rad/s, rad/s^2.
-    pub position: Vec<(f64, f64)>,
-    pub velocity: Vec<f64>,
-    pub acceleration: Vec<f64>,
-    pub sample_time: f64,
-}
-
-/// What is made worse.
-#[derive(Clone, Debug)]
-pub struct Scenario {
-    pub name: &'static str,
-    /// Inverse dynamics with every parameter wrong by 20 % is added to the controller.
-    pub feedforward: bool,
-    pub sensing: Sensing,
-    pub friction: Vec<FrictionLaw>,
-    /// Friction of each joint changes by up to this share between experiments.
-    pub drift: f64,
-}
-
-impl Scenario {
-    /// S1: the arm as it is. S2: encoder quantum and noise 5 and 6 times, torque noise 3 times. S3: S1
-    /// with Stribeck +50 % and drift 25 %. S4: S1 with Coulomb friction growing 5 % a N m.
-    pub fn all(arm: &BenchmarkArm) -> Vec<Scenario> {
-        let base = |name, feedforward| Scenario {
-            name,
-            feedforward,
-            sensing: arm.sensing.clone(),
-            friction: arm.friction.clone(),
-            drift: 0.0,
-        };
-        let times = |x: &[f64], f: f64| x.iter().map(|x| x * f).collect::<Vec<f64>>();
-        let coarse = Sensing {
-            quantum: times(&arm.sensing.quantum, 5.0),
-            position_noise: times(&arm.sensing.position_noise, 6.0),
-            torque_noise: times(&arm.sensing.torque_noise, 3.0),
-        };
-        let friction = |f: &dyn Fn(&FrictionLaw) -> FrictionLaw| arm.friction.iter().map(f).collect::<Vec<_>>();
-        let stribeck = friction(&|law| FrictionLaw { stribeck: 0.5, stribeck_velocity: 0.1, ..*law });
-        let load = friction(&|law| FrictionLaw { load: 0.05, ..*law });
-        vec![
-            base("S1-PD", false),
-            base("S1", true),
-            Scenario { sensing: coarse, ..base("S2", true) },
-            Scenario { friction: stribeck, drift: 0.25, ..base("S3", true) },
-            Scenario { friction: load, ..base("S4", true) },
-        ]
-    }
-}
 
 /// The estimators compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,7 +68,7 @@ impl fmt::Display for Method {
 
 /// The deterministic part of a scenario.
 pub struct Fixture<'a> {
-    arm: &'a BenchmarkArm<'a>,
+    pub(crate) arm: &'a BenchmarkArm<'a>,
     pub scenario: Scenario,
     /// Noise-free records, cut.
     experiments: Vec<SpectralExperiment>,
@@ -171,22 +112,11 @@ impl<'a> Fixture<'a> {
         plan: &[ExcitingTrajectory],
     ) -> Result<Fixture<'a>, Stop> {
         let (n, p) = (arm.drives.gain.len(), arm.truth.len());
-        let mut random = Random::new(77);
-        let signs: Vec<f64> = (0..p).map(|_| if random.uniform() < 0.5 { -1.0 } else { 1.0 }).collect();
-        let wrong: Vec<f64> = arm.truth.iter().zip(signs).map(|(x, s)| x * (1.0 + 0.2 * s)).collect();
         let mut fixture =
             Fixture { arm, scenario, experiments: vec![], sigma: vec![], validation: vec![], tracking: 0.0 };
         let mut information = Triangle::new(p + 4 * n);
-        for trajectory in plan {
-            let drift: Vec<FrictionLaw> = fixture
-                .scenario
-                .friction
-                .iter()
-                .map(|law| law.scaled(1.0 + random.between(-1.0, 1.0) * fixture.scenario.drift))
-                .collect();
+        for (trajectory, record) in plan.iter().zip(fixture.records(arm.dynamics, plan, 77)?) {
             let reference = trajectory.reference();
-            let feedforward = fixture.scenario.feedforward.then(|| inverse_dynamics(arm.regressor, &wrong, &reference));
-            let record = fixture.run(&reference, feedforward.as_deref(), &drift)?;
             for k in 0..n {
                 let worst = record.q[k].iter().zip(&reference.q[k]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 fixture.tracking = fixture.tracking.max(worst);
@@ -201,21 +131,51 @@ impl<'a> Fixture<'a> {
             let random = &mut Random::new(1000 + seed);
             let (v, a) = (&arm.velocity, &arm.acceleration);
             let reference = validation_trajectory(&motion, &arm.position, v, a, arm.sample_time, random);
-            let record = fixture.run(&reference, None, &fixture.scenario.friction)?;
+            let record = fixture.run(arm.dynamics, &reference, None, &fixture.scenario.friction)?;
             let whole = std::iter::once(5..record.q[0].len().saturating_sub(5)).collect::<Vec<_>>();
             fixture.validation.push(gram(&cut_motion(&record, &whole), arm.regressor));
         }
         Ok(fixture)
     }
 
+    /// The same with the experiments of `plan` again, under a known load that adds `load` to the base parameters;
+    /// `dynamics` are those of the loaded robot. The feedforward does not know of it.
+    pub fn with_load(
+        mut self,
+        dynamics: &dyn Dynamics,
+        load: &[f64],
+        plan: &[ExcitingTrajectory],
+    ) -> Result<Fixture<'a>, Stop> {
+        for (trajectory, record) in plan.iter().zip(self.records(dynamics, plan, 78)?) {
+            self.experiments.extend(SpectralExperiment::new(trajectory.clone(), &record).map(|e| e.loaded(load)));
+        }
+        Ok(self)
+    }
+
+    /// One record an experiment, with the drift of its friction and a feedforward of wrong parameters.
+    fn records(&self, dynamics: &dyn Dynamics, plan: &[ExcitingTrajectory], seed: u64) -> Result<Vec<Record>, Stop> {
+        let (mut random, scenario) = (Random::new(seed), &self.scenario);
+        let wrong = |x: &f64, up: bool| x * if up { 1.2 } else { 0.8 };
+        let wrong: Vec<f64> = self.arm.truth.iter().map(|x| wrong(x, random.uniform() >= 0.5)).collect();
+        let mut record = |trajectory: &ExcitingTrajectory| {
+            let mut drift = || 1.0 + random.between(-1.0, 1.0) * scenario.drift;
+            let friction: Vec<FrictionLaw> = scenario.friction.iter().map(|law| law.scaled(drift())).collect();
+            let reference = trajectory.reference();
+            let feedforward = scenario.feedforward.then(|| inverse_dynamics(self.arm.regressor, &wrong, &reference));
+            self.run(dynamics, &reference, feedforward.as_deref(), &friction)
+        };
+        plan.iter().map(&mut record).collect()
+    }
+
     fn run(
         &self,
+        dynamics: &dyn Dynamics,
         reference: &Reference,
         feedforward: Option<&[Vec<f64>]>,
         friction: &[FrictionLaw],
     ) -> Result<Record, Stop> {
         let simulation = Simulation {
-            dynamics: self.arm.dynamics,
+            dynamics,
             controller: &self.arm.controller,
             drives: &self.arm.drives,
             quantum: &self.scenario.sensing.quantum,
@@ -270,19 +230,11 @@ impl<'a> Fixture<'a> {
 
     /// The table over `draws` draws of noise.
     pub fn compare(&self, methods: &[Method], draws: usize, seed: u64, threads: usize) -> Comparison {
-        let one = |draw: usize| -> Vec<Vec<f64>> {
-            let experiments = self.measured(Some(draw as u64), seed);
-            methods.iter().map(|&m| self.estimate(m, &experiments)).collect()
+        let one = |experiments: &[SpectralExperiment]| -> Vec<Vec<f64>> {
+            methods.iter().map(|&m| self.estimate(m, experiments)).collect()
         };
-        let threads = threads.clamp(1, draws.max(1));
-        let mut found: Vec<(usize, Vec<Vec<f64>>)> = std::thread::scope(|scope| {
-            let one = &one;
-            let share = |w: usize| move || (w..draws).step_by(threads).map(|d| (d, one(d))).collect::<Vec<_>>();
-            let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
-            workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
-        });
-        found.sort_by_key(|f| f.0);
-        let figures = |m: usize| self.figures(&found.iter().map(|f| f.1[m].as_slice()).collect::<Vec<_>>());
+        let found = self.each_draw(draws, seed, threads, one);
+        let figures = |m: usize| self.figures(&found.iter().map(|f| f[m].as_slice()).collect::<Vec<_>>());
         Comparison {
             arm: self.arm.name,
             scenario: self.scenario.name,
@@ -290,6 +242,29 @@ impl<'a> Fixture<'a> {
             draws,
             methods: methods.iter().enumerate().map(|(i, &m)| (m, figures(i))).collect(),
         }
+    }
+
+    /// What `one` makes of the experiments of each draw, in the order of the draws.
+    pub(crate) fn each_draw<T: Send>(
+        &self,
+        draws: usize,
+        seed: u64,
+        threads: usize,
+        one: impl Fn(&[SpectralExperiment]) -> T + Sync,
+    ) -> Vec<T> {
+        let threads = threads.clamp(1, draws.max(1));
+        let of_draw = |d: usize| (d, one(&self.measured(Some(d as u64), seed)));
+        let mut found: Vec<(usize, T)> = std::thread::scope(|scope| {
+            let of_draw = &of_draw;
+            let share = |w: usize| move || (w..draws).step_by(threads).map(of_draw).collect::<Vec<_>>();
+            let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
+            let joined = |w: std::thread::ScopedJoinHandle<'_, Vec<(usize, T)>>| {
+                w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            };
+            workers.into_iter().flat_map(joined).collect()
+        });
+        found.sort_by_key(|f| f.0);
+        found.into_iter().map(|f| f.1).collect()
     }
 
     /// Figures of some estimates.

@@ -34,11 +34,13 @@ pub fn paper_rows(
 ) -> EquationBlock {
     let torque = experiment.torque(gain);
     let trajectory = &experiment.trajectory;
-    if experiment.period().is_none() {
-        return gravity_rows(trajectory, regressor, &experiment.q, &torque, noise, &experiment.windows);
-    }
-    let motion = MeasuredMotion::by_differences(&experiment.q, trajectory.sample_time);
-    spectral_rows(trajectory, regressor, &motion, &torque, noise)
+    let block = if experiment.period().is_none() {
+        gravity_rows(trajectory, regressor, &experiment.q, &torque, noise, &experiment.windows)
+    } else {
+        let motion = MeasuredMotion::by_differences(&experiment.q, trajectory.sample_time);
+        spectral_rows(trajectory, regressor, &motion, &torque, noise)
+    };
+    block.with_known(&experiment.load)
 }
 
 /// Least squares on the rows of several experiments; `samples[i]` is the length of experiment i.
@@ -61,7 +63,7 @@ pub fn paper_estimate(
             if rows.is_full() {
                 triangle.fold(&mut rows);
             }
-            rows.push(&row.iter().map(|x| factor * x).collect::<Vec<_>>(), factor * block.right[i]);
+            rows.push(&row.iter().map(|x| factor * x).collect::<Vec<_>>(), factor * (block.right[i] - block.known[i]));
         }
     }
     triangle.fold(&mut rows);

@@ -16,6 +16,8 @@ pub struct SpectralExperiment {
     pub current: Vec<Vec<f64>>,
     /// Samples of each window.
     pub windows: Vec<usize>,
+    /// What a known load adds to the base parameters; empty without one.
+    pub load: Vec<f64>,
 }
 
 impl SpectralExperiment {
@@ -31,7 +33,13 @@ impl SpectralExperiment {
         }
         let cut = record.cut(&windows);
         let windows = windows.iter().map(Range::len).collect();
-        Some(SpectralExperiment { trajectory, q: cut.q, current: cut.current, windows })
+        Some(SpectralExperiment { trajectory, q: cut.q, current: cut.current, windows, load: vec![] })
+    }
+
+    /// The same motion, recorded with a known load that adds this to the base parameters.
+    pub fn loaded(mut self, base_parameters: &[f64]) -> SpectralExperiment {
+        self.load = base_parameters.to_vec();
+        self
     }
 
     /// Samples used.

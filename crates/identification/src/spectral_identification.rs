@@ -1,20 +1,21 @@
 //! From the records of a plan to an estimate: the paper's rows or RIST-MH, gains known or not.
 //!
-//! With one gain known the others are estimated with the parameters from the currents
-//! (`drive_gains`), and everything stands on that one gain. A parameter whose interval contains zero is
+//! Gains that are not known are estimated with the parameters from the currents (`drive_gains`), and
+//! everything stands on the known ones or on a known load. A parameter whose interval contains zero is
 //! said to be not significant; one that the rows do not determine has no value.
 
 use crate::Error;
-use crate::drive_gains::{GainEstimate, JointEquations, maximum_likelihood, without_nuisance};
+use crate::drive_gains::{DriveGains, Gain, drive_gains};
 use crate::estimate::{Estimate, Identified, JointResidual, Status};
 use crate::experiment_plan::ModelReference;
 use crate::friction::label;
-use crate::friction_columns::FrictionShape;
 use crate::harmonic_estimation::{HarmonicData, HarmonicEstimate, HarmonicOptions};
+use crate::joint_equations::JointEquations;
 use crate::observation::unit_of_inertial;
 use crate::paper_estimation::{PaperWeights, paper_estimate, paper_rows};
 use crate::regressor::Regressor;
 use crate::spectral_experiment::{NoiseLevels, SpectralExperiment};
+use crate::spectrum_rows::EquationBlock;
 
 /// Which equations are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,24 +26,16 @@ pub enum SpectralMethod {
     Harmonic,
 }
 
-/// What is known of the drives.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Gains {
-    /// N m per unit of the records, one a coordinate; one where they are torques.
-    Known(Vec<f64>),
-    /// That of one coordinate.
-    Reference { joint: usize, gain: f64 },
-}
-
 /// The parameters from the experiments of one robot.
 ///
-/// Fails without a periodic experiment of two periods: nothing tells the noise.
+/// `gains`: one a coordinate, N m per unit of the records; known ones of one where the records are torques. Fails
+/// without a periodic experiment of two periods, when nothing tells the noise, and as [`drive_gains`] does.
 pub fn identify_spectrum(
     model: &ModelReference,
     regressor: &dyn Regressor,
     experiments: &[SpectralExperiment],
     method: SpectralMethod,
-    gains: &Gains,
+    gains: &[Gain],
     options: &HarmonicOptions,
 ) -> Result<Estimate, Error> {
     let Some(noise) = NoiseLevels::measured(experiments) else {
@@ -59,30 +52,38 @@ pub fn identify_spectrum(
         cutoff: options.band.equations,
         ..Estimate::default()
     };
-    match gains {
-        Gains::Known(gain) => match method {
-            SpectralMethod::Paper => with_paper_rows(&mut estimate, regressor, experiments, gain, &noise),
-            SpectralMethod::Harmonic => with_harmonics(&mut estimate, regressor, experiments, gain, &noise, options)?,
-        },
-        Gains::Reference { joint, gain } => {
-            let one = vec![1.0; regressor.coordinates().len()];
-            let equations = match method {
-                SpectralMethod::Paper => paper_equations(regressor, experiments, &noise),
-                SpectralMethod::Harmonic => {
-                    let data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
-                    data.current_equations(&FrictionShape::ASYMMETRIC)
-                }
-            };
-            let found = maximum_likelihood(&equations, regressor.parameters().len(), *joint, *gain);
-            with_gains(&mut estimate, regressor, &found, *joint);
-            estimate.rows = equations.iter().map(|e| e.rows.len()).sum();
-            let row = |j: usize| {
-                let e = &equations[j];
-                e.rows.iter().cloned().zip(e.current.iter().map(|i| i * found.gain[j])).collect()
-            };
-            residuals(&mut estimate, regressor, &found.parameters, row);
+    let known = |g: &Gain| if let Gain::Known(k) = g { Some(*k) } else { None };
+    if let Some(gain) = gains.iter().map(known).collect::<Option<Vec<f64>>>() {
+        match method {
+            SpectralMethod::Paper => with_paper_rows(&mut estimate, regressor, experiments, &gain, &noise),
+            SpectralMethod::Harmonic => with_harmonics(&mut estimate, regressor, experiments, &gain, &noise, options)?,
+        }
+        return Ok(estimate);
+    }
+    let one = vec![1.0; regressor.coordinates().len()];
+    match method {
+        SpectralMethod::Paper => {
+            let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
+            let found = drive_gains(&paper_equations(&blocks, one.len()), gains)?;
+            with_gains(&mut estimate, regressor, &found);
+            paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
+        }
+        SpectralMethod::Harmonic => {
+            let mut data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
+            let found = data.estimate_with_gains(gains, options)?;
+            with_gains(&mut estimate, regressor, &found.gains);
+            if found.rounds.is_none() {
+                estimate.remarks.push("the choice of the friction did not settle with the gains".into());
+            }
+            if let Some(friction) = found.friction {
+                harmonic_residuals(&mut estimate, regressor, &data, &friction);
+                estimate.remarks.push(describe(&friction));
+            }
         }
     }
+    estimate.rows = estimate.joints.iter().map(|j| j.rows).sum();
+    estimate.remarks.push(scale(regressor, experiments, gains));
+    remark_unidentifiable(&mut estimate);
     Ok(estimate)
 }
 
@@ -133,9 +134,8 @@ fn with_paper_rows(
     }
     estimate.rank = solution.rank;
     estimate.condition_number = solution.condition_number;
-    let rows = || blocks.iter().flat_map(|b| b.rows.iter().zip(b.right.iter().zip(&b.joint)));
-    let at = |joint: usize| rows().filter(move |(_, (_, j))| **j == joint).map(|(d, (y, _))| (d.to_vec(), *y));
-    residuals(estimate, regressor, &solution.x, |j| at(j).collect());
+    let one = vec![1.0; gain.len()];
+    paper_residuals(estimate, regressor, &blocks, &one, &solution.x);
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
     remark_unidentifiable(estimate);
 }
@@ -163,10 +163,10 @@ fn with_harmonics(
             estimate.parameters.push(identified(format!("{letters}{}", label(coordinate)), unit, x, s, determined));
         }
     }
-    estimate.rank = found.solution.rank;
+    estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
     estimate.condition_number = found.solution.condition_number;
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
-    harmonic_residuals(estimate, regressor, &data, &found, gain);
+    harmonic_residuals(estimate, regressor, &data, &found);
     estimate.remarks.push(describe(&found));
     remark_unidentifiable(estimate);
     Ok(())
@@ -186,60 +186,74 @@ fn describe(found: &HarmonicEstimate) -> String {
     text
 }
 
-fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &GainEstimate, reference: usize) {
+fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveGains) {
     for (i, name) in regressor.parameters().iter().enumerate() {
         let (x, s) = (found.parameters[i], found.deviation[i]);
         estimate.parameters.push(identified(name.clone(), unit_of_inertial(name), x, s, found.determined[i]));
     }
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let name = format!("KT{}", label(coordinate));
-        estimate.parameters.push(identified(name, "N m/A", found.gain[j], found.gain_deviation[j], true));
+        let determined = found.gain_determined[j];
+        estimate.parameters.push(identified(name, "N m/A", found.gain[j], found.gain_deviation[j], determined));
     }
-    estimate.rank = found.determined.iter().filter(|d| **d).count() + found.gain.len();
+    let determined = || found.determined.iter().chain(&found.gain_determined);
+    estimate.rank = determined().filter(|d| **d).count();
     estimate.condition_number = found.condition_number;
-    let coordinate = &regressor.coordinates()[reference];
-    estimate.remarks.push(format!(
-        "all of it stands on the gain of {coordinate}, {} N m/A: if that is wrong by a factor, everything is",
-        found.gain[reference]
-    ));
     if found.steps.is_none() {
         estimate.remarks.push("the gains did not converge".into());
     }
-    remark_unidentifiable(estimate);
 }
 
-fn paper_equations(
-    regressor: &dyn Regressor,
-    experiments: &[SpectralExperiment],
-    noise: &NoiseLevels,
-) -> Vec<JointEquations> {
-    let n = regressor.coordinates().len();
-    let one = vec![1.0; n];
-    let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
-    let of_joint = |j: usize| {
-        let (mut rows, mut current) = (vec![], vec![]);
-        for b in &blocks {
-            for (i, d) in b.rows.iter().enumerate().filter(|(i, _)| b.joint[*i] == j) {
-                rows.push(d.iter().map(|d| d / b.deviation[i]).collect());
-                current.push(b.right[i] / b.deviation[i]);
-            }
-        }
-        without_nuisance(&rows, &current, 0, false)
+/// What all of an estimate with unknown gains stands on.
+fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
+    let given = |(c, g): (&String, &Gain)| match g {
+        Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
+        Gain::Expected(k, s) => Some(format!("the gain of {c}, expected to be {k} +- {s} N m/A")),
+        Gain::Free => None,
     };
-    (0..n).map(of_joint).collect()
+    let mut on: Vec<String> = regressor.coordinates().iter().zip(gains).filter_map(given).collect();
+    let loaded = experiments.iter().filter(|e| !e.load.is_empty()).count();
+    if loaded > 0 {
+        on.push(format!("the known load of {loaded} of {} experiments", experiments.len()));
+    }
+    format!("all of it stands on {}: if that is wrong by a factor, everything is", on.join(", and on "))
 }
 
-/// What parameters leave of the rows of each joint, which are N m (over the noise of the joint where its rows
-/// are so weighted).
-fn residuals(
+/// The rows of blocks in currents, joint by joint.
+fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
+    let mut equations = vec![JointEquations::default(); n];
+    for b in blocks {
+        for (i, d) in b.rows.iter().enumerate() {
+            let e = &mut equations[b.joint[i]];
+            e.rows.push(d.iter().map(|d| d / b.deviation[i]).collect());
+            e.known.push(b.known[i] / b.deviation[i]);
+            e.current.push(b.right[i] / b.deviation[i]);
+        }
+    }
+    equations
+}
+
+/// What parameters leave of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+fn paper_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
+    blocks: &[EquationBlock],
+    gain: &[f64],
     x: &[f64],
-    rows: impl Fn(usize) -> Vec<(Vec<f64>, f64)>,
 ) {
+    let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
+    for b in blocks {
+        for (i, d) in b.rows.iter().enumerate() {
+            rows[b.joint[i]].push((d.to_vec(), gain[b.joint[i]] * b.right[i] - b.known[i]));
+        }
+    }
+    residuals(estimate, regressor, &rows, x);
+}
+
+/// What parameters leave of the rows of each joint, N m.
+fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
     let (mut all, mut all_left) = (0.0, 0.0);
-    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
-        let rows = rows(j);
+    for (coordinate, rows) in regressor.coordinates().iter().zip(rows) {
         let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
         let total: f64 = rows.iter().map(|(_, y)| y * y).sum();
         let left: f64 = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
@@ -261,16 +275,16 @@ fn harmonic_residuals(
     regressor: &dyn Regressor,
     data: &HarmonicData,
     found: &HarmonicEstimate,
-    gain: &[f64],
 ) {
+    let gain = &data.gain;
     let drift = |e: usize| found.drift.get(e).map_or(1.0, |d| 1.0 + d.2);
     let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
         for r in 0..s.rows.len() {
             let f: f64 = friction[r].iter().zip(found.friction(s.joint)).map(|(c, f)| c * f).sum();
-            rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - drift(e) * f));
+            rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f));
         }
     }
-    residuals(estimate, regressor, found.values(), |j| rows[j].clone());
+    residuals(estimate, regressor, &rows, found.values());
 }

@@ -22,6 +22,8 @@ use crate::spectrum::{Bins, sp};
 pub struct EquationBlock {
     /// N m per unit of parameter.
     pub rows: Rows,
+    /// Torque of what is known, a load, N m: rows X + known = right.
+    pub known: Vec<f64>,
     /// N m.
     pub right: Vec<f64>,
     /// Standard deviation of each right-hand side, N m.
@@ -192,20 +194,22 @@ fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
 impl EquationBlock {
     /// No equation in `p` parameters.
     pub fn new(p: usize) -> EquationBlock {
-        EquationBlock { rows: Rows::new(p), right: vec![], deviation: vec![], joint: vec![] }
+        EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
+        self.known.push(0.0);
         self.right.push(right);
         self.deviation.push(deviation);
         self.joint.push(joint);
     }
 
-    pub fn append(&mut self, other: &EquationBlock) {
-        for (i, row) in other.rows.iter().enumerate() {
-            self.push(row, other.right[i], other.deviation[i], other.joint[i]);
-        }
+    /// The torque of what adds `parameters` to X is known.
+    pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
+        let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
+        self.known = self.rows.iter().map(torque).collect();
+        self
     }
 
     /// Rows over their deviations: the information of the block is W'W.
@@ -215,16 +219,6 @@ impl EquationBlock {
             rows.push(&row.iter().map(|x| x / s).collect::<Vec<_>>());
         }
         rows
-    }
-
-    /// Each row and right-hand side times a factor; the deviation follows.
-    pub fn scaled(&self, factor: f64) -> EquationBlock {
-        EquationBlock {
-            rows: self.rows.scaled(&vec![factor; self.rows.width()]),
-            right: self.right.iter().map(|x| x * factor).collect(),
-            deviation: self.deviation.iter().map(|x| x * factor).collect(),
-            joint: self.joint.clone(),
-        }
     }
 }
 

@@ -178,9 +178,15 @@ fn ur10e_drive_gains() {
     // One gain known, the wrist's expected as for motors of its size, within a quarter.
     let wrist = Gain::Expected(11.0, 2.75);
     let known = [Gain::Free, Gain::Known(13.26), Gain::Free, wrist, wrist, wrist];
-    let found = estimate_drive_gains(&arm, &[log], &options, &known).unwrap();
+    let found = estimate_drive_gains(&arm, &[LogSource::Held(log)], &options, &known).unwrap();
     for j in 0..6 {
-        let error = (found.gains[j] - others[j]).abs();
-        assert!(error <= 3.0 * found.sigma[j], "joint {}: {:?} +- {:?}", j + 1, found.gains, found.sigma);
+        let error = (found.gain[j] - others[j]).abs();
+        assert!(
+            error <= 3.0 * found.gain_deviation[j],
+            "joint {}: {:?} +- {:?}",
+            j + 1,
+            found.gain,
+            found.gain_deviation
+        );
     }
 }

@@ -2,11 +2,12 @@
 
 use identification::{Candidate, ExcitingTrajectory, MotionKind, Profile, Random};
 
-use crate::tree_robot::{Link, TreeRobot};
+use crate::tree_robot::{Link, Standard, TreeRobot, link_at};
 
-/// A PUMA 560 in the frames of Corke and Armstrong-Helouvry, with rotor inertias. Standard
-/// parameters are not given: it serves planning.
-fn puma() -> TreeRobot {
+/// A PUMA 560 in the frames of Corke and Armstrong-Helouvry, with rotor inertias. Masses, centres and inertias
+/// are those of Armstrong, Khatib, Burdick 1986 (its link 3 is no body, which the simulation does not mind), with a
+/// tool of 2 kg off the axis of the wrist.
+pub fn puma() -> TreeRobot {
     let half_pi = std::f64::consts::FRAC_PI_2;
     // alpha, d, r.
     let frames = [
@@ -17,11 +18,25 @@ fn puma() -> TreeRobot {
         (-half_pi, 0.0, 0.0),
         (half_pi, 0.0, 0.0),
     ];
+    let with_rotor = |mut x: Standard, ia: f64| {
+        x[10] = ia;
+        x
+    };
+    let mut standard = [
+        with_rotor(link_at(1.0, [0.0; 3], [0.35, 0.0, 0.0, 0.35, 0.0, 0.35]), 1.14),
+        with_rotor(link_at(17.4, [0.068, 0.006, -0.016], [0.13, 0.0, 0.0, 0.524, 0.0, 0.539]), 4.71),
+        with_rotor(link_at(4.8, [0.0, -0.070, 0.014], [0.066, 0.0, 0.0, 0.0125, 0.0, 0.086]), 0.83),
+        with_rotor(link_at(0.82, [0.0, 0.0, -0.019], [1.8e-3, 0.0, 0.0, 1.8e-3, 0.0, 1.3e-3]), 0.200),
+        with_rotor(link_at(0.34, [0.0; 3], [0.3e-3, 0.0, 0.0, 0.3e-3, 0.0, 0.4e-3]), 0.179),
+        with_rotor(link_at(0.09, [0.0, 0.0, 0.032], [0.15e-3, 0.0, 0.0, 0.15e-3, 0.0, 0.04e-3]), 0.193),
+    ];
+    let tool = link_at(2.0, [0.03, -0.02, 0.10], [4e-3, 3e-4, -4e-4, 5e-3, 2e-4, 3e-3]);
+    standard[5].iter_mut().zip(tool).for_each(|(x, t)| *x += t);
     let link = |(j, (alpha, d, r)): (usize, (f64, f64, f64))| Link {
         antecedent: j.checked_sub(1),
         geometry: [0.0, 0.0, alpha, d, 0.0, r],
         variable: vec![(j, 1.0)],
-        standard: [0.0; 11],
+        standard: standard[j],
         has_rotor: true,
     };
     let links = frames.into_iter().enumerate().map(link).collect();

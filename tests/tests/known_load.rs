@@ -1,0 +1,131 @@
+//! A known load from its file to the drive gains, and feedforward from an estimate.
+
+use std::path::Path;
+
+use identification::{Estimate, KnownLoad, StandardMap};
+use modeling::{BaseParameters, Derivation};
+use robot::{Inertial, Robot};
+use tests::program::{folder, rist};
+use tests::{model, model_text};
+
+fn base(robot: &Robot) -> BaseParameters {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{open}"));
+    let standard = derivation.regressor();
+    derivation.base_parameters(&standard).unwrap_or_else(|unclear| panic!("{unclear}"))
+}
+
+/// Base parameters of the bodies of the file.
+fn values(robot: &Robot, base: &BaseParameters) -> Vec<f64> {
+    let value = |p: &robot::StandardParameter| {
+        let place = Inertial::BODY.iter().position(|b| *b == p.inertial).unwrap();
+        robot.link(p.link).inertial.unwrap()[place]
+    };
+    base.values(&base.standard.iter().map(value).collect::<Vec<f64>>())
+}
+
+/// A load like the forearm itself, given in the frame of the URDF, adds what a URDF with twice that forearm has more.
+#[test]
+fn a_load_adds_what_the_same_body_in_the_description_adds() {
+    let robot = model("ur5.urdf");
+    let base = base(&robot);
+    let text = model_text("ur5.urdf");
+    let mut twice = text.replace(r#"<mass value="2.275"/>"#, r#"<mass value="4.55"/>"#);
+    twice = twice.replace(r#"ixx="0.049443313556""#, r#"ixx="0.098886627112""#);
+    twice = twice.replace(r#"iyy="0.049443313556""#, r#"iyy="0.098886627112""#);
+    twice = twice.replace(r#"izz="0.004095""#, r#"izz="0.00819""#);
+    let here = folder("twice_the_forearm");
+    std::fs::write(here.join("twice.urdf"), twice).unwrap();
+    let heavy = robot::format::read(&here.join("twice.urdf")).unwrap();
+    let forearm = "link: forearm\nmass: 2.275\ncentre_of_mass: [-0.25, 0, 0.01615]\n\
+                   inertia: {xx: 0.004095, yy: 0.049443313556, zz: 0.049443313556}\n";
+    let load = KnownLoad::from_yaml("forearm.yaml", forearm).unwrap();
+    let terms: Vec<(usize, usize, f64)> = (0..base.base.len())
+        .flat_map(|k| base.base[k].terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+        .collect();
+    let first = (0..base.standard.len()).filter(|&c| base.standard[c].inertial == Inertial::Xx);
+    let bodies = first.map(|c| (robot.link(base.standard[c].link).name.clone(), c)).collect();
+    let map = StandardMap::new(vec![String::new(); base.standard.len()], base.base.len(), &terms, bodies, vec![]);
+    let added = load.base_parameters(&robot, &map).unwrap();
+    let (light, heavy) = (values(&robot, &base), values(&heavy, &base));
+    assert!(added.iter().filter(|x| x.abs() > 1e-3).count() > 5, "{added:?}");
+    for (k, x) in added.iter().enumerate() {
+        // The file writes a quarter turn with eleven digits.
+        assert!((x - (heavy[k] - light[k])).abs() < 1e-10, "{k}: {x} {}", heavy[k] - light[k]);
+    }
+}
+
+/// An arm of three axes under gravity.
+const ARM: &str = "\
+convention: khalil-kleinfinger
+name: arm
+rotor_inertia: none
+symbols: {D3: 0.25}
+links:
+  - {link: 1, name: column, antecedent: base, theta: q1, drive_gain: 2.393}
+  - {link: 2, name: upper arm, antecedent: 1, alpha: pi/2, theta: q2, drive_gain: 0.87}
+  - {link: 3, name: forearm, antecedent: 2, d: D3, theta: q3, drive_gain: 1}
+standard_parameters:
+  1: {XX: 0.14, XY: 0, XZ: 0, YY: 0.14, YZ: 0, ZZ: 0.134, MX: 0, MY: 0, MZ: -0.4, M: 4}
+  2: {XX: 0.004, XY: -0.0007, XZ: -0.004, YY: 0.0224, YZ: 0, ZZ: 0.0231, MX: 0.1, MY: 0.012, MZ: 0.03, M: 1}
+  3: {XX: 0.0048, XY: 0.0026, XZ: 0.0063, YY: 0.0615, YZ: 0.0008, ZZ: 0.0628, MX: 0.24, MY: -0.018, MZ: -0.024, M: 1.2}
+";
+
+fn run(here: &Path, arguments: &str) -> String {
+    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(run.code, Some(0), "rist {arguments}: {}", run.err);
+    run.out
+}
+
+/// Greatest distance between the positions of a log and of the motion it was to follow.
+fn tracking(log: &Path, motion: &Path) -> f64 {
+    let rows = |path: &Path| -> Vec<Vec<f64>> {
+        let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        text.lines().skip(1).map(|l| l.split(',').map(|x| x.parse().unwrap()).collect()).collect()
+    };
+    let (log, motion) = (rows(log), rows(motion));
+    assert_eq!(log.len(), motion.len());
+    let distance = |(a, b): (&Vec<f64>, &Vec<f64>)| (1..4).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+    log.iter().zip(&motion).map(distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
+    let here = folder("known_load");
+    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    std::fs::write(here.join("load.yaml"), "link: forearm\nmass: 0.5\ncentre_of_mass: [0.35, 0.02, 0.03]\n").unwrap();
+    run(&here, "plan arm.yaml --out plan.yaml --starts 2 --trajectories motions");
+    run(&here, "simulate arm.yaml plan.yaml --out logs --validation 0 --load load.yaml");
+    let out =
+        run(&here, "identify arm.yaml logs --plan plan.yaml --method rist-mh --load load.yaml --out estimate.yaml");
+    assert!(out.contains("all of it stands on the known load of 8 of 16 experiments"), "{out}");
+    let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
+    let estimate = Estimate::from_yaml("estimate.yaml", &text).unwrap();
+    for (name, truth) in [("KT1", 2.393), ("KT2", 0.87), ("KT3", 1.0), ("MX3", 0.24)] {
+        let found = estimate.parameters.iter().find(|p| p.name == name).unwrap();
+        let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
+        assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
+    }
+    // With all gains given the torque of the load is taken off.
+    let given = "--gain q1=2.393,q2=0.87,q3=1 --load load.yaml --out given.yaml";
+    for method in ["rist", "rist-mh"] {
+        run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
+        let text = std::fs::read_to_string(here.join("given.yaml")).unwrap();
+        let found = Estimate::from_yaml("given.yaml", &text).unwrap().value("MX3").unwrap();
+        // 0.175 kg m of load; the paper's rows feel some friction.
+        assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
+    }
+    // Without the load nothing gives the scale, once the file is silent about the gains.
+    std::fs::write(here.join("silent.yaml"), ARM.replace(", drive_gain: 2.393", "").replace(", drive_gain: 0.87", ""))
+        .unwrap();
+    let one = run(&here, "identify silent.yaml logs --plan plan.yaml --method rist-mh");
+    assert!(one.contains("all of it stands on the gain of q3, 1 N m/A"), "{one}");
+    let refused = rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"]);
+    assert!(refused.code == Some(2) && refused.err.contains("--load is for --method rist"), "{}", refused.err);
+
+    run(&here, "simulate arm.yaml plan.yaml --out alone --validation 0 --noise-free");
+    run(&here, "simulate arm.yaml plan.yaml --out fed --validation 0 --noise-free --feedforward estimate.yaml");
+    let motion = here.join("motions/e01.csv");
+    let (alone, fed) = (tracking(&here.join("alone/e01.csv"), &motion), tracking(&here.join("fed/e01.csv"), &motion));
+    // What is left is friction and the corners of the motion.
+    assert!(fed < 0.5 * alone, "{fed} {alone}");
+}
