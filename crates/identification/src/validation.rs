@@ -51,15 +51,27 @@ impl fmt::Display for Validation {
 /// A direction that only one part tells about (without it, weaker than [`HELD`] of its columns) keeps the value of
 /// the whole record: leaving that part out is no test of it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Validation {
+    // The weights by joint are those of the whole record: a tenth of it does not change them.
+    let (whole, weights) = fit(&observation.joints(|_| true), weights);
+    let parts: Vec<Triangle> = observation.parts.iter().map(|joints| weighted(joints, &weights)).collect();
+    // Before and behind each part: what is left without it.
+    let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
+        let mut sum = Triangle::new(model.p());
+        let before = parts.map(|part| {
+            let before = sum.clone();
+            sum.merge(part, 1.0);
+            before
+        });
+        before.collect()
+    };
+    let before = sums(&mut parts.iter());
+    let behind = sums(&mut parts.iter().rev());
     let mut squares = vec![(0.0, 0.0, 0); model.n()];
-    let (whole, _) = fit(&observation.joints(|_| true), weights);
-    for k in 0..observation.parts.len() {
-        let rest = observation.joints(|part| part != k);
-        let (_, weights) = fit(&rest, weights);
-        let mut rest = weighted(&rest, &weights);
+    for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&observation.parts) {
+        rest.merge(behind, 1.0);
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = solve(&rest).x;
-        for (sum, triangle) in squares.iter_mut().zip(&observation.parts[k]) {
+        for (sum, triangle) in squares.iter_mut().zip(part) {
             let (total, residual) = triangle.squares(&x);
             *sum = (sum.0 + total, sum.1 + residual, sum.2 + triangle.rows);
         }
