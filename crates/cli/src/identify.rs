@@ -94,6 +94,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub write_urdf: Option<PathBuf>,
 
+    /// Write joint damping, friction loss and armature as MuJoCo's <joint> elements; implies --consistent
+    #[arg(long, value_name = "FILE")]
+    pub write_mjcf: Option<PathBuf>,
+
     /// Write the estimate as YAML
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

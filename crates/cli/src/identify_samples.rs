@@ -6,14 +6,16 @@ use std::path::Path;
 use identification::{
     Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, LogSource, Model, Observation, Options, Payload,
     Regressor, SourceRecords, Validation, bodies, centroidal, coordinate_label, cross_validate, estimate_delay,
-    estimate_drive_gains, friction_candidates, identify_consistent, payload, select_friction, validate, write_back,
+    estimate_drive_gains, friction_candidates, identify_consistent, mjcf_joints, payload, select_friction, validate,
+    write_back,
 };
-use robot::{Coordinate, LinkId, Robot, RotorInertia};
+use modeling::BaseParameters;
+use robot::{Coordinate, Inertial, LinkId, Robot, RotorInertia};
 
 use crate::failure::{Failure, print, write_file};
 use crate::identify::{Arguments, Delay, Friction};
 use crate::model::{body_links, references, standard_map};
-use crate::spectrum::Subject;
+use crate::spectrum::{Subject, read_text};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let subject = Subject::read(&arguments.model)?;
@@ -62,16 +64,29 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let map = standard_map(&subject.robot, parameters);
     let load = if loaded.is_empty() { None } else { Some(load(arguments, &subject, &fit, &loaded, &options)?) };
     let observation = fit.observation.clone();
-    let (mut written, mut heavy) = (None, Vec::new());
-    let mut estimate = if arguments.consistent || arguments.write_urdf.is_some() {
+    let (mut written, mut heavy) = (Vec::new(), Vec::new());
+    let writes = arguments.write_urdf.is_some() || arguments.write_mjcf.is_some();
+    let mut estimate = if arguments.consistent || writes {
         let known = references(&subject.robot, parameters);
         let fit = identify_consistent(regressor, &map, &known, fit, &options, &Default::default())?;
         let found: Vec<(&str, [f64; 10])> = bodies(&map, &fit.consistent.phi).collect();
         heavy = found.iter().zip(&known).filter_map(|(body, known)| outgrown(body, known.as_ref()?)).collect();
-        if arguments.write_urdf.is_some() {
+        let dynamics = joint_dynamics(&subject.robot, &fit.estimate);
+        if writes && dynamics.is_none() {
+            eprintln!("note: no friction is written: viscous and coulomb, or asymmetric, are not both in the model");
+        }
+        let dynamics = dynamics.unwrap_or_default();
+        if let Some(out) = &arguments.write_mjcf {
+            if dynamics.is_empty() {
+                return Err(Failure::new("--write-mjcf needs --friction viscous,coulomb or asymmetric"));
+            }
+            let armature = armatures(&subject.robot, parameters, &fit.consistent.phi);
+            written.push((out, mjcf_joints(&dynamics, &armature)));
+        }
+        if let Some(out) = &arguments.write_urdf {
             let ids = body_links(parameters);
             let bodies: Vec<_> = ids.into_iter().zip(found.iter().map(|b| b.1)).collect();
-            written = Some(urdf(arguments, &subject.robot, &bodies, &fit.estimate)?);
+            written.push((out, urdf(&arguments.model.model, &subject.robot, &bodies, &dynamics)?));
         }
         fit.estimate
     } else {
@@ -87,8 +102,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let _ = write!(text, "\n{log}, not fitted:\n{validation}");
     }
     print(&text)?;
-    if let (Some(out), Some(urdf)) = (&arguments.write_urdf, written) {
-        write_file(out, &urdf)?;
+    for (out, text) in written {
+        write_file(out, &text)?;
     }
     match &arguments.out {
         Some(out) => write_file(out, &estimate.to_yaml()?),
@@ -306,24 +321,40 @@ pub fn predictions(
     logs.iter().map(predict).collect()
 }
 
-/// The URDF of the model with the identified bodies, and friction where all of it is there.
-fn urdf(
-    arguments: &Arguments,
-    robot: &Robot,
-    bodies: &[(LinkId, [f64; 10])],
-    estimate: &Estimate,
-) -> Result<String, Failure> {
-    let path: &Path = &arguments.model.model;
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
+/// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where the
+/// model has neither.
+fn joint_dynamics(robot: &Robot, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |coordinate: &Coordinate| {
         let label = coordinate_label(&coordinate.name);
         let value = |letters: &str| estimate.value(&format!("{letters}{label}"));
         // Simulators refuse friction that drives.
-        let (damping, friction) = (value("FV")?.max(0.0), value("FS")?.max(0.0));
+        let mean = |forward: &str, backward: &str, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
+        let damping = value("FV").or_else(|| mean("FVP", "FVN", 1.0))?.max(0.0);
+        let friction = value("FS").or_else(|| mean("FSP", "FSN", -1.0))?.max(0.0);
         Some(JointDynamics { joint: coordinate.name.clone(), damping, friction })
     };
-    let dynamics: Vec<JointDynamics> = robot.coordinates.iter().filter_map(friction).collect();
-    let written = write_back(&text, &path.display().to_string(), robot, bodies, &dynamics)?;
+    robot.coordinates.iter().map(friction).collect()
+}
+
+/// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.
+fn armatures(robot: &Robot, parameters: &BaseParameters, phi: &[f64]) -> Vec<f64> {
+    let of_link = |link: LinkId| {
+        let rotor = parameters.standard.iter().position(|s| s.inertial == Inertial::Ia && s.link == link);
+        rotor.map_or(0.0, |c| phi[c])
+    };
+    let joint = |k: usize| robot.joint_of(robot::value::CoordinateId(k));
+    (0..robot.n_coordinates()).map(|k| joint(k).map_or(0.0, of_link)).collect()
+}
+
+/// The URDF of the model with the identified bodies and joint friction.
+fn urdf(
+    model: &Path,
+    robot: &Robot,
+    bodies: &[(LinkId, [f64; 10])],
+    dynamics: &[JointDynamics],
+) -> Result<String, Failure> {
+    let text = read_text(model)?;
+    let written = write_back(&text, &model.display().to_string(), robot, bodies, dynamics)?;
     for note in &written.notes {
         eprintln!("note: {note}");
     }

@@ -85,6 +85,9 @@ pub struct JointResidual {
     /// `relative` on tenths of the record predicted from the others.
     #[serde(default)]
     pub held_out: Option<f64>,
+    /// Hz: 95 % of the energy of the velocity lies below.
+    #[serde(default)]
+    pub f95: Option<f64>,
 }
 
 impl Estimate {
@@ -114,10 +117,13 @@ pub(crate) fn write_residuals(
     let width = joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
     let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
     let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
-    writeln!(f, "{:<width$}  {:>10}  {:>8}{}  {:>8}", "joint", "rms N m", "relative", column("held out"), "rows")?;
+    let frequencies = joints.iter().any(|j| j.f95.is_some());
+    write!(f, "{:<width$}  {:>10}  {:>8}{}  {:>8}", "joint", "rms N m", "relative", column("held out"), "rows")?;
+    writeln!(f, "{}", if frequencies { "  95 % below, Hz" } else { "" })?;
     for j in joints {
         let out = shown(j.held_out);
-        writeln!(f, "{:<width$}  {:>10.4}  {:>8.4}{out}  {:>8}", j.coordinate, j.rms, j.relative, j.rows)?;
+        write!(f, "{:<width$}  {:>10.4}  {:>8.4}{out}  {:>8}", j.coordinate, j.rms, j.relative, j.rows)?;
+        writeln!(f, "{}", j.f95.map_or(String::new(), |hz| format!("  {hz:>14.3}")))?;
     }
     writeln!(f, "{:<width$}  {:>10}  {total:>8.4}{}", "total", "", shown(held_out))
 }
@@ -177,7 +183,13 @@ mod tests {
                 },
                 Identified { name: "FV1".into(), status: Status::NotIdentifiable, ..Identified::default() },
             ],
-            joints: vec![JointResidual { coordinate: "q1".into(), rms: 0.1, relative: 0.05, rows: 10, held_out: None }],
+            joints: vec![JointResidual {
+                coordinate: "q1".into(),
+                rms: 0.1,
+                relative: 0.05,
+                rows: 10,
+                ..JointResidual::default()
+            }],
             condition_number: f64::INFINITY,
             rank: 1,
             remarks: vec!["FV1 is not identifiable from this log: joint q1 moves 0.000 rad".into()],

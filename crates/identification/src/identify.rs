@@ -144,6 +144,9 @@ impl Fit {
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
             joint.held_out = Some(out.relative);
         }
+        for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
+            joint.f95 = Some(f95);
+        }
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
             Weights::None => "ordinary least squares".into(),
@@ -262,7 +265,7 @@ fn report(model: &Model, joints: &[Triangle], observation: &Observation, solutio
         rms: (residual / joints[j].rows.max(1) as f64).sqrt(),
         relative: relative(total, residual),
         rows: joints[j].rows,
-        held_out: None,
+        ..JointResidual::default()
     };
     let (total, left) = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     Estimate {

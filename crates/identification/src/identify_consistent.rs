@@ -89,6 +89,9 @@ pub fn identify_consistent(
         cross_validation: None,
         ..fit.estimate.clone()
     };
+    for (joint, of_fit) in estimate.joints.iter_mut().zip(&fit.estimate.joints) {
+        joint.f95 = of_fit.f95;
+    }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
         *parameter = valued(parameter, x);
     }

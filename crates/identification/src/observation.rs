@@ -185,6 +185,8 @@ pub struct Observation {
     pub speed: Vec<f64>,
     /// N m (N): the largest torque of each coordinate.
     pub effort: Vec<f64>,
+    /// Hz: 95 % of the energy of each coordinate's velocity lies below, in the fastest record.
+    pub f95: Vec<f64>,
     /// Samples of each coordinate that are no rows: it stands still there.
     pub still: Vec<usize>,
     /// Hz, of the first record.
@@ -248,7 +250,7 @@ impl Observation {
         let (speed, effort) = (largest(&states.dq), largest(&states.tau));
         let range = low.into_iter().zip(high).collect();
         let still = (0..n).map(|j| states.used.iter().skip(j).step_by(n).filter(|used| !**used).count()).collect();
-        Observation { parts: triangles, range, speed, effort, still, cutoff: states.cutoff }
+        Observation { parts: triangles, range, speed, effort, f95: states.f95.clone(), still, cutoff: states.cutoff }
     }
 
     /// Takes the parts of another record.
@@ -268,6 +270,7 @@ impl Observation {
         }
         let largest = self.speed.iter_mut().chain(&mut self.effort).zip(other.speed.into_iter().chain(other.effort));
         largest.for_each(|(a, b)| *a = a.max(b));
+        self.f95.iter_mut().zip(other.f95).for_each(|(a, b)| *a = a.max(b));
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 

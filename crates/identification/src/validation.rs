@@ -113,7 +113,7 @@ fn of_squares(model: &Model, squares: &[(f64, f64, usize)]) -> Validation {
         rms: (residual / rows.max(1) as f64).sqrt(),
         relative: relative(total, residual),
         rows,
-        held_out: None,
+        ..JointResidual::default()
     };
     let sum = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
     Validation {
