@@ -6,6 +6,7 @@
 
 pub mod lagrangian;
 pub mod number;
+pub mod planar_log;
 pub mod pose;
 pub mod program;
 pub mod random;

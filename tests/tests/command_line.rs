@@ -8,6 +8,7 @@ use expr::{Count, Function, Tape};
 use modeling::{BaseParameters, Derivation};
 use robot::Robot;
 use serde_json::{Value as Json, json};
+use tests::planar_log::{HEADER, log, write_log};
 use tests::program::{folder, rist};
 use tests::random::{Random, State};
 use tests::{dot, model, model_path, recursion, standard_names};
@@ -150,36 +151,6 @@ fn evaluate_prints_the_three_quantities_to_the_last_bit() {
             assert_eq!(lines.next(), None);
         }
     }
-}
-
-/// Smooth motions of both joints, t in s: q, dq, ddq.
-fn motion(t: f64) -> State {
-    let sines = [[(0.9, 1.7), (0.3, 4.1)], [(0.8, 2.3), (0.4, 3.1)]];
-    let sum = |f: &dyn Fn(f64, f64) -> f64| sines.iter().map(|s| s.iter().map(|&(a, w)| f(a, w)).sum()).collect();
-    State {
-        q: sum(&|a, w| a * (w * t).sin()),
-        dq: sum(&|a, w| a * w * (w * t).cos()),
-        ddq: sum(&|a, w| -a * w * w * (w * t).sin()),
-    }
-}
-
-const HEADER: &str = "t,q1,q2,dq1,dq2,tau1,tau2";
-
-/// Six seconds at 1 kHz of a two-link arm with the standard parameters x, without noise and without friction.
-fn log(robot: &Robot, x: &[f64]) -> Vec<String> {
-    (0..6000)
-        .map(|k| {
-            let t = f64::from(k) * 1e-3;
-            let state = motion(t);
-            let tau = recursion::torque(robot, &state, x);
-            let cells = [&[t], &state.q[..], &state.dq, &tau].concat();
-            cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
-        })
-        .collect()
-}
-
-fn write_log(folder: &Path, rows: &[String]) {
-    std::fs::write(folder.join("log.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
 }
 
 #[test]

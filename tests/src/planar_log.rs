@@ -1,0 +1,46 @@
+//! Logs of a vertical arm of two joints, from the independent recursion.
+
+use std::path::Path;
+
+use robot::Robot;
+
+use crate::random::State;
+use crate::recursion;
+
+/// Smooth motions of both joints, t in s: q, dq, ddq.
+fn motion(t: f64) -> State {
+    let sines = [[(0.9, 1.7), (0.3, 4.1)], [(0.8, 2.3), (0.4, 3.1)]];
+    let sum = |f: &dyn Fn(f64, f64) -> f64| sines.iter().map(|s| s.iter().map(|&(a, w)| f(a, w)).sum()).collect();
+    State {
+        q: sum(&|a, w| a * (w * t).sin()),
+        dq: sum(&|a, w| a * w * (w * t).cos()),
+        ddq: sum(&|a, w| -a * w * w * (w * t).sin()),
+    }
+}
+
+/// The header of `log`.
+pub const HEADER: &str = "t,q1,q2,dq1,dq2,tau1,tau2";
+
+/// Six seconds at 1 kHz of a two-link arm with the standard parameters x, without noise and without friction.
+pub fn log(robot: &Robot, x: &[f64]) -> Vec<String> {
+    log_of(robot, x, &|_, _, tau| tau)
+}
+
+/// As `log`, the torque of joint j at velocity dq as `measured(j, dq, tau)`.
+pub fn log_of(robot: &Robot, x: &[f64], measured: &dyn Fn(usize, f64, f64) -> f64) -> Vec<String> {
+    (0..6000)
+        .map(|k| {
+            let t = f64::from(k) * 1e-3;
+            let state = motion(t);
+            let tau = recursion::torque(robot, &state, x);
+            let tau: Vec<f64> = (0..2).map(|j| measured(j, state.dq[j], tau[j])).collect();
+            let cells = [&[t], &state.q[..], &state.dq, &tau].concat();
+            cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
+        })
+        .collect()
+}
+
+/// Writes log.csv into a folder.
+pub fn write_log(folder: &Path, rows: &[String]) {
+    std::fs::write(folder.join("log.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+}

@@ -1,0 +1,121 @@
+//! `rist identify` on logs as people have them: friction, currents, a load, several files, predictions.
+
+use serde_json::Value as Json;
+use tests::planar_log::{HEADER, log_of, write_log};
+use tests::program::{folder, rist};
+use tests::random::Random;
+use tests::{model, model_path};
+
+/// N m s/rad and N m.
+const VISCOUS: [f64; 2] = [0.4, 0.2];
+const COULOMB: [f64; 2] = [0.7, 0.3];
+
+fn rubbed(j: usize, dq: f64, tau: f64) -> f64 {
+    tau + VISCOUS[j] * dq + COULOMB[j] * dq.signum()
+}
+
+fn arm() -> String {
+    model_path("planar2r_vertical.yaml").display().to_string()
+}
+
+fn yaml(path: &std::path::Path) -> Json {
+    serde_yaml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn value(estimate: &Json, name: &str) -> f64 {
+    let parameters = estimate["parameters"].as_array().unwrap();
+    parameters.iter().find(|p| p["name"] == name).unwrap()["value"].as_f64().unwrap()
+}
+
+/// The line of the output that starts so.
+fn line<'a>(text: &'a str, start: &str) -> &'a str {
+    text.lines().find(|l| l.starts_with(start)).unwrap_or_else(|| panic!("no line `{start}` in {text}"))
+}
+
+/// The number at a place of a line, counted in words.
+fn number(line: &str, word: usize) -> f64 {
+    line.split_whitespace().nth(word).unwrap().parse().unwrap()
+}
+
+#[test]
+fn several_logs_friction_and_prediction() {
+    let here = folder("several_logs");
+    let robot = model("planar2r_vertical.yaml");
+    let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
+    let part = |name: &str, rows: &[String]| {
+        std::fs::write(here.join(name), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    };
+    part("a.csv", &rows[..2500]);
+    part("b.csv", &rows[2500..4500]);
+    part("c.csv", &rows[4500..]);
+    let run = rist(&here, &["identify", &arm(), "a.csv", "b.csv", "--validate", "c.csv", "--out", "e.yaml"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let estimate = yaml(&here.join("e.yaml"));
+    for j in 0..2 {
+        // The filter rounds the jumps of the friction, and their signs alike: to a percent.
+        assert!((value(&estimate, &format!("FV{}", j + 1)) / VISCOUS[j] - 1.0).abs() < 0.01);
+        assert!((value(&estimate, &format!("FS{}", j + 1)) / COULOMB[j] - 1.0).abs() < 0.01);
+    }
+    let predicted = run.out.split("c.csv, not fitted").nth(1).unwrap();
+    assert!(number(line(predicted, "total"), 1) < 0.01, "{predicted}");
+    // Later, from the file alone, the same.
+    let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]);
+    assert_eq!(later.code, Some(0), "{}", later.err);
+    assert_eq!(line(&later.out, "total"), line(predicted, "total"));
+    let total = yaml(&here.join("v.yaml"))["c.csv"]["total"].as_f64().unwrap();
+    assert!((total - number(line(predicted, "total"), 1)).abs() < 1e-4);
+}
+
+#[test]
+fn currents_become_torques_by_gains_given_or_found() {
+    let here = folder("currents");
+    let robot = model("planar2r_vertical.yaml");
+    let gain = [2.0, 0.5];
+    let rows = log_of(&robot, &Random(42).physical_parameters(&robot), &|j, dq, tau| rubbed(j, dq, tau) / gain[j]);
+    std::fs::write(here.join("log.csv"), format!("{}\n{}\n", HEADER.replace("tau", "i"), rows.join("\n"))).unwrap();
+    let identify = |more: &[&str]| rist(&here, &[&["identify", &arm(), "log.csv"], more].concat());
+    let refused = identify(&[]);
+    assert_eq!(refused.code, Some(2));
+    assert!(refused.err.contains("--gain q1=11.5"), "{}", refused.err);
+    for gains in ["q1=2,q2=0.5", "q1=2", "q1=2,q2=0.6+-0.3"] {
+        let run = identify(&["--gain", gains, "--out", "e.yaml"]);
+        assert_eq!(run.code, Some(0), "{gains}: {}", run.err);
+        let friction = value(&yaml(&here.join("e.yaml")), "FS2");
+        // As exact as the filtered jumps of the friction.
+        assert!((friction / COULOMB[1] - 1.0).abs() < 0.01, "{gains}: {friction}");
+        assert_eq!(
+            run.out.contains("q2 0.5") && run.out.contains("q1 2.0000 (given)"),
+            gains != "q1=2,q2=0.5",
+            "{}",
+            run.out
+        );
+    }
+}
+
+/// A load on the forearm of an arm that moves in one plane shows by ZZ, MX, MY and M alone.
+#[test]
+fn a_load_between_two_logs() {
+    let here = folder("load");
+    let robot = model("planar2r_vertical.yaml");
+    let x = Random(43).physical_parameters(&robot);
+    write_log(&here, &log_of(&robot, &x, &rubbed));
+    let names = tests::standard_names(&robot);
+    let load = [("ZZ2", 0.05), ("MX2", 0.3), ("MY2", -0.1), ("M2", 1.5)];
+    let mut loaded = x.clone();
+    for (name, more) in load {
+        loaded[names.iter().position(|n| n == name).unwrap()] += more;
+    }
+    let rows = log_of(&robot, &loaded, &rubbed);
+    std::fs::write(here.join("loaded.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    let run = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let found = run.out.split("load on forearm").nth(1).unwrap();
+    for (name, more) in load {
+        let letters = name.trim_end_matches('2');
+        let found = number(line(found, &format!("{letters} ")), 1);
+        assert!((found - more).abs() < 0.01 * 1.5, "{name}: {found}, not {more}");
+    }
+    assert!(line(found, "XX ").contains("not identifiable"), "{found}");
+    let typo = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv", "--loaded-link", "hand"]);
+    assert!(typo.code == Some(2) && typo.err.contains("upper arm, forearm"), "{}", typo.err);
+}
