@@ -142,7 +142,10 @@ impl Dataset {
         scored.signal.standstill.get_or_insert(0.0);
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");
         let score = |logs: &[Log]| -> Result<Validation, Error> {
-            let records = logs.iter().map(|log| states(regressor, log, &scored)).collect::<Result<Vec<_>, _>>()?;
+            let mut records = Vec::new();
+            for log in logs {
+                records.extend(states(regressor, log, &scored)?);
+            }
             validate(&model, &x, records.as_slice())
         };
         let mut residuals = vec![(names(&run.train), score(&logs)?)];

@@ -68,7 +68,8 @@ impl FrictionTerm {
             (Offset, [o]) => *o = 1.0,
             (SmoothCoulomb(width), [c]) => *c = (dq / width).tanh(),
             (Asymmetric, [vp, cp, vn, cn]) => {
-                let (forward, backward) = (direction.max(0.0), (-direction).max(0.0));
+                // [dq > 0] and [dq < 0], filtered as the sign was.
+                let (forward, backward) = (0.5 * (1.0 + direction), 0.5 * (1.0 - direction));
                 (*vp, *cp, *vn, *cn) = (dq.max(0.0), forward, dq.min(0.0), backward);
             }
             (Stribeck(speed), [s]) => *s = direction * (-(dq / speed).powi(2)).exp(),

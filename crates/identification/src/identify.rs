@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::columns::ColumnNames;
 use crate::cross_talk::{CrossTalk, cross_talk};
+use crate::cutoff::FrequencyContent;
 use crate::estimate::{Estimate, Identified, JointResidual, Status};
 use crate::friction::FrictionTerm;
 use crate::huber::reweighted;
@@ -100,7 +101,10 @@ pub struct Fit {
 impl Fit {
     /// From logs held in memory.
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
-        let records = logs.iter().map(|log| states(regressor, log, options)).collect::<Result<Vec<_>, _>>()?;
+        let mut records = Vec::new();
+        for log in logs {
+            records.extend(states(regressor, log, options)?);
+        }
         let names = logs.iter().map(|l| l.name.clone()).collect();
         Fit::of_records(regressor, records.as_slice(), names, options)
     }
@@ -190,18 +194,53 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The states of a log, checked against the regressor.
-pub fn states(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
+/// The states of a log, checked against the regressor: one record for each part between gaps of its clock.
+pub fn states(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Vec<States>, Error> {
     let states = states_or_none(regressor, log, options)?;
     if states.is_empty() {
-        let message = format!("no sample is left of {} between the ends and the window", log.len());
+        let cutoff = options.signal.cutoff.map_or(String::new(), |hz| format!(" (cut-off {hz} Hz)"));
+        let message = format!(
+            "no sample is left of {} between the ends, the gaps and the window: the filter{cutoff} takes three periods of \
+             its cut-off at each end",
+            log.len()
+        );
         return Err(Error::at(&log.name, 0, message));
     }
     Ok(states)
 }
 
-/// As `states`; empty where nothing is left between the ends and the window.
-pub(crate) fn states_or_none(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
+/// As `states`; none where nothing is left.
+pub(crate) fn states_or_none(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Vec<States>, Error> {
+    if log.report.gaps == 0 {
+        let states = states_of(regressor, log, options)?;
+        return Ok(if states.is_empty() { Vec::new() } else { vec![states] });
+    }
+    let segments = log.segments();
+    // One cut-off for all parts: that of the fastest.
+    let mut options = options.clone();
+    if options.signal.order > 0 && options.signal.cutoff.is_none() {
+        let mut fastest: Option<FrequencyContent> = None;
+        for part in &segments {
+            let (content, period) = options.transmission.apply(part)?.content(&options.signal)?;
+            fastest = Some(match fastest {
+                None => content,
+                Some(fastest) => fastest.faster(content, period),
+            });
+        }
+        options.signal.cutoff = fastest.map(|f| f.cutoff);
+    }
+    let mut records = Vec::new();
+    for part in &segments {
+        let states = states_of(regressor, part, &options)?;
+        if !states.is_empty() {
+            records.push(states);
+        }
+    }
+    Ok(records)
+}
+
+/// The states of a log without gaps; none where nothing is left between the ends and the window.
+fn states_of(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
     let n = regressor.coordinates().len();
     if log.coordinates.len() != n {
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::columns::{ColumnNames, Columns, Source};
 use crate::header::Quantity;
-use crate::log_report::{GAP, LogReport, even};
+use crate::log_report::{GAP, LogReport, MIN_ROWS, even};
 use crate::signal::Window;
 use crate::table::Table;
 
@@ -131,6 +131,25 @@ impl Log {
             window: self.window,
             report: self.report.clone(),
         }
+    }
+
+    /// The parts between gaps of the clock; those too short to be filtered are left out.
+    pub(crate) fn segments(&self) -> Vec<Log> {
+        let gap = GAP * self.report.period;
+        let mut segments = Vec::new();
+        let mut first = 0;
+        for end in 1..=self.len() {
+            if end == self.len() || self.t[end] - self.t[end - 1] > gap {
+                if end - first >= MIN_ROWS {
+                    let mut segment = self.range(first..end);
+                    segment.report.uniform = segment.t.windows(2).all(|w| even(w[1] - w[0], self.report.period));
+                    segment.report.duration = segment.t[segment.len() - 1] - segment.t[0];
+                    segments.push(segment);
+                }
+                first = end;
+            }
+        }
+        segments
     }
 
     /// Appends samples of a later part of the same file.

@@ -144,7 +144,10 @@ impl fmt::Display for LogReport {
             (self.clock_backwards, "rows left out: the clock runs backwards".into()),
             (self.ragged, "rows with more or fewer cells than the header".into()),
             (self.repeated, "rows repeat the row before (kept)".into()),
-            (self.gaps, format!("gaps in the clock longer than {GAP} steps (samples within are not used)")),
+            (
+                self.gaps,
+                format!("gaps in the clock longer than {GAP} steps (the parts between are filtered by themselves)"),
+            ),
         ] {
             if count > 0 {
                 writeln!(f, "{count} {what}")?;

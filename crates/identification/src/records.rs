@@ -33,7 +33,7 @@ pub struct SourceRecords<'a> {
 }
 
 enum Source<'a> {
-    Held(States),
+    Held(Vec<States>),
     Streamed { stream: &'a LogStream, options: Box<Options>, overlap: f64 },
 }
 
@@ -78,15 +78,13 @@ impl Records for SourceRecords<'_> {
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         for source in &self.sources {
             match source {
-                Source::Held(states) => take(states),
+                Source::Held(records) => records.iter().for_each(&mut *take),
                 Source::Streamed { stream, options, overlap } => {
                     let mut any = false;
                     stream.blocks(*overlap, &mut |block: Log| {
-                        let states = states_or_none(self.regressor, &block, options)?;
-                        if !states.is_empty() {
-                            any = true;
-                            take(&states);
-                        }
+                        let records = states_or_none(self.regressor, &block, options)?;
+                        any |= !records.is_empty();
+                        records.iter().for_each(&mut *take);
                         Ok(())
                     })?;
                     if !any {

@@ -202,7 +202,7 @@ mod tests {
         let options = Options { signal, ..Options::default() };
         let plain = log(0.0, |dq, _| 0.3 * dq + 0.5 * dq.signum());
         let select = |log: Log| {
-            let records = [states(&arm, &log, &options).unwrap()];
+            let records = states(&arm, &log, &options).unwrap();
             select_friction(&arm, records.as_slice(), &options, &candidates).unwrap()
         };
         let chosen = select(plain);

@@ -19,7 +19,6 @@ use crate::butterworth::Butterworth;
 use crate::cutoff::{self, FrequencyContent};
 use crate::friction::sign;
 use crate::log::{Effort, Log};
-use crate::log_report::GAP;
 use crate::plausible::check_velocity;
 use crate::resample::{interpolate, uniform_clock};
 use crate::standstill::standstill;
@@ -43,7 +42,7 @@ pub struct Signal {
     pub own_clock: bool,
     pub velocity: Velocity,
     pub acceleration: Velocity,
-    /// s dropped at each end; without it one period of the cut-off.
+    /// s dropped at each end; without it one period of the cut-off, three where velocities are differentiated.
     pub border: Option<f64>,
     /// Use samples in this interval only.
     pub window: Option<Window>,
@@ -84,9 +83,10 @@ impl Signal {
         self.decimate.unwrap_or(ten_a_period).max(1)
     }
 
-    /// s dropped at each end.
-    fn border_of(&self, cutoff: f64) -> f64 {
-        self.border.unwrap_or(if cutoff > 0.0 { 1.0 / cutoff } else { 0.0 })
+    /// s dropped at each end: there the filter guesses the signal, and differences double the error.
+    fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
+        let periods = if differentiated { 3.0 } else { 1.0 };
+        self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })
     }
 
     /// s after which nothing is left of the ends of a signal, for `cutoff` and `period` in s.
@@ -95,7 +95,7 @@ impl Signal {
             (0, _) => 0.0,
             (order, other) => Butterworth::memory(order, cutoff.min(other.unwrap_or(cutoff))),
         };
-        slowest.max(self.border_of(cutoff)) + self.delay.abs() + 8.0 * period
+        slowest.max(self.border_of(cutoff, true)) + self.delay.abs() + 8.0 * period
     }
 }
 
@@ -246,6 +246,7 @@ impl<'a> JointSignals<'a> {
                 (Velocity::Differentiated, _) | (_, None) => Ok(of.iter().map(|x| gradient(x, &t)).collect()),
                 (_, Some(x)) => Ok(pass(&low, x)),
             };
+        let differentiated = self.dq.is_none() || signal.velocity == Velocity::Differentiated;
         let dq = derivative(signal.velocity, self.dq, &q, "velocity")?;
         let ddq = derivative(signal.acceleration, self.ddq, &dq, "acceleration")?;
         let tau = pass(&low_effort, self.tau);
@@ -256,7 +257,8 @@ impl<'a> JointSignals<'a> {
             (direction, motor_direction) = (pass(&low_effort, direction), pass(&low_effort, motor_direction));
         }
         let decimate = signal.decimation(cutoff, period);
-        let chosen = chosen_samples(self.log, &t, signal.border_of(cutoff), signal.window, decimate);
+        let border = signal.border_of(cutoff, differentiated);
+        let chosen = chosen_samples(self.log, &t, border, signal.window, decimate);
         let still: Vec<Vec<bool>> = match signal.standstill {
             None => q.iter().map(|q| standstill(q, period)).collect(),
             Some(_) => Vec::new(),
@@ -289,7 +291,7 @@ fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }
 
-/// Every `decimate`-th sample inside the windows, away from the ends and from gaps of the log.
+/// Every `decimate`-th sample inside the windows, away from the ends.
 fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, decimate: usize) -> Vec<usize> {
     let (mut first, mut last) = (t[0] + border, t[t.len() - 1] - border);
     for window in log.window.into_iter().chain(window) {
@@ -304,11 +306,8 @@ fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, dec
             }
         }
     }
-    let gap = GAP * log.report.period;
-    let gaps: Vec<(f64, f64)> = log.t.windows(2).filter(|w| w[1] - w[0] > gap).map(|w| (w[0], w[1])).collect();
     let inside = |&r: &usize| t[r] >= first && t[r] <= last;
-    let whole = |&r: &usize| !gaps.iter().any(|g| t[r] > g.0 && t[r] < g.1);
-    (0..t.len()).filter(inside).step_by(decimate).filter(whole).collect()
+    (0..t.len()).filter(inside).step_by(decimate).collect()
 }
 
 /// dx/dt: central differences of second order on any clock, one-sided at the two ends.
