@@ -4,16 +4,16 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use identification::{
-    Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, LogSource, Model, Observation, Options, Payload,
-    Regressor, SourceRecords, Validation, bodies, centroidal, coordinate_label, cross_validate, estimate_delay,
-    estimate_drive_gains, friction_candidates, identify_consistent, mjcf_joints, payload, select_friction, validate,
-    write_back,
+    DriveGains, Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, LogSource, Model, Observation, Options,
+    Regressor, SourceRecords, Validation, bodies, coordinate_label, cross_validate, estimate_delay,
+    estimate_drive_gains, friction_candidates, identify_consistent, mjcf_joints, select_friction, validate, write_back,
 };
 use modeling::BaseParameters;
 use robot::{Coordinate, Inertial, LinkId, Robot, RotorInertia};
 
 use crate::failure::{Failure, print, write_file};
 use crate::identify::{Arguments, Delay, Friction};
+use crate::identify_load::load;
 use crate::model::{body_links, references, standard_map};
 use crate::spectrum::{Subject, read_text};
 
@@ -46,6 +46,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let delay = estimate_delay(regressor, &logs, &options)?;
         let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
         let _ = writeln!(text, "delay {seconds:.4} s: residual {with:.4}, without it {without:.4}");
+        if delay.at_the_end {
+            return Err(Failure::verdict(format_args!(
+                "{text}the residual still falls there, at the end of the search: no delay explains these logs; look at \
+                 units, signs and drive gains, or give the delay"
+            )));
+        }
         options.signal.delay = seconds;
     }
     let records = SourceRecords::new(regressor, &logs, &options)?;
@@ -62,7 +68,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
     let parameters = &subject.derived.parameters;
     let map = standard_map(&subject.robot, parameters);
-    let load = if loaded.is_empty() { None } else { Some(load(arguments, &subject, &fit, &loaded, &options)?) };
+    let load = if loaded.is_empty() {
+        None
+    } else {
+        Some(load(arguments.loaded_link.as_deref(), &subject, &fit, &loaded, &options)?)
+    };
     let observation = fit.observation.clone();
     let (mut written, mut heavy) = (Vec::new(), Vec::new());
     let writes = arguments.write_urdf.is_some() || arguments.write_mjcf.is_some();
@@ -76,16 +86,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             eprintln!("note: no friction is written: viscous and coulomb, or asymmetric, are not both in the model");
         }
         let dynamics = dynamics.unwrap_or_default();
+        let armature = armatures(&subject.robot, parameters, &fit.consistent.phi);
         if let Some(out) = &arguments.write_mjcf {
             if dynamics.is_empty() {
                 return Err(Failure::new("--write-mjcf needs --friction viscous,coulomb or asymmetric"));
             }
-            let armature = armatures(&subject.robot, parameters, &fit.consistent.phi);
             written.push((out, mjcf_joints(&dynamics, &armature)));
         }
         if let Some(out) = &arguments.write_urdf {
             let ids = body_links(parameters);
             let bodies: Vec<_> = ids.into_iter().zip(found.iter().map(|b| b.1)).collect();
+            note_what_a_urdf_cannot_hold(&subject.robot.coordinates, &armature, &fit.estimate);
             written.push((out, urdf(&arguments.model.model, &subject.robot, &bodies, &dynamics)?));
         }
         fit.estimate
@@ -93,7 +104,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         fit.estimate
     };
     estimate.fingerprint = subject.reference.fingerprint.clone();
-    estimate.remarks.extend(gains);
+    if let Some((remark, found)) = gains {
+        estimate.remarks.push(remark);
+        widen(&mut estimate, &found);
+    }
     estimate.remarks.extend(rotors(&subject, &records, &observation, &options)?);
     estimate.remarks.extend(heavy);
     let _ = write!(text, "{estimate}");
@@ -147,7 +161,7 @@ fn drive_gains(
     subject: &Subject,
     logs: &[LogSource],
     options: &mut Options,
-) -> Result<Option<String>, Failure> {
+) -> Result<Option<(String, DriveGains)>, Failure> {
     let currents = logs.iter().any(|log| log.effort_is() == Effort::Current);
     let given = &arguments.gain;
     if !currents {
@@ -211,8 +225,23 @@ fn drive_gains(
         };
     }
     text.push_str("; everything stands on those that were given");
-    options.transmission.drive_gains = Some(found.gain);
-    Ok(Some(text))
+    options.transmission.drive_gains = Some(found.gain.clone());
+    Ok(Some((text, found)))
+}
+
+/// Deviations with the uncertainty of the gains in them: parameters follow from the gains.
+fn widen(estimate: &mut Estimate, gains: &DriveGains) {
+    // Another friction chosen since has other columns: it keeps its own deviations.
+    if gains.deviation.len() != estimate.parameters.len() {
+        return;
+    }
+    for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
+        let (Some(value), Some(sigma)) = (parameter.value, parameter.sigma) else { continue };
+        parameter.sigma = Some(sigma.max(deviation));
+        parameter.robust_sigma = parameter.robust_sigma.map(|robust| robust.max(deviation));
+        let largest = sigma.max(deviation).max(parameter.robust_sigma.unwrap_or(0.0));
+        parameter.relative_sigma = Some(100.0 * largest / value.abs());
+    }
 }
 
 /// A body this many times as heavy as its description, or as light, is worth a sentence.
@@ -259,50 +288,6 @@ fn rotors(
 
 /// Held-out error with rotor inertias over that without, below which they are worth a sentence.
 const WORTH: f64 = 0.97;
-
-/// The load in the loaded logs, in words and numbers.
-fn load(
-    arguments: &Arguments,
-    subject: &Subject,
-    fit: &Fit,
-    loaded: &[LogSource],
-    options: &Options,
-) -> Result<String, Failure> {
-    let (regressor, robot) = (subject.regressor.as_ref(), &subject.robot);
-    let parameters = &subject.derived.parameters;
-    let map = standard_map(robot, parameters);
-    let index = match &arguments.loaded_link {
-        None => map.bodies.len().saturating_sub(1),
-        Some(name) => map.bodies.iter().position(|b| b.0 == *name).ok_or_else(|| {
-            let names: Vec<&str> = map.bodies.iter().map(|b| b.0.as_str()).collect();
-            Failure::new(format_args!("--loaded-link: there is no link `{name}`; there are {}", names.join(", ")))
-        })?,
-    };
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
-    let records = SourceRecords::new(regressor, loaded, options)?;
-    let with = Observation::of_records(&model, &records, None)?.joints(|_| true);
-    let without = fit.observation.joints(|_| true);
-    let Payload { parameters, sigma, determined, smallest_eigenvalue, .. } =
-        payload(&without, &with, &fit.weights, &map, index)?;
-    let mut text = format!("\nload on {}, in and about the frame of the link:\n", map.bodies[index].0);
-    for (k, name) in ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M"].iter().enumerate() {
-        let unit = ["kg m^2", "kg m", "kg"][usize::from(k > 5) + usize::from(k > 8)];
-        let _ = if determined[k] {
-            writeln!(text, "{name:<3} {:>12.5} +- {:.5} {unit}", parameters[k], sigma[k])
-        } else {
-            writeln!(text, "{name:<3} not identifiable from these logs")
-        };
-    }
-    if smallest_eigenvalue < 0.0 {
-        text.push_str("no body has these parameters: the load is not known well enough\n");
-    }
-    if let Some(c) = centroidal(&parameters).filter(|_| determined.iter().all(|d| *d)) {
-        let [x, y, z] = c.centre;
-        let _ = writeln!(text, "{:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m", c.mass);
-    }
-    Ok(text)
-}
 
 /// How well logs that were not fitted are predicted, by name.
 pub fn predictions(
@@ -354,9 +339,27 @@ fn urdf(
     dynamics: &[JointDynamics],
 ) -> Result<String, Failure> {
     let text = read_text(model)?;
+    if !text.trim_start().starts_with('<') {
+        return Err(Failure::new(format_args!("{}: --write-urdf needs a model that is a URDF", model.display())));
+    }
     let written = write_back(&text, &model.display().to_string(), robot, bodies, dynamics)?;
     for note in &written.notes {
         eprintln!("note: {note}");
     }
     Ok(written.text)
+}
+
+/// Says what a URDF has no place for.
+fn note_what_a_urdf_cannot_hold(coordinates: &[Coordinate], armature: &[f64], estimate: &Estimate) {
+    let rotors = coordinates.iter().zip(armature).filter(|(_, a)| **a > 0.0);
+    let rotors: Vec<String> = rotors.map(|(c, a)| format!("{} {a:.4}", c.name)).collect();
+    if !rotors.is_empty() {
+        eprintln!(
+            "note: a URDF has no rotor inertia; what the file lacks, kg m^2 (--write-mjcf writes it as armature): {}",
+            rotors.join(", ")
+        );
+    }
+    if estimate.parameters.iter().any(|p| p.name.starts_with("OFF")) {
+        eprintln!("note: a URDF has no offset of friction: OFF is not in the file");
+    }
 }

@@ -6,6 +6,7 @@ mod evaluate;
 mod failure;
 mod generate;
 mod identify;
+mod identify_load;
 mod identify_samples;
 mod identify_spectrum;
 mod inspect;

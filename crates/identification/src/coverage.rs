@@ -85,7 +85,7 @@ fn estimators_against_the_bound() {
         tallies[2].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[3].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
         let (ols, weights) = solve(&slow, Weights::Joint);
-        let wide = robust(&model, std::slice::from_ref(&slow), &ols, &weights).unwrap();
+        let wide = robust(&model, std::slice::from_ref(&slow), &ols, &weights, &|_, _| 1.0).unwrap();
         tallies[4].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[5].add(&ols.x, &arm.truth, &bound, &wide.sigma);
     }

@@ -20,6 +20,9 @@ pub struct Reweighted {
     pub solution: Solution,
     pub weights: Vec<f64>,
     pub observation: Observation,
+    /// Parameters and scales behind the weights of the rows.
+    pub x: Vec<f64>,
+    pub scales: Vec<f64>,
     /// Share of the rows of each joint that count less than fully.
     pub outliers: Vec<f64>,
     pub iterations: usize,
@@ -44,9 +47,16 @@ pub fn reweighted<R: Records + ?Sized>(model: &Model, records: &R, start: &Solut
         });
         if change.fold(0.0, f64::max) < SETTLED || iterations == ITERATIONS {
             let outliers = sizes.iter().zip(&scales).map(|(s, scale)| s.beyond(K * scale)).collect();
-            return Ok(Reweighted { solution, weights, observation, outliers, iterations });
+            return Ok(Reweighted { solution, weights, observation, x, scales, outliers, iterations });
         }
         x = solution.x;
+    }
+}
+
+impl Reweighted {
+    /// The weight of a row of joint j with residual e under `x`.
+    pub fn weight(&self, j: usize, e: f64) -> f64 {
+        huber(e / self.scales[j]).sqrt()
     }
 }
 

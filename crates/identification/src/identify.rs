@@ -121,7 +121,7 @@ impl Fit {
         let couplings = options.transmission.coupled();
         let model = Model::new(regressor, &options.friction, &couplings);
         let mut observation = Observation::of_records(&model, records, None)?;
-        let joints = observation.joints(|_| true);
+        let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
             return Err(Error::new(
                 "every joint stands still all the time, and friction holds it there: log motions, or leave friction \
@@ -129,13 +129,24 @@ impl Fit {
             ));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
+        let mut less = None;
         if options.weights == Weights::Huber {
-            let robust = reweighted(&model, records, &solution)?;
-            (solution, weights, observation.parts) = (robust.solution, robust.weights, robust.observation.parts);
+            let found = reweighted(&model, records, &solution)?;
+            (solution, weights) = (found.solution.clone(), found.weights.clone());
+            observation.parts.clone_from(&found.observation.parts);
+            joints = observation.joints(|_| true);
+            less = Some(found);
         }
         let mut estimate = report(&model, &joints, &observation, &solution);
-        let robust = crate::robust::robust(&model, records, &solution, &weights)?;
+        let row = |j: usize, e: f64| less.as_ref().map_or(1.0, |less| less.weight(j, e));
+        let robust = crate::robust::robust(&model, records, &solution, &weights, &row)?;
         widen(&mut estimate, &robust.sigma);
+        if let Some(less) = &less {
+            let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
+            let shares: Vec<String> = regressor.coordinates().iter().zip(&less.outliers).map(share).collect();
+            let shares = shares.join(", ");
+            estimate.remarks.push(format!("rows that count less than fully, in the residuals too: {shares}"));
+        }
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         let still = crate::remark::little_motion(&observation);
         for (c, parameter) in estimate.parameters.iter_mut().enumerate() {

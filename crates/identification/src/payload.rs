@@ -5,6 +5,8 @@
 //! belong to the link. Both logs are solved together for X, friction and phi_L [Khalil, Gautier,
 //! Lemoine 2007], weighted by joint.
 
+use nalgebra::DMatrix;
+
 use crate::Error;
 use crate::least_squares::{Solution, solve};
 use crate::physical::StandardMap;
@@ -17,6 +19,8 @@ pub struct Payload {
     /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
     pub parameters: Ten,
     pub sigma: Ten,
+    /// 10 x 10.
+    pub covariance: DMatrix<f64>,
     /// Whether the data determine each of them.
     pub determined: [bool; 10],
     /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
@@ -73,6 +77,7 @@ pub fn payload(
     Ok(Payload {
         parameters,
         sigma: std::array::from_fn(|k| (solution.variance * solution.inverse[(at(k), at(k))]).sqrt()),
+        covariance: solution.inverse.view((p, p), (10, 10)) * solution.variance,
         determined: std::array::from_fn(|k| solution.determined[at(k)]),
         smallest_eigenvalue: smallest_eigenvalue(&parameters),
         solution,

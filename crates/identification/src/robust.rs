@@ -39,14 +39,17 @@ pub struct Robust {
 
 /// From the records of a fit, its solution and its weights by joint.
 ///
-/// Fails when a record cannot be read.
+/// `row`: the weight of a row beside that of its joint, by joint and residual; `|_, _| 1.0` without. Fails when a
+/// record cannot be read.
 pub fn robust<R: Records + ?Sized>(
     model: &Model,
     records: &R,
     solution: &Solution,
     weights: &[f64],
+    row: &dyn Fn(usize, f64) -> f64,
 ) -> Result<Robust, Error> {
     let p = model.p();
+    let weight = |j: usize, e: f64| (weights[j] * row(j, e)).powi(2);
     let mut variance = vec![0.0; p];
     let mut out = Robust { sigma: Vec::new(), correlation: 0.0, span: Vec::new() };
     records.each(&mut |states| {
@@ -54,7 +57,7 @@ pub fn robust<R: Records + ?Sized>(
         let span = span(correlation, states.len());
         out.correlation = out.correlation.max(correlation);
         out.span.push(span);
-        let memory = memory(model, states, solution, weights);
+        let memory = memory(model, states, solution, &weight);
         let share = span as f64 / states.len().max(1) as f64;
         let reach = (1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))) / 1.96;
         let factor: Vec<f64> = memory.iter().map(|a| (reach / (1.0 - a)).powi(2) / span as f64).collect();
@@ -71,7 +74,7 @@ pub fn robust<R: Records + ?Sized>(
             }
             *slot = h;
         };
-        scores(model, states, solution, weights, |h| {
+        scores(model, states, solution, &weight, |h| {
             let white = (0..p).map(|c| h[c] - memory[c] * last[c]).collect();
             last = h;
             slide(Some(white), at);
@@ -87,10 +90,10 @@ pub fn robust<R: Records + ?Sized>(
 }
 
 /// The correlation from sample to sample of each parameter's h.
-fn memory(model: &Model, states: &States, solution: &Solution, weights: &[f64]) -> Vec<f64> {
+fn memory(model: &Model, states: &States, solution: &Solution, weight: &dyn Fn(usize, f64) -> f64) -> Vec<f64> {
     let p = model.p();
     let (mut squares, mut products, mut last) = (vec![0.0; p], vec![0.0; p], vec![0.0; p]);
-    scores(model, states, solution, weights, |h| {
+    scores(model, states, solution, weight, |h| {
         for c in 0..p {
             squares[c] += h[c] * h[c];
             products[c] += h[c] * last[c];
@@ -102,7 +105,13 @@ fn memory(model: &Model, states: &States, solution: &Solution, weights: &[f64]) 
 }
 
 /// A^-1 W_r' e_r for each sample in turn.
-fn scores(model: &Model, states: &States, solution: &Solution, weights: &[f64], mut each: impl FnMut(Vec<f64>)) {
+fn scores(
+    model: &Model,
+    states: &States,
+    solution: &Solution,
+    weight: &dyn Fn(usize, f64) -> f64,
+    mut each: impl FnMut(Vec<f64>),
+) {
     let (n, p) = (model.n(), model.p());
     let mut g = vec![0.0; p];
     model.rows(states, 0..states.len(), |r, w| {
@@ -110,7 +119,8 @@ fn scores(model: &Model, states: &States, solution: &Solution, weights: &[f64], 
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
             let row = &w[j * p..(j + 1) * p];
             let fit: f64 = row.iter().zip(&solution.x).map(|(a, b)| a * b).sum();
-            let e = weights[j] * weights[j] * (states.tau[r * n + j] - fit);
+            let e = states.tau[r * n + j] - fit;
+            let e = weight(j, e) * e;
             g.iter_mut().zip(row.iter()).for_each(|(g, a)| *g += e * a);
         }
         let g = nalgebra::DVectorView::from_slice(&g, p);
@@ -166,7 +176,7 @@ mod tests {
             }
             let observation = Observation::of(&model, &states, 1);
             let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-            let robust = robust(&model, [states].as_slice(), &solution, &weights).unwrap();
+            let robust = robust(&model, [states].as_slice(), &solution, &weights, &|_, _| 1.0).unwrap();
             let c = 1;
             errors += (solution.x[c] - arm.truth[c]).powi(2) / f64::from(runs);
             white += solution.variance * solution.inverse[(c, c)] / f64::from(runs);

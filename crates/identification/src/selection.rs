@@ -107,10 +107,13 @@ pub struct Delay {
     /// |tau - W X| / |tau| there and without delay.
     pub residual: f64,
     pub residual_without: f64,
+    /// The residual still falls where the search ends: the delay is another, or none explains it.
+    pub at_the_end: bool,
 }
 
-/// s: delays are looked for between these.
-const DELAYS: (f64, f64) = (-0.01, 0.02);
+/// s: delays are looked for up to this, to both sides, in steps of [`STEP`] and then finer.
+const LONGEST: f64 = 0.06;
+const STEP: f64 = 0.004;
 
 /// Finds the delay with the smallest residual, to a tenth of a millisecond.
 ///
@@ -127,17 +130,24 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
         Ok(residuals(&model, &joints, &solution.x).total)
     };
     let residual_without = residual(0.0)?;
-    let steps = 10;
-    let at = |i: usize| DELAYS.0 + (DELAYS.1 - DELAYS.0) * i as f64 / steps as f64;
     let mut best = (0.0, residual_without);
-    for i in 0..=steps {
-        let r = residual(at(i))?;
-        if r < best.1 {
-            best = (at(i), r);
+    // Downhill from no delay, to both sides: the residual has one valley, and most delays are short.
+    for direction in [STEP, -STEP] {
+        let mut steps = 1;
+        while f64::from(steps) * STEP <= LONGEST {
+            let delay = f64::from(steps) * direction;
+            let r = residual(delay)?;
+            if r < best.1 {
+                best = (delay, r);
+            } else if steps > 1 {
+                break;
+            }
+            steps += 1;
         }
     }
+    let at_the_end = best.0.abs() + STEP > LONGEST;
     // Golden section around the best of the grid.
-    let width = at(1) - at(0);
+    let width = STEP;
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (mut a, mut b) = (best.0 - width, best.0 + width);
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
@@ -158,7 +168,7 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     if last < best.1 {
         best = (middle, last);
     }
-    Ok(Delay { seconds: best.0, residual: best.1, residual_without })
+    Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
 }
 
 #[cfg(test)]
