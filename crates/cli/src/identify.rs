@@ -56,7 +56,7 @@ pub struct Arguments {
     pub order: Option<usize>,
 
     /// Keep every N-th filtered sample [default: by the cut-off]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     pub decimate: Option<usize>,
 
     /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use identification::{
     DriveGains, Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, LogSource, Model, Observation, Options,
-    Regressor, SourceRecords, Validation, bodies, coordinate_label, cross_validate, estimate_delay,
+    Regressor, SourceRecords, Status, Validation, bodies, coordinate_label, cross_validate, estimate_delay,
     estimate_drive_gains, friction_candidates, identify_consistent, mjcf_joints, select_friction, validate, write_back,
 };
 use modeling::BaseParameters;
@@ -38,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Ok(logs)
     };
+    check_paths(arguments)?;
     let logs = open(&arguments.logs, &mut text)?;
     let (loaded, others) = (open(&arguments.loaded, &mut text)?, open(&arguments.validate, &mut text)?);
 
@@ -125,6 +126,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
+/// Refuses outputs over inputs, and a log in two roles.
+fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    let inputs: Vec<&Path> =
+        [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten().map(AsRef::as_ref).collect();
+    for (i, log) in inputs.iter().enumerate() {
+        if inputs[..i].iter().any(|other| same(log, other)) {
+            return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
+        }
+    }
+    let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf];
+    for out in outputs.into_iter().flatten() {
+        if inputs.iter().chain([&arguments.model.model.as_path()]).any(|input| same(out, input)) {
+            return Err(Failure::new(format_args!("{}: an input, which is not written over", out.display())));
+        }
+    }
+    Ok(())
+}
+
 fn options(arguments: &Arguments, subject: &Subject) -> Result<Options, Failure> {
     let mut options = match &arguments.options {
         Some(path) => Options::read(path)?,
@@ -147,6 +170,9 @@ fn options(arguments: &Arguments, subject: &Subject) -> Result<Options, Failure>
             Friction::Term(term) => Some(*term),
             Friction::Auto | Friction::None => None,
         };
+        if let Some(i) = (1..words.len()).find(|&i| words[..i].contains(&words[i])) {
+            return Err(Failure::new(format_args!("--friction: word {} stands there twice", i + 1)));
+        }
         if words.as_slice() != [Friction::Auto] {
             options.friction = words.iter().filter_map(term).collect::<Vec<FrictionTerm>>();
         }
@@ -241,6 +267,9 @@ fn widen(estimate: &mut Estimate, gains: &DriveGains) {
         parameter.robust_sigma = parameter.robust_sigma.map(|robust| robust.max(deviation));
         let largest = sigma.max(deviation).max(parameter.robust_sigma.unwrap_or(0.0));
         parameter.relative_sigma = Some(100.0 * largest / value.abs());
+        if parameter.status == Status::Identified && 2.0 * largest >= value.abs() {
+            parameter.status = Status::NotSignificant;
+        }
     }
 }
 
@@ -278,7 +307,8 @@ fn rotors(
     friction.push(FrictionTerm::Rotor);
     let wider = Observation::of_records(&Model::new(regressor, &friction, &couplings), records, None)?;
     let (without, with) = (total(&options.friction, observation), total(&friction, &wider));
-    Ok((with < WORTH * without).then(|| {
+    // Where nothing is left to explain, a difference is rounding.
+    Ok((with < WORTH * without && without > 1e-3).then(|| {
         format!(
             "the model has no rotor inertias; with them (--rotor-inertia actuated) tenths of the record left out are \
              predicted with {with:.4} instead of {without:.4}"

@@ -168,10 +168,12 @@ impl Finder<'_> {
 
     fn missing(&self, quantity: Quantity) -> Error {
         let (what, examples) = match quantity {
-            Position => ("joint positions", "q1.., position_<joint>, actual_q_0.."),
+            Position => ("joint positions", "q1.., q_<joint>, position_<joint>, actual_q_0.."),
             _ => ("joint torques or motor currents", "tau1.., effort_<joint>, i1.., actual_current_0.."),
         };
-        self.error(format!("no columns hold the {what} (looked for {examples}, also with units)"))
+        self.error(format!(
+            "no columns hold the {what} (looked for {examples}, also with units); other names go into --options: columns"
+        ))
     }
 
     /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
@@ -201,7 +203,8 @@ impl Finder<'_> {
         if let Some(k) = places.iter().position(Option::is_none) {
             let name = self.coordinates.get(k).map_or("", String::as_str);
             return Err(self.error(format!(
-                "the {quantity:?} of joint {} ({name}) is missing, though other joints have it",
+                "the {} of joint {} ({name}) is missing, though other joints have it",
+                format!("{quantity:?}").to_lowercase(),
                 k + 1
             )));
         }
@@ -328,7 +331,7 @@ mod tests {
             ("q1,q2,tau1,tau2", "no column holds the time"),
             ("t,tau1,tau2", "no columns hold the joint positions"),
             ("t,q1,q2", "no columns hold the joint torques or motor currents"),
-            ("t,q1,tau1,tau2", "the Position of joint 2 (elbow) is missing"),
+            ("t,q1,tau1,tau2", "the position of joint 2 (elbow) is missing"),
             ("t,q1,q2,position_1,tau1,tau2", "`q1` and `position_1` both hold the Position of joint 1"),
             ("t,time,q1,q2,tau1,tau2", "`t` and `time` both hold the Time of the time"),
         ] {

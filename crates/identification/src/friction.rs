@@ -16,6 +16,8 @@
 //! | load | FL | 1 |
 //! | rotor | IA | kg m^2 |
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// One term of the friction of every joint.
@@ -76,6 +78,22 @@ impl FrictionTerm {
             (Load, [l]) => *l = direction * tau.abs(),
             (Rotor, [r]) => *r = ddq,
             _ => {}
+        }
+    }
+}
+
+/// As on the command line: `viscous`, `stribeck=0.1`.
+impl fmt::Display for FrictionTerm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Viscous => write!(f, "viscous"),
+            Coulomb => write!(f, "coulomb"),
+            Offset => write!(f, "offset"),
+            SmoothCoulomb(speed) => write!(f, "smooth-coulomb={speed:.4}"),
+            Asymmetric => write!(f, "asymmetric"),
+            Stribeck(speed) => write!(f, "stribeck={speed:.4}"),
+            Load => write!(f, "load"),
+            Rotor => write!(f, "rotor"),
         }
     }
 }

@@ -114,7 +114,16 @@ const WORDS: [Words; 6] = [
             "taum",
             "tauj",
         ],
-        &[("nm", 1.0), ("n", 1.0), ("mnm", 1e-3), ("knm", 1e3)],
+        &[
+            ("nm", 1.0),
+            ("n_m", 1.0),
+            ("n.m", 1.0),
+            ("n*m", 1.0),
+            ("n", 1.0),
+            ("ncm", 1e-2),
+            ("mnm", 1e-3),
+            ("knm", 1e3),
+        ],
     ),
     (
         Current,
@@ -147,7 +156,7 @@ pub enum Designator {
 
 /// The readings of every header of a table; a header of two quantities is refused.
 pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, Error> {
-    let lower: Vec<String> = coordinates.iter().map(|c| c.to_lowercase()).collect();
+    let lower: Vec<String> = coordinates.iter().map(|c| plain(&c.to_lowercase())).collect();
     let names = joint_names(table, &lower);
     let mut all = Vec::new();
     for (column, header) in table.header.iter().enumerate() {
@@ -195,7 +204,7 @@ const QUALIFIERS: [&str; 13] = [
 
 /// A header in lower case without its qualifiers: `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`.
 fn unqualified(header: &str) -> String {
-    let mut header = header.trim_matches(['%', '#', '/', '_', ' ']).to_string();
+    let mut header = header.trim_start_matches(['%', '#', '/', '_', ' ']).to_string();
     for word in QUALIFIERS {
         if let Some(at) = header.find(word) {
             let (before, after) = (&header[..at], &header[at + word.len()..]);
@@ -218,14 +227,19 @@ fn joint_names(table: &Table, coordinates: &[String]) -> Vec<(usize, usize)> {
         let header = unqualified(&header.to_lowercase());
         let number = header.strip_prefix("name")?.trim_matches(['_', '[', ']']).parse().ok()?;
         let text = text.as_ref()?.1.to_lowercase();
-        Some((number, coordinates.iter().position(|c| *c == text)?))
+        Some((number, coordinates.iter().position(|c| *c == plain(&text))?))
     };
     table.header.iter().zip(&table.texts).filter_map(name).collect()
 }
 
+/// Brackets and blanks as underscores.
+fn plain(text: &str) -> String {
+    text.replace(['[', ']', '(', ')', '{', '}', ' '], "_")
+}
+
 /// All readings of a header in lower case.
 fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Unit)> {
-    let header = header.replace(['[', ']', '(', ')', '{', '}', ' '], "_");
+    let header = plain(header);
     let header = header.trim_matches('_');
     let mut out = Vec::new();
     for (quantity, stems, units) in WORDS {

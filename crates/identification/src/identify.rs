@@ -154,6 +154,16 @@ impl Fit {
                 parameter.status = Status::Weak;
             }
         }
+        for p in estimate.parameters.iter().filter(|p| p.unit == "N m s/rad" && p.name.starts_with("FV")) {
+            let sigma = p.sigma.unwrap_or(f64::INFINITY).max(p.robust_sigma.unwrap_or(0.0));
+            if p.value.is_some_and(|value| value < -3.0 * sigma) {
+                estimate.remarks.push(format!(
+                    "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \
+                     saturation of that joint's torque",
+                    p.name
+                ));
+            }
+        }
         let held_out = cross_validate(&model, &observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
@@ -250,6 +260,9 @@ pub(crate) fn states_or_none(regressor: &dyn Regressor, log: &Log, options: &Opt
     Ok(records)
 }
 
+/// No signal of a robot, in no unit; squares of larger numbers leave the range of numbers.
+const ABSURD: f64 = 1e100;
+
 /// The states of a log without gaps; none where nothing is left between the ends and the window.
 fn states_of(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<States, Error> {
     let n = regressor.coordinates().len();
@@ -262,7 +275,7 @@ fn states_of(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<
         signal.standstill.get_or_insert(0.0);
     }
     let states = options.transmission.apply(log)?.states(&signal)?;
-    let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.is_finite()));
+    let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD));
     if !finite {
         return Err(Error::at(
             &log.name,

@@ -55,6 +55,7 @@ mod simulation;
 pub mod spectrum;
 mod spectrum_rows;
 mod standstill;
+mod suspect;
 mod table;
 mod table_reader;
 #[cfg(test)]
@@ -112,6 +113,7 @@ pub use selection::{
 pub use signal::{JointSignals, Signal, States, Velocity, Window, gradient};
 pub use simulation::{Controller, Drives, Record, Sensing, Simulation, Stop};
 pub use spectrum_rows::{EquationBlock, MeasuredMotion, gravity_rows, spectral_rows};
+pub use suspect::Suspect;
 pub use table::Table;
 pub use total_least_squares::{TotalLeastSquares, total_least_squares};
 pub use transmission::{Coupling, Transmission};

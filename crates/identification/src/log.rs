@@ -13,6 +13,7 @@ use crate::columns::{ColumnNames, Columns, Source};
 use crate::header::Quantity;
 use crate::log_report::{GAP, LogReport, MIN_ROWS, even};
 use crate::signal::Window;
+use crate::suspect::{Suspect, unwrap};
 use crate::table::Table;
 
 /// What the effort columns of a log hold.
@@ -171,8 +172,13 @@ impl Log {
         let longest = steps.iter().copied().fold(0.0, f64::max);
         steps.sort_by(f64::total_cmp);
         let period = steps[steps.len() / 2];
+        let wrapped = self.q.iter_mut().map(|q| unwrap(q)).sum();
         let (before, after, rest) = self.rest();
+        let series = self.coordinates.iter().zip(&self.q).zip(&self.effort);
+        let suspect = series.map(|((name, q), effort)| Suspect::of(name, &self.t, q, effort)).collect();
         self.report = LogReport {
+            wrapped,
+            suspect,
             repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
             duration: self.t[self.len() - 1] - self.t[0],
             period,

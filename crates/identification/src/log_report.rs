@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::Error;
+use crate::suspect::Suspect;
 
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -31,6 +32,10 @@ pub struct LogReport {
     pub uniform: bool,
     /// Steps longer than [`GAP`] periods.
     pub gaps: usize,
+    /// Jumps by a turn in the positions, taken back.
+    pub wrapped: usize,
+    /// What no robot does, a coordinate.
+    pub suspect: Vec<Suspect>,
     /// s at rest before the first and after the last motion, and in all.
     pub rest_before: f64,
     pub rest_after: f64,
@@ -80,6 +85,12 @@ impl LogReport {
         self.first_backwards = self.first_backwards.or(other.first_backwards);
         self.ragged += other.ragged;
         self.repeated += other.repeated;
+        self.wrapped += other.wrapped;
+        if self.suspect.is_empty() {
+            self.suspect.clone_from(&other.suspect);
+        } else {
+            self.suspect.iter_mut().zip(&other.suspect).for_each(|(a, b)| a.append(b));
+        }
     }
 
     /// Refuses a whole file that is no log; `time` is the header of its clock.
@@ -100,6 +111,11 @@ impl LogReport {
                 "column `{time}` stands still in {} of {} rows; it is not the time",
                 self.clock_repeated, self.rows
             );
+            return at(0, message);
+        }
+        if self.ragged > self.rows / 2 {
+            let message =
+                format!("{} of {} rows have more or fewer cells than the header has names", self.ragged, self.rows);
             return at(0, message);
         }
         if self.kept < MIN_ROWS {
@@ -143,6 +159,7 @@ impl fmt::Display for LogReport {
             (self.clock_repeated, "rows left out: the clock repeats".into()),
             (self.clock_backwards, "rows left out: the clock runs backwards".into()),
             (self.ragged, "rows with more or fewer cells than the header".into()),
+            (self.wrapped, "jumps by a turn in the positions, taken back".into()),
             (self.repeated, "rows repeat the row before (kept)".into()),
             (
                 self.gaps,
@@ -153,6 +170,7 @@ impl fmt::Display for LogReport {
                 writeln!(f, "{count} {what}")?;
             }
         }
+        self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
         if self.rest > 0.0 {
             let (before, after) = (self.rest_before, self.rest_after);
             writeln!(f, "at rest {:.2} s ({before:.2} s at the start, {after:.2} s at the end)", self.rest)?;

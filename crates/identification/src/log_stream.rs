@@ -12,6 +12,7 @@ use crate::header::Quantity;
 use crate::log::{Effort, Log};
 use crate::log_report::LogReport;
 use crate::signal::Window;
+use crate::suspect::unwrap;
 use crate::table::Table;
 use crate::table_reader::TableReader;
 
@@ -144,6 +145,10 @@ impl LogStream {
             if let Some(next) = next {
                 block.append(next, 0..reach.min(next.len()));
             }
+            // Parts were unwrapped by themselves: their ends may be turns apart.
+            block.q.iter_mut().for_each(|q| {
+                unwrap(q);
+            });
             block.report = LogReport { duration: block.t[block.len() - 1] - block.t[0], ..self.report.clone() };
             take(block)
         };

@@ -44,9 +44,12 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
             }
             let names = combination(model, direction, &members);
             let why = because(model, observation, &members);
-            out.push(format!(
+            let sentence = format!(
                 "not identifiable one by one, only together: a change along {names} leaves every torque as it is{why}"
-            ));
+            );
+            if !out.contains(&sentence) {
+                out.push(sentence);
+            }
         }
     } else if solution.condition_number > ILL_CONDITIONED
         && let Some((ratio, direction)) = solution.weak.first()

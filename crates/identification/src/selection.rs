@@ -84,7 +84,7 @@ impl fmt::Display for FrictionSelection {
         for (i, c) in self.candidates.iter().enumerate() {
             let mark = if i == self.chosen { '*' } else { ' ' };
             let joints: Vec<String> = c.predicted.joints.iter().map(|j| format!("{:.3}", j.relative)).collect();
-            let terms: Vec<String> = c.terms.iter().map(|t| format!("{t:?}")).collect();
+            let terms: Vec<String> = c.terms.iter().map(|t| t.to_string()).collect();
             writeln!(
                 f,
                 "{mark}  {:>7}  {:>7.4}  {:>9.4}  {}  {}",
@@ -92,7 +92,7 @@ impl fmt::Display for FrictionSelection {
                 c.fitted,
                 c.predicted.total,
                 joints.join(" "),
-                terms.join(" ")
+                terms.join(",")
             )?;
         }
         Ok(())

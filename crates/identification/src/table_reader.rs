@@ -155,7 +155,9 @@ fn unreadable(file: &str, line: usize, e: &std::io::Error) -> Error {
 }
 
 fn push(table: &mut Table, line: usize, record: &csv::ByteRecord, delimiter: Option<u8>) {
-    table.ragged += usize::from(record.len() != table.header.len());
+    // A delimiter at the end of each row is a habit, not a cell.
+    let more = record.iter().skip(table.header.len()).any(|cell| !cell.is_empty());
+    table.ragged += usize::from(record.len() < table.header.len() || more);
     table.lines.push(line);
     for (c, column) in table.columns.iter_mut().enumerate() {
         let cell = record.get(c).unwrap_or(b"");

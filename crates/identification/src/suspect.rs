@@ -1,0 +1,137 @@
+//! What a log holds that no robot does: wrapped angles, jumps, torques that are none.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use serde::Serialize;
+
+/// What is odd about the signals of one coordinate.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Suspect {
+    pub coordinate: String,
+    /// Jumps of the position, turns not counted.
+    pub jumps: usize,
+    /// The torque (A) of every row, where it is always the same.
+    pub constant: Option<f64>,
+    /// Share of the rows at which the torque stands at its limits, where that is no accident.
+    pub saturated: Option<f64>,
+}
+
+impl Suspect {
+    /// Of the samples of one coordinate.
+    pub fn of(coordinate: &str, t: &[f64], q: &[f64], effort: &[f64]) -> Suspect {
+        // Adding zero makes zero of minus zero.
+        let constant = effort.first().filter(|first| effort.iter().all(|x| x == *first)).map(|x| x + 0.0);
+        Suspect { coordinate: coordinate.into(), jumps: jumps(t, q), constant, saturated: saturated(effort) }
+    }
+
+    /// Takes in a later part of the same log.
+    pub fn append(&mut self, next: &Suspect) {
+        self.jumps += next.jumps;
+        self.constant = self.constant.filter(|x| next.constant == Some(*x));
+        self.saturated = match (self.saturated, next.saturated) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+    }
+}
+
+impl fmt::Display for Suspect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = &self.coordinate;
+        if self.jumps > 0 {
+            let jumps = self.jumps;
+            writeln!(f, "{name}: {jumps} jumps of the position: spikes, or poses without the way between")?;
+        }
+        if let Some(x) = self.constant {
+            writeln!(f, "{name}: its torque is {x} in every row: is it measured?")?;
+        }
+        if let Some(share) = self.saturated {
+            writeln!(f, "{name}: its torque stands at its limits in {:.0} % of the rows: saturated?", 100.0 * share)?;
+        }
+        Ok(())
+    }
+}
+
+/// Takes back the jumps by a turn of an angle that is logged between -pi and pi (or 0 and 2 pi); returns how many.
+///
+/// A step within 0.5 rad of a whole turn is one: no joint turns so far from one sample to the next.
+pub fn unwrap(q: &mut [f64]) -> usize {
+    let (mut turns, mut count) = (0.0, 0);
+    for i in 1..q.len() {
+        let step = q[i] + turns * TAU - q[i - 1];
+        let back = (step / TAU).round();
+        if back != 0.0 && back.abs() < 1.5 && (step - back * TAU).abs() < 0.5 {
+            turns -= back;
+            count += 1;
+        }
+        q[i] += turns * TAU;
+    }
+    count
+}
+
+/// A jump is so many times faster than the fastest hundredth of the steps..
+const FAST: f64 = 20.0;
+/// .. and faster than this, rad/s.
+const LEAST: f64 = 1.0;
+
+/// The steps of a position that are jumps: a spike, or poses logged without the way between.
+fn jumps(t: &[f64], q: &[f64]) -> usize {
+    let rate = |i: usize| (q[i + 1] - q[i]).abs() / (t[i + 1] - t[i]);
+    let mut rates: Vec<f64> = (0..t.len().saturating_sub(1)).map(rate).collect();
+    if rates.len() < 100 {
+        return 0;
+    }
+    rates.sort_by(f64::total_cmp);
+    // A log of poses at rest has hardly any step but jumps: its fastest hundredth may be those.
+    let usual = rates[rates.len() - 1 - rates.len() / 100];
+    let limit = (FAST * usual).max(LEAST);
+    rates.iter().rev().take_while(|rate| **rate > limit).count()
+}
+
+/// The share of the samples at which a torque stands at its largest or smallest value, where that is no accident.
+fn saturated(effort: &[f64]) -> Option<f64> {
+    let (low, high) = effort.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+    let at = |bound: f64| effort.iter().filter(|x| **x == bound).count();
+    let share = (at(low) + at(high)) as f64 / effort.len() as f64;
+    (low < high && share > SATURATED).then_some(share)
+}
+
+/// Of the samples.
+const SATURATED: f64 = 0.01;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn turns_are_taken_back() {
+        let smooth: Vec<f64> = (0..2000).map(|i| 8.0 * (0.005 * f64::from(i)).sin()).collect();
+        let wrap = |x: &f64| x - TAU * (x / TAU).round();
+        let mut wrapped: Vec<f64> = smooth.iter().map(wrap).collect();
+        assert!(unwrap(&mut wrapped) > 3);
+        // The same up to rounding of a few turns.
+        assert!(smooth.iter().zip(&wrapped).all(|(a, b)| (a - b).abs() < 1e-12));
+        let mut alone = smooth.clone();
+        assert_eq!((unwrap(&mut alone), alone), (0, smooth));
+    }
+
+    #[test]
+    fn jumps_are_counted_and_motions_are_not() {
+        let t: Vec<f64> = (0..2000).map(|i| 0.001 * f64::from(i)).collect();
+        let mut q: Vec<f64> = t.iter().map(|t| (9.0 * t).sin()).collect();
+        assert_eq!(jumps(&t, &q), 0);
+        q[700] += 0.5;
+        assert_eq!(jumps(&t, &q), 2);
+    }
+
+    #[test]
+    fn a_torque_at_its_limit() {
+        let torque: Vec<f64> = (0..1000).map(|i| (0.02 * f64::from(i)).sin()).collect();
+        assert_eq!(saturated(&torque), None);
+        let clipped: Vec<f64> = torque.iter().map(|x| x.clamp(-0.8, 0.8)).collect();
+        // 2/pi acos 0.8 of a sine is beyond 0.8.
+        assert!((saturated(&clipped).unwrap() - 0.41).abs() < 0.02);
+        assert_eq!(saturated(&[0.0; 50]), None);
+    }
+}
