@@ -30,6 +30,7 @@ mod arm;
 mod standard_map;
 #[path = "../tests/tally/mod.rs"]
 mod tally;
+#[expect(dead_code, reason = "the swings are for plans")]
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;
 
@@ -37,7 +38,7 @@ use std::cell::RefCell;
 
 use identification::{
     BenchmarkArm, Block, ClosedLoop, Consistency, Effort, Elimination, Error, Fit, FrictionLaw, Log, LogReport, Model,
-    Observation, Options, Random, Record, Reference, Sensing, Signal, Simulation, Simulator, States, StandardMap, Ten,
+    Observation, Options, Random, Record, Reference, Sensing, Signal, Simulation, Simulator, StandardMap, States, Ten,
     Triangle, ValidationMotion, Weights, essential, identify_consistent, simulated, solve, total_least_squares,
     validation_trajectory, weighted,
 };
@@ -208,15 +209,21 @@ impl<'a> Bench<'a> {
         let sensing = Sensing { torque_noise: NOISE.to_vec(), ..self.arm.sensing.clone() };
         let measured = sensing.measure(&self.record, &self.arm.drives.gain, random);
         let mut found: Vec<Found> = Vec::new();
-        for (name, cutoff) in
-            [("150 Hz", Some(150.0)), ("40 Hz", Some(40.0)), ("20 Hz", Some(20.0)), ("3 Hz", Some(3.0)), ("no filter", None)]
-        {
+        for (name, cutoff) in [
+            ("150 Hz", Some(150.0)),
+            ("40 Hz", Some(40.0)),
+            ("20 Hz", Some(20.0)),
+            ("3 Hz", Some(3.0)),
+            ("no filter", None),
+        ] {
             let states = states(self.robot, &measured, &self.arm, cutoff).expect("a record of the arm");
             let fit = self.fit(&states, Weights::Joint);
             let rows = fit.estimate.rows as f64;
             let mut of = vec![Found::of_fit("WLS", name, &fit)];
             let model = Model::new(self.robot, &[], &[]);
-            for (estimator, method) in [("IV", ClosedLoop::InstrumentalVariables), ("DIDIM", ClosedLoop::DirectAndInverse)] {
+            for (estimator, method) in
+                [("IV", ClosedLoop::InstrumentalVariables), ("DIDIM", ClosedLoop::DirectAndInverse)]
+            {
                 let again = Again { bench: self, cutoff, tried: RefCell::default() };
                 let Ok(x) = simulated(&model, &states, &again, &self.wrong.truth, method) else {
                     let nothing = vec![f64::NAN; self.bound.len()];
@@ -228,7 +235,8 @@ impl<'a> Bench<'a> {
                 let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let step = |w: &[Vec<f64>]| size(&w[0].iter().zip(&w[1]).map(|(a, b)| a - b).collect::<Vec<_>>());
                 let settled = tried.windows(2).position(|w| step(w) < 1e-3 * size(&w[1])).unwrap_or(tried.len());
-                let one = Found { white: x.sigma.clone(), ..Found::new(estimator, name, &x.x) };
+                let one =
+                    Found { white: x.sigma.clone(), robust: x.robust.clone(), ..Found::new(estimator, name, &x.x) };
                 of.push(one.figure("iterations to 1e-3", settled as f64).figure("to 1e-6", x.iterations as f64));
             }
             for one in of {
@@ -343,12 +351,15 @@ fn main() {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(draws);
     let mut found: Vec<(usize, Vec<Found>)> = std::thread::scope(|scope| {
         let bench = &bench;
-        let share = |w: usize| move || (w..draws).step_by(threads).map(|d| (d, bench.draw(d as u64))).collect::<Vec<_>>();
+        let share =
+            |w: usize| move || (w..draws).step_by(threads).map(|d| (d, bench.draw(d as u64))).collect::<Vec<_>>();
         let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
         workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     });
     found.sort_by_key(|f| f.0);
-    println!("| estimator | condition | bias | RMSE | white | robust | mean (largest) |\n|---|---|---|---|---|---|---|");
+    println!(
+        "| estimator | condition | bias | RMSE | white | robust | mean (largest) |\n|---|---|---|---|---|---|---|"
+    );
     for row in 0..found[0].1.len() {
         println!("{}", line(&bench, &found.iter().map(|f| &f.1[row]).collect::<Vec<_>>()));
     }
@@ -362,7 +373,8 @@ fn line(bench: &Bench, draws: &[&Found]) -> String {
         white.add(&found.x, &bench.robot.truth, &bound, &found.white);
         robust.add(&found.x, &bench.robot.truth, &bound, &found.robust);
     }
-    let share = |t: &Tally| if t.coverage().is_nan() { String::new() } else { format!("{:.1} %", 100.0 * t.coverage()) };
+    let share =
+        |t: &Tally| if t.coverage().is_nan() { String::new() } else { format!("{:.1} %", 100.0 * t.coverage()) };
     let first = draws[0];
     let figure = |(i, (name, _)): (usize, &(&str, f64))| {
         let of = || draws.iter().filter_map(|d| d.figures.get(i)).map(|f| f.1);

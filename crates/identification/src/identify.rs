@@ -125,13 +125,21 @@ impl Fit {
             ));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
+        let mut sigma = None;
         if options.weights == Weights::Huber {
-            let robust = reweighted(&model, records, &solution)?;
-            (solution, weights, observation.parts) = (robust.solution, robust.weights, robust.observation.parts);
+            let mut found = reweighted(&model, records, &solution)?;
+            let influence = |j: usize, e: f64| found.influence(j, e);
+            let by = crate::robust::robust(&model, records, &found.solution, &found.weights, &influence)?;
+            sigma = Some(by.sigma);
+            observation.parts = std::mem::take(&mut found.observation.parts);
+            (solution, weights) = (found.solution, found.weights);
         }
         let mut estimate = report(&model, &joints, &observation, &solution);
-        let robust = crate::robust::robust(&model, records, &solution, &weights)?;
-        widen(&mut estimate, &robust.sigma);
+        let sigma = match sigma {
+            Some(sigma) => sigma,
+            None => crate::robust::robust(&model, records, &solution, &weights, &|_, e| e)?.sigma,
+        };
+        widen(&mut estimate, &sigma);
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         let still = crate::remark::little_motion(&observation);
         for (c, parameter) in estimate.parameters.iter_mut().enumerate() {

@@ -5,7 +5,7 @@
 //!   C = A^-1 (sum_l (1 - |l|/L) sum_r g_r g_(r-l)') A^-1        [Newey, West 1987]
 //! and since the Bartlett weights are those of overlapping sums,
 //!   C = 1/L sum_k S_k S_k',  S_k = sum of L successive A^-1 g_r,
-//! which needs L vectors at a time. L by the rule for a first-order process of the residuals' own
+//! which needs L vectors at a time (`OverlappingSums`). L by the rule for a first-order process of the residuals' own
 //! correlation: L = 1.1447 (4 rho^2 / ((1 - rho)^2 (1 + rho)^2) n)^(1/3)   [Andrews 1991]
 //! with rho the largest among the joints, and at most a tenth of the record.
 
@@ -29,7 +29,42 @@ pub struct Robust {
     pub span: Vec<usize>,
 }
 
-/// From the records of a fit, its solution and its weights by joint.
+/// The squares of the sums of `span` successive scores.
+pub(crate) struct OverlappingSums {
+    ring: Vec<Vec<f64>>,
+    sum: Vec<f64>,
+    variance: Vec<f64>,
+    at: usize,
+}
+
+impl OverlappingSums {
+    pub(crate) fn new(p: usize, span: usize) -> OverlappingSums {
+        OverlappingSums { ring: vec![vec![0.0; p]; span], sum: vec![0.0; p], variance: vec![0.0; p], at: 0 }
+    }
+
+    /// Takes the next A^-1 g_r.
+    pub(crate) fn add(&mut self, h: Vec<f64>) {
+        let span = self.ring.len();
+        let slot = &mut self.ring[self.at % span];
+        for c in 0..self.sum.len() {
+            self.sum[c] += h[c] - slot[c];
+            self.variance[c] += self.sum[c] * self.sum[c] / span as f64;
+        }
+        *slot = h;
+        self.at += 1;
+    }
+
+    /// One variance a parameter; the last sums reach over the end.
+    pub(crate) fn variance(mut self) -> Vec<f64> {
+        for _ in 0..self.ring.len() {
+            self.add(vec![0.0; self.sum.len()]);
+        }
+        self.variance
+    }
+}
+
+/// From the records of a fit, its solution and its weights by joint; `influence(j, e)`: what a residual e of joint j
+/// counts as, e itself for least squares.
 ///
 /// Fails when a record cannot be read.
 pub fn robust<R: Records + ?Sized>(
@@ -37,6 +72,7 @@ pub fn robust<R: Records + ?Sized>(
     records: &R,
     solution: &Solution,
     weights: &[f64],
+    influence: &dyn Fn(usize, f64) -> f64,
 ) -> Result<Robust, Error> {
     let p = model.p();
     let mut variance = vec![0.0; p];
@@ -46,33 +82,23 @@ pub fn robust<R: Records + ?Sized>(
         let span = span(correlation, states.len());
         out.correlation = out.correlation.max(correlation);
         out.span.push(span);
-        let mut ring = vec![vec![0.0; p]; span];
-        let mut sum = vec![0.0; p];
-        let mut at = 0;
-        let mut slide = |h: Option<Vec<f64>>, at: usize| {
-            let slot = &mut ring[at % span];
-            let h = h.unwrap_or_else(|| vec![0.0; p]);
-            for c in 0..p {
-                sum[c] += h[c] - slot[c];
-                variance[c] += sum[c] * sum[c] / span as f64;
-            }
-            *slot = h;
-        };
-        scores(model, states, solution, weights, |h| {
-            slide(Some(h), at);
-            at += 1;
-        });
-        // The sums that reach over the end.
-        for i in 0..span {
-            slide(None, at + i);
-        }
+        let mut sums = OverlappingSums::new(p, span);
+        scores(model, states, solution, weights, influence, |h| sums.add(h));
+        variance.iter_mut().zip(sums.variance()).for_each(|(total, v)| *total += v);
     })?;
     out.sigma = variance.into_iter().map(f64::sqrt).collect();
     Ok(out)
 }
 
 /// A^-1 g_r for each sample in turn.
-fn scores(model: &Model, states: &States, solution: &Solution, weights: &[f64], mut each: impl FnMut(Vec<f64>)) {
+fn scores(
+    model: &Model,
+    states: &States,
+    solution: &Solution,
+    weights: &[f64],
+    influence: &dyn Fn(usize, f64) -> f64,
+    mut each: impl FnMut(Vec<f64>),
+) {
     let (n, p) = (model.n(), model.p());
     let mut g = vec![0.0; p];
     model.rows(states, 0..states.len(), |r, w| {
@@ -80,7 +106,7 @@ fn scores(model: &Model, states: &States, solution: &Solution, weights: &[f64], 
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
             let row = &w[j * p..(j + 1) * p];
             let fit: f64 = row.iter().zip(&solution.x).map(|(a, b)| a * b).sum();
-            let e = weights[j] * weights[j] * (states.tau[r * n + j] - fit);
+            let e = weights[j] * weights[j] * influence(j, states.tau[r * n + j] - fit);
             g.iter_mut().zip(row.iter()).for_each(|(g, a)| *g += e * a);
         }
         let g = nalgebra::DVectorView::from_slice(&g, p);
@@ -105,7 +131,7 @@ pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     rho.fold(0.0, f64::max)
 }
 
-fn span(rho: f64, n: usize) -> usize {
+pub(crate) fn span(rho: f64, n: usize) -> usize {
     // One sample more than a correlation of one could be told from.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
@@ -136,7 +162,7 @@ mod tests {
             }
             let observation = Observation::of(&model, &states, 1);
             let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-            let robust = robust(&model, [states].as_slice(), &solution, &weights).unwrap();
+            let robust = robust(&model, [states].as_slice(), &solution, &weights, &|_, e| e).unwrap();
             let c = 1;
             errors += (solution.x[c] - arm.truth[c]).powi(2) / f64::from(runs);
             white += solution.variance * solution.inverse[(c, c)] / f64::from(runs);
