@@ -3,7 +3,7 @@
 //! Both simulate the robot with the current X under the controller and the reference of the
 //! experiment; the simulated states hold no measurement noise.
 //! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured
-//!   ones: unbiased although W is noisy, whatever the band-pass filter [Janot, Vandanjon, Gautier 2014].
+//!   ones: unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
 //! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states: needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
 //!

@@ -33,7 +33,7 @@ pub struct SourceRecords<'a> {
 }
 
 enum Source<'a> {
-    Held(States),
+    Held(Box<States>),
     Streamed { stream: &'a LogStream, options: Box<Options>, overlap: f64 },
 }
 
@@ -41,7 +41,7 @@ impl<'a> SourceRecords<'a> {
     /// Fails when a log does not fit the robot, the transmission or the signal options.
     pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], options: &Options) -> Result<Self, Error> {
         let source = |log: &'a LogSource| match log {
-            LogSource::Held(log) => states(regressor, log, options).map(Source::Held),
+            LogSource::Held(log) => states(regressor, log, options).map(Box::new).map(Source::Held),
             LogSource::Streamed(stream) => streamed(stream, options),
         };
         Ok(SourceRecords { regressor, sources: logs.iter().map(source).collect::<Result<_, _>>()? })
