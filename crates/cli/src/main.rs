@@ -40,7 +40,7 @@ enum Command {
     Generate(generate::Arguments),
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
     Datasets(datasets::Arguments),

@@ -3,9 +3,12 @@
 //! Both simulate the robot with the current X under the controller and the reference of the
 //! experiment; the simulated states hold no measurement noise.
 //! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured
-//!   ones: unbiased although W is noisy, whatever the band-pass filter [Janot, Vandanjon, Gautier 2014].
+//!   ones: unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
 //! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states: needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
+//!
+//! Standard deviations: white noise, C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1; and with the scores Z_r' e_r summed over the span of
+//! `robust`, since a filter that leaves several samples a period leaves them alike.
 //!
 //! Rows are weighed by joint with the residual of the start. The simulator is handed in: what it
 //! integrates, and with which controller, is its own affair; it must give states at the samples of
@@ -16,6 +19,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::Error;
 use crate::identify::{Weights, fit};
 use crate::observation::{Model, Observation};
+use crate::robust::{OverlappingSums, correlation, span};
 use crate::signal::States;
 
 /// Runs the experiment with parameters `x` (those of the model, friction included).
@@ -37,8 +41,10 @@ pub struct Simulated {
     pub x: Vec<f64>,
     /// Standard deviations for white torque noise.
     pub sigma: Vec<f64>,
+    /// Those for residuals that stay the same for a while.
+    pub robust: Vec<f64>,
     pub iterations: usize,
-    /// Largest relative change of the simulated torque's norm in the last iteration.
+    /// Relative change of the parameters' norm in the last iteration.
     pub change: f64,
     pub converged: bool,
 }
@@ -59,7 +65,8 @@ pub fn simulated(
     let observation = Observation::of(model, measured, 1);
     let (_, weights) = fit(&observation.joints(|_| true), Weights::Joint);
     let mut x = start.to_vec();
-    let mut out = Simulated { x: x.clone(), sigma: Vec::new(), iterations: 0, change: f64::INFINITY, converged: false };
+    let (sigma, robust) = (Vec::new(), Vec::new());
+    let mut out = Simulated { x: x.clone(), sigma, robust, iterations: 0, change: f64::INFINITY, converged: false };
     for iteration in 1..=ITERATIONS {
         let mut instruments = simulator.simulate(&x)?;
         if instruments.len() != measured.len() || instruments.n != measured.n {
@@ -92,8 +99,9 @@ pub fn simulated(
         out.change = step.map(|d| d * d).sum::<f64>().sqrt() / size.max(f64::MIN_POSITIVE);
         x = next.iter().copied().collect();
         (out.x, out.iterations) = (x.clone(), iteration);
-        if out.change < SETTLED {
-            out.converged = true;
+        out.converged = out.change < SETTLED;
+        if out.converged || iteration == ITERATIONS {
+            out.robust = robust_sigma(model, &instruments, regressors, measured, &weights, &x, &inverse);
             break;
         }
     }
@@ -105,11 +113,9 @@ type Products = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, usize, f64);
 /// Z'W, Z'Y, Z'Z, the rows and |Y|^2, weighted.
 fn products(model: &Model, z: &States, w: &States, measured: &States, weights: &[f64]) -> Products {
     let (n, p) = (model.n(), model.p());
-    let mut wr = vec![0.0; n * p];
     let (mut normal, mut gram, mut rhs) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p), DVector::zeros(p));
     let (mut rows, mut squares) = (0, 0.0);
-    model.rows(z, 0..measured.len(), |r, zr| {
-        model.rows(w, r..r + 1, |_, rows| wr.copy_from_slice(rows));
+    paired(model, z, w, |r, zr, wr| {
         for j in (0..n).filter(|&j| measured.used[r * n + j]) {
             let v = weights[j] * weights[j];
             let tau = measured.tau[r * n + j];
@@ -123,6 +129,39 @@ fn products(model: &Model, z: &States, w: &States, measured: &States, weights: &
         }
     });
     (normal, rhs, gram, rows, squares)
+}
+
+/// The n x p rows of both at each sample in turn.
+fn paired(model: &Model, z: &States, w: &States, mut take: impl FnMut(usize, &[f64], &[f64])) {
+    let mut wr = vec![0.0; model.n() * model.p()];
+    model.rows(z, 0..z.len(), |r, zr| {
+        model.rows(w, r..r + 1, |_, rows| wr.copy_from_slice(rows));
+        take(r, zr, &wr);
+    });
+}
+
+/// From sums of the scores (Z'W)^-1 Z_r' e_r over the span that the residuals' correlation asks for.
+fn robust_sigma(
+    model: &Model,
+    z: &States,
+    w: &States,
+    measured: &States,
+    weights: &[f64],
+    x: &[f64],
+    inverse: &DMatrix<f64>,
+) -> Vec<f64> {
+    let (n, p) = (model.n(), model.p());
+    let mut sums = OverlappingSums::new(p, span(correlation(model, w, x), measured.len()));
+    paired(model, z, w, |r, zr, wr| {
+        let mut g = DVector::zeros(p);
+        for j in (0..n).filter(|&j| measured.used[r * n + j]) {
+            let fit: f64 = wr[j * p..(j + 1) * p].iter().zip(x).map(|(a, b)| a * b).sum();
+            let e = weights[j] * weights[j] * (measured.tau[r * n + j] - fit);
+            g.axpy(e, &nalgebra::DVectorView::from_slice(&zr[j * p..(j + 1) * p], p), 1.0);
+        }
+        sums.add((inverse * g).as_slice().to_vec());
+    });
+    sums.variance().into_iter().map(f64::sqrt).collect()
 }
 
 /// Inverse with rows and columns scaled alike; `None` when singular.

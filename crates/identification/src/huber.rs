@@ -3,6 +3,10 @@
 //! w(u) = 1 for |u| <= k, k/|u| beyond; u = residual / s_j, s_j = 1.4826 median |residual| of joint
 //! j, k = 1.345: 95 % efficiency for normal noise [Huber 1981; Holland, Welsch 1977]. Iteratively
 //! reweighted least squares from the WLS solution.
+//!
+//! With psi(u) = w u, C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6], psi' = 1 inside of k, 0 outside;
+//! the triangle of the weighted rows would give s^2 mean(psi u) / mean w. The influence of a row is bounded, not zero:
+//! outliers to one side shift the estimate by k times their share.
 
 use crate::Error;
 use crate::identify::{Weights, fit};
@@ -20,12 +24,20 @@ pub struct Reweighted {
     pub solution: Solution,
     pub weights: Vec<f64>,
     pub observation: Observation,
-    /// Parameters and scales behind the weights of the rows.
-    pub x: Vec<f64>,
-    pub scales: Vec<f64>,
     /// Share of the rows of each joint that count less than fully.
     pub outliers: Vec<f64>,
     pub iterations: usize,
+    /// s_j.
+    scales: Vec<f64>,
+    /// mean w / mean psi'.
+    slope: f64,
+}
+
+impl Reweighted {
+    /// What a residual of joint j counts as in the scores of the solution: psi(u) s_j mean w / mean psi'.
+    pub fn influence(&self, j: usize, e: f64) -> f64 {
+        self.slope * huber(e / self.scales[j]) * e
+    }
 }
 
 /// Iterates from a solution.
@@ -41,22 +53,58 @@ pub fn reweighted<R: Records + ?Sized>(model: &Model, records: &R, start: &Solut
         let scales: Vec<f64> = sizes.iter().map(Sizes::sigma).collect();
         let weight = |j: usize, e: f64| huber(e / scales[j]).sqrt();
         let observation = Observation::of_records(model, records, Some(RowWeight { x: &x, weight: &weight }))?;
-        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let (mut solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let change = x.iter().zip(&solution.x).enumerate().map(|(c, (a, b))| {
             (a - b).abs() / (solution.variance * solution.inverse[(c, c)]).sqrt().max(f64::MIN_POSITIVE)
         });
         if change.fold(0.0, f64::max) < SETTLED || iterations == ITERATIONS {
             let outliers = sizes.iter().zip(&scales).map(|(s, scale)| s.beyond(K * scale)).collect();
-            return Ok(Reweighted { solution, weights, observation, x, scales, outliers, iterations });
+            let means = Means::of(model, records, &x, &scales)?;
+            solution.variance *= means.variance();
+            let slope = means.slope();
+            return Ok(Reweighted { solution, weights, observation, outliers, iterations, scales, slope });
         }
         x = solution.x;
     }
 }
 
-impl Reweighted {
-    /// The weight of a row of joint j with residual e under `x`.
-    pub fn weight(&self, j: usize, e: f64) -> f64 {
-        huber(e / self.scales[j]).sqrt()
+/// Sums over the rows, u = e / s_j.
+#[derive(Default)]
+struct Means {
+    rows: f64,
+    w: f64,
+    psi_u: f64,
+    psi_psi: f64,
+    /// psi' = 1.
+    inside: f64,
+}
+
+impl Means {
+    fn of<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64], scales: &[f64]) -> Result<Means, Error> {
+        let mut means = Means::default();
+        records.each(&mut |states| {
+            model.residuals(states, x, |_, j, e| {
+                let u = e / scales[j];
+                let w = huber(u);
+                means.rows += 1.0;
+                means.w += w;
+                means.psi_u += w * u * u;
+                means.psi_psi += (w * u).powi(2);
+                means.inside += if u.abs() <= K { 1.0 } else { 0.0 };
+            });
+        })?;
+        Ok(means)
+    }
+
+    /// mean w / mean psi'; 1 where that is no number.
+    fn slope(&self) -> f64 {
+        Some(self.w / self.inside).filter(|s| s.is_finite() && *s > 0.0).unwrap_or(1.0)
+    }
+
+    /// Huber's variance over that of the weighted rows.
+    fn variance(&self) -> f64 {
+        let ratio = self.rows * self.psi_psi * self.w / (self.inside * self.inside * self.psi_u);
+        Some(ratio).filter(|r| r.is_finite() && *r > 0.0).unwrap_or(1.0)
     }
 }
 

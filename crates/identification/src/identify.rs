@@ -129,21 +129,25 @@ impl Fit {
             ));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
-        let mut less = None;
+        let (mut sigma, mut less) = (None, None);
         if options.weights == Weights::Huber {
-            let found = reweighted(&model, records, &solution)?;
-            (solution, weights) = (found.solution.clone(), found.weights.clone());
-            observation.parts.clone_from(&found.observation.parts);
+            let mut found = reweighted(&model, records, &solution)?;
+            let influence = |j: usize, e: f64| found.influence(j, e);
+            let by = crate::robust::robust(&model, records, &found.solution, &found.weights, &influence)?;
+            sigma = Some(by.sigma);
+            observation.parts = std::mem::take(&mut found.observation.parts);
             joints = observation.joints(|_| true);
-            less = Some(found);
+            (solution, weights, less) = (found.solution, found.weights, Some(found.outliers));
         }
         let mut estimate = report(&model, &joints, &observation, &solution);
-        let row = |j: usize, e: f64| less.as_ref().map_or(1.0, |less| less.weight(j, e));
-        let robust = crate::robust::robust(&model, records, &solution, &weights, &row)?;
-        widen(&mut estimate, &robust.sigma);
+        let sigma = match sigma {
+            Some(sigma) => sigma,
+            None => crate::robust::robust(&model, records, &solution, &weights, &|_, e| e)?.sigma,
+        };
+        widen(&mut estimate, &sigma);
         if let Some(less) = &less {
             let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
-            let shares: Vec<String> = regressor.coordinates().iter().zip(&less.outliers).map(share).collect();
+            let shares: Vec<String> = regressor.coordinates().iter().zip(less).map(share).collect();
             let shares = shares.join(", ");
             estimate.remarks.push(format!("rows that count less than fully, in the residuals too: {shares}"));
         }

@@ -174,5 +174,8 @@ extern crate self as identification;
 #[path = "../tests/tree_robot/candidates.rs"]
 mod robot_candidates;
 #[cfg(test)]
+#[path = "../tests/tally/mod.rs"]
+mod tally;
+#[cfg(test)]
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;

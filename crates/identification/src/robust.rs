@@ -37,19 +37,53 @@ pub struct Robust {
     pub span: Vec<usize>,
 }
 
-/// From the records of a fit, its solution and its weights by joint.
+/// The squares of the sums of `span` successive scores.
+pub(crate) struct OverlappingSums {
+    ring: Vec<Vec<f64>>,
+    sum: Vec<f64>,
+    variance: Vec<f64>,
+    at: usize,
+}
+
+impl OverlappingSums {
+    pub(crate) fn new(p: usize, span: usize) -> OverlappingSums {
+        OverlappingSums { ring: vec![vec![0.0; p]; span], sum: vec![0.0; p], variance: vec![0.0; p], at: 0 }
+    }
+
+    /// Takes the next h_r.
+    pub(crate) fn add(&mut self, h: Vec<f64>) {
+        let span = self.ring.len();
+        let slot = &mut self.ring[self.at % span];
+        for c in 0..self.sum.len() {
+            self.sum[c] += h[c] - slot[c];
+            self.variance[c] += self.sum[c] * self.sum[c] / span as f64;
+        }
+        *slot = h;
+        self.at += 1;
+    }
+
+    /// One variance a parameter; the last sums reach over the end.
+    pub(crate) fn variance(mut self) -> Vec<f64> {
+        for _ in 0..self.ring.len() {
+            self.add(vec![0.0; self.sum.len()]);
+        }
+        self.variance
+    }
+}
+
+/// From the records of a fit, its solution and its weights by joint; `influence(j, e)`: what a residual e of joint j
+/// counts as, e itself for least squares.
 ///
-/// `row`: the weight of a row beside that of its joint, by joint and residual; `|_, _| 1.0` without. Fails when a
-/// record cannot be read.
+/// Fails when a record cannot be read.
 pub fn robust<R: Records + ?Sized>(
     model: &Model,
     records: &R,
     solution: &Solution,
     weights: &[f64],
-    row: &dyn Fn(usize, f64) -> f64,
+    influence: &dyn Fn(usize, f64) -> f64,
 ) -> Result<Robust, Error> {
     let p = model.p();
-    let weight = |j: usize, e: f64| (weights[j] * row(j, e)).powi(2);
+    let score = |j: usize, e: f64| weights[j] * weights[j] * influence(j, e);
     let mut variance = vec![0.0; p];
     let mut out = Robust { sigma: Vec::new(), correlation: 0.0, span: Vec::new() };
     records.each(&mut |states| {
@@ -57,32 +91,17 @@ pub fn robust<R: Records + ?Sized>(
         let span = span(correlation, states.len());
         out.correlation = out.correlation.max(correlation);
         out.span.push(span);
-        let memory = memory(model, states, solution, &weight);
+        let memory = memory(model, states, solution, &score);
         let share = span as f64 / states.len().max(1) as f64;
         let reach = (1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))) / 1.96;
-        let factor: Vec<f64> = memory.iter().map(|a| (reach / (1.0 - a)).powi(2) / span as f64).collect();
         let mut last = vec![0.0; p];
-        let mut ring = vec![vec![0.0; p]; span];
-        let mut sum = vec![0.0; p];
-        let mut at = 0;
-        let mut slide = |h: Option<Vec<f64>>, at: usize| {
-            let slot = &mut ring[at % span];
-            let h = h.unwrap_or_else(|| vec![0.0; p]);
-            for c in 0..p {
-                sum[c] += h[c] - slot[c];
-                variance[c] += factor[c] * sum[c] * sum[c];
-            }
-            *slot = h;
-        };
-        scores(model, states, solution, &weight, |h| {
-            let white = (0..p).map(|c| h[c] - memory[c] * last[c]).collect();
+        let mut sums = OverlappingSums::new(p, span);
+        scores(model, states, solution, &score, |h| {
+            sums.add((0..p).map(|c| h[c] - memory[c] * last[c]).collect());
             last = h;
-            slide(Some(white), at);
-            at += 1;
         });
-        // The sums that reach over the end.
-        for i in 0..span {
-            slide(None, at + i);
+        for ((total, v), a) in variance.iter_mut().zip(sums.variance()).zip(&memory) {
+            *total += v * (reach / (1.0 - a)).powi(2);
         }
     })?;
     out.sigma = variance.into_iter().map(f64::sqrt).collect();
@@ -90,10 +109,10 @@ pub fn robust<R: Records + ?Sized>(
 }
 
 /// The correlation from sample to sample of each parameter's h.
-fn memory(model: &Model, states: &States, solution: &Solution, weight: &dyn Fn(usize, f64) -> f64) -> Vec<f64> {
+fn memory(model: &Model, states: &States, solution: &Solution, score: &dyn Fn(usize, f64) -> f64) -> Vec<f64> {
     let p = model.p();
     let (mut squares, mut products, mut last) = (vec![0.0; p], vec![0.0; p], vec![0.0; p]);
-    scores(model, states, solution, weight, |h| {
+    scores(model, states, solution, score, |h| {
         for c in 0..p {
             squares[c] += h[c] * h[c];
             products[c] += h[c] * last[c];
@@ -109,7 +128,7 @@ fn scores(
     model: &Model,
     states: &States,
     solution: &Solution,
-    weight: &dyn Fn(usize, f64) -> f64,
+    score: &dyn Fn(usize, f64) -> f64,
     mut each: impl FnMut(Vec<f64>),
 ) {
     let (n, p) = (model.n(), model.p());
@@ -119,8 +138,7 @@ fn scores(
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
             let row = &w[j * p..(j + 1) * p];
             let fit: f64 = row.iter().zip(&solution.x).map(|(a, b)| a * b).sum();
-            let e = states.tau[r * n + j] - fit;
-            let e = weight(j, e) * e;
+            let e = score(j, states.tau[r * n + j] - fit);
             g.iter_mut().zip(row.iter()).for_each(|(g, a)| *g += e * a);
         }
         let g = nalgebra::DVectorView::from_slice(&g, p);
@@ -145,7 +163,7 @@ pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
     rho.fold(0.0, f64::max)
 }
 
-fn span(rho: f64, n: usize) -> usize {
+pub(crate) fn span(rho: f64, n: usize) -> usize {
     // One sample more than a correlation of one could be told from.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
@@ -176,7 +194,7 @@ mod tests {
             }
             let observation = Observation::of(&model, &states, 1);
             let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-            let robust = robust(&model, [states].as_slice(), &solution, &weights, &|_, _| 1.0).unwrap();
+            let robust = robust(&model, [states].as_slice(), &solution, &weights, &|_, e| e).unwrap();
             let c = 1;
             errors += (solution.x[c] - arm.truth[c]).powi(2) / f64::from(runs);
             white += solution.variance * solution.inverse[(c, c)] / f64::from(runs);

@@ -16,7 +16,7 @@ type V = [f64; 3];
 /// XX XY XZ YY YZ ZZ MX MY MZ M IA of a link, about the origin of its frame.
 pub type Standard = [f64; 11];
 
-const LETTERS: [&str; 11] = ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M", "IA"];
+pub const LETTERS: [&str; 11] = ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M", "IA"];
 
 #[derive(Clone)]
 pub struct Link {
