@@ -180,6 +180,15 @@ impl Derived {
 
     /// The compiled regressor where `generated` has this very one, a tape otherwise.
     pub fn regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
+        let is_prismatic = |k: usize| {
+            let joint = robot.joint_of(robot::value::CoordinateId(k));
+            joint.is_some_and(|j| robot.link(j).joint.kind == robot::JointKind::Prismatic)
+        };
+        let prismatic = (0..robot.n_coordinates()).map(is_prismatic).collect();
+        Box::new(KindedRegressor { regressor: self.plain_regressor(robot), prismatic })
+    }
+
+    fn plain_regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
         match identification::compiled(self.base.fingerprint()) {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
@@ -190,6 +199,34 @@ impl Derived {
                 parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
             }),
         }
+    }
+}
+
+/// A regressor that knows which coordinates are lengths.
+struct KindedRegressor {
+    regressor: Box<dyn Regressor>,
+    prismatic: Vec<bool>,
+}
+
+impl Regressor for KindedRegressor {
+    fn coordinates(&self) -> &[String] {
+        self.regressor.coordinates()
+    }
+
+    fn parameters(&self) -> &[String] {
+        self.regressor.parameters()
+    }
+
+    fn is_prismatic(&self, k: usize) -> bool {
+        self.prismatic[k]
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+        self.regressor.fill(q, dq, ddq, y);
+    }
+
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        self.regressor.fill_many(states, y);
     }
 }
 

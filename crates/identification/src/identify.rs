@@ -152,13 +152,13 @@ impl Fit {
             estimate.remarks.push(format!("rows that count less than fully, in the residuals too: {shares}"));
         }
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
-        let still = crate::remark::little_motion(&observation);
+        let still = crate::remark::little_motion(&model, &observation);
         for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
             if parameter.status == Status::Identified && crate::remark::weak(&model, &still, c) {
                 parameter.status = Status::Weak;
             }
         }
-        for p in estimate.parameters.iter().filter(|p| p.unit == "N m s/rad" && p.name.starts_with("FV")) {
+        for p in estimate.parameters.iter().filter(|p| p.unit.contains("s/") && p.name.starts_with("FV")) {
             let sigma = p.sigma.unwrap_or(f64::INFINITY).max(p.robust_sigma.unwrap_or(0.0));
             if p.value.is_some_and(|value| value < -3.0 * sigma) {
                 estimate.remarks.push(format!(

@@ -140,8 +140,8 @@ fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
     let peak = |j: usize| fit.observation.effort[j];
     let deviation = |p: &crate::observation::Parameter| match (p.joint, p.unit) {
-        (Some(j), "N m s/rad") if bounded => peak(j) / fastest,
-        (Some(j), "N m") if bounded => peak(j),
+        (Some(j), "N m s/rad" | "N s/m") if bounded => peak(j) / fastest,
+        (Some(j), "N m" | "N") if bounded => peak(j),
         _ => f64::INFINITY,
     };
     let base = model.regressor.parameters().len();

@@ -41,6 +41,7 @@ impl<'a> Model<'a> {
         let mut parameters: Vec<Parameter> = base.collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
             for &(letters, unit) in friction.iter().flat_map(|t| t.parameters()) {
+                let unit = if regressor.is_prismatic(j) { along(unit) } else { unit };
                 parameters.push(Parameter { name: format!("{letters}{}", label(coordinate)), unit, joint: Some(j) });
             }
         }
@@ -125,6 +126,16 @@ const TOGETHER: usize = 64;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The unit of a joint's own parameter where the joint is prismatic.
+fn along(unit: &'static str) -> &'static str {
+    match unit {
+        "N m s/rad" => "N s/m",
+        "N m" => "N",
+        "kg m^2" => "kg",
+        other => other,
+    }
 }
 
 /// First moments in kg m (`MXR4`, `D2MXR4`), masses in kg, inertias in kg m^2; a label behind an
@@ -316,6 +327,40 @@ mod tests {
             assert_eq!(*part, part_of_rows(&model, &states, range, None));
         }
         assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
+    }
+
+    /// The pendulum's columns on a joint that slides.
+    struct Slide(Pendulum);
+
+    impl Regressor for Slide {
+        fn coordinates(&self) -> &[String] {
+            self.0.coordinates()
+        }
+
+        fn parameters(&self) -> &[String] {
+            self.0.parameters()
+        }
+
+        fn is_prismatic(&self, _: usize) -> bool {
+            true
+        }
+
+        fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+            self.0.fill(q, dq, ddq, y);
+        }
+    }
+
+    #[test]
+    fn a_prismatic_joint_has_units_and_distances_of_its_own() {
+        let (arm, slide) = (Pendulum::new(), Slide(Pendulum::new()));
+        let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Rotor];
+        let model = Model::new(&slide, &friction, &[]);
+        let units: Vec<&str> = model.parameters[3..].iter().map(|p| p.unit).collect();
+        assert_eq!(units, ["N s/m", "N", "kg"]);
+        // 0.2 m are a stroke, 0.2 rad are little; slow beside nothing else.
+        let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
+        assert_eq!(crate::remark::little_motion(&model, &observation), [false]);
+        assert_eq!(crate::remark::little_motion(&Model::new(&arm, &[], &[]), &observation), [true]);
     }
 
     #[test]

@@ -11,6 +11,11 @@ pub trait Regressor: Sync {
     /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
     fn parameters(&self) -> &[String];
 
+    /// Whether coordinate k is a length, not an angle: what units and what little motion are follows from it.
+    fn is_prismatic(&self, _k: usize) -> bool {
+        false
+    }
+
     /// Writes Y at one instant. `y` has coordinates().len() * parameters().len() entries.
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
 

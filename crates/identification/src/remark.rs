@@ -3,10 +3,11 @@
 use crate::least_squares::Solution;
 use crate::observation::{Model, Observation};
 
-/// A joint that moves less than this, rad (m), explains why its parameters are badly known.
-const LITTLE_MOTION: f64 = 0.5;
+/// A joint that moves less than this, rad or m, explains why its parameters are badly known.
+const LITTLE_ANGLE: f64 = 0.5;
+const LITTLE_LENGTH: f64 = 0.05;
 
-/// ... unless it is fast: this share of the fastest joint's speed.
+/// ... unless it is fast: this share of the speed of the fastest joint of its kind.
 const SLOW: f64 = 0.2;
 
 /// Scaled condition numbers above this are worth a sentence.
@@ -16,10 +17,20 @@ const ILL_CONDITIONED: f64 = 100.0;
 const FAR: f64 = 4.0 * std::f64::consts::PI;
 
 /// Joints that hardly move: a small range, and slow beside the fastest joint.
-pub fn little_motion(observation: &Observation) -> Vec<bool> {
-    let fastest = observation.speed.iter().copied().fold(0.0, f64::max);
-    let moves = observation.range.iter().zip(&observation.speed);
-    moves.map(|(r, &v)| r.1 - r.0 < LITTLE_MOTION && v < SLOW * fastest).collect()
+pub fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
+    let kind = |k: usize| model.regressor.is_prismatic(k);
+    let fastest =
+        |k: usize| (0..model.n()).filter(|&j| kind(j) == kind(k)).map(|j| observation.speed[j]).fold(0.0, f64::max);
+    (0..model.n()).map(|k| is_little(model, observation, k) && observation.speed[k] <= SLOW * fastest(k)).collect()
+}
+
+fn is_little(model: &Model, observation: &Observation, k: usize) -> bool {
+    let little = if model.regressor.is_prismatic(k) { LITTLE_LENGTH } else { LITTLE_ANGLE };
+    observation.range[k].1 - observation.range[k].0 < little
+}
+
+fn unit(model: &Model, k: usize) -> &'static str {
+    if model.regressor.is_prismatic(k) { "m" } else { "rad" }
 }
 
 /// Whether a parameter belongs to a joint that hardly moves.
@@ -67,7 +78,8 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
             at_rest.join(", ")
         ));
     }
-    for (name, range) in model.regressor.coordinates().iter().zip(&observation.range) {
+    let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
+    for (_, (name, range)) in coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k)) {
         let far = range.0.abs().max(range.1.abs());
         if far > FAR {
             out.push(format!(
@@ -75,12 +87,12 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
             ));
         }
     }
-    let still = little_motion(observation);
+    let still = little_motion(model, observation);
     for (k, &(low, high)) in observation.range.iter().enumerate() {
         if still[k] {
-            let name = &model.regressor.coordinates()[k];
+            let (name, unit) = (&model.regressor.coordinates()[k], unit(model, k));
             out.push(format!(
-                "joint {} ({name}) moves {:.3} rad at up to {:.3} rad/s only: its parameters are not identifiable from this log, errors of the model decide them",
+                "joint {} ({name}) moves {:.3} {unit} at up to {:.3} {unit}/s only: its parameters are not identifiable from this log, errors of the model decide them",
                 k + 1,
                 high - low,
                 observation.speed[k]
@@ -108,8 +120,11 @@ fn because(model: &Model, observation: &Observation, members: &[usize]) -> Strin
     let mut joints: Vec<usize> = members.iter().filter_map(|&c| joint_of(model, c)).collect();
     joints.sort_unstable();
     joints.dedup();
-    let still = joints.into_iter().filter(|&k| observation.range[k].1 - observation.range[k].0 < LITTLE_MOTION);
-    let text = |k: usize| format!("joint {} moves {:.3} rad", k + 1, observation.range[k].1 - observation.range[k].0);
+    let still = joints.into_iter().filter(|&k| is_little(model, observation, k));
+    let text = |k: usize| {
+        let range = observation.range[k].1 - observation.range[k].0;
+        format!("joint {} moves {range:.3} {}", k + 1, unit(model, k))
+    };
     let texts: Vec<String> = still.map(text).collect();
     if texts.is_empty() { String::new() } else { format!(": {}", texts.join(", ")) }
 }
