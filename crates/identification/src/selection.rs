@@ -145,7 +145,6 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             steps += 1;
         }
     }
-    let at_the_end = best.0.abs() + STEP > LONGEST;
     // Golden section around the best of the grid.
     let width = STEP;
     let golden = 0.5 * (5f64.sqrt() - 1.0);
@@ -168,6 +167,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     if last < best.1 {
         best = (middle, last);
     }
+    // The finer search reaches one step beyond the last of the grid.
+    let at_the_end = best.0.abs() > LONGEST + 0.9 * STEP;
     Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
 }
 
@@ -233,6 +234,8 @@ mod tests {
         let delay =
             estimate_delay(&arm, &[LogSource::Held(log(0.006, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
         assert!((delay.seconds - 0.006).abs() < 5e-4, "{delay:?}");
-        assert!(delay.residual < delay.residual_without);
+        assert!(delay.residual < delay.residual_without && !delay.at_the_end);
+        let late = estimate_delay(&arm, &[LogSource::Held(log(0.1, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
+        assert!(late.at_the_end, "{late:?}");
     }
 }
