@@ -39,7 +39,8 @@ pub fn load(
     let frame = if whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let x: Ten = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
     let covariance = &frame * &found.covariance * frame.transpose();
-    let widening = widening(fit);
+    // Residuals of logs stay the same for a while: intervals are wider than for white noise.
+    let widening = fit.estimate.discount().sqrt();
     let sigma: Ten = std::array::from_fn(|i| widening * covariance[(i, i)].max(0.0).sqrt());
     let name = &robot.link(id).name;
     let frame = if whole { "the link as the model's file has it" } else { "the link's modified DH frame" };
@@ -90,12 +91,4 @@ fn body(link: Option<&str>, subject: &Subject) -> Result<usize, Failure> {
             }
         }
     }
-}
-
-/// How much wider than for white noise intervals are in this fit: the median over its parameters, at least 1.
-fn widening(fit: &Fit) -> f64 {
-    let ratio = |p: &identification::Identified| Some(p.robust_sigma? / p.sigma?).filter(|r| r.is_finite());
-    let mut ratios: Vec<f64> = fit.estimate.parameters.iter().filter_map(ratio).collect();
-    ratios.sort_by(f64::total_cmp);
-    ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
 }

@@ -96,6 +96,14 @@ impl Estimate {
         self.parameters.iter().find(|p| p.name == name)?.value
     }
 
+    /// How many correlated samples are worth one: the median of (robust sigma / white sigma)^2, at least 1.
+    pub fn discount(&self) -> f64 {
+        let ratio = |p: &Identified| Some((p.robust_sigma? / p.sigma?).powi(2)).filter(|r| r.is_finite());
+        let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
+    }
+
     /// The text of estimate.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         serde_yaml::to_string(self).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))

@@ -76,7 +76,7 @@ pub fn identify_consistent(
         bodies: references.to_vec(),
         scale: scale(&model, &fit),
         gamma: consistency.prior_weight,
-        discount: if consistency.discount { discount(&fit.estimate) } else { 1.0 },
+        discount: if consistency.discount { fit.estimate.discount() } else { 1.0 },
         friction: friction_deviation(&model, &fit, consistency.bounded_friction),
     };
     let consistent = consistent(&weighted(&joints, &weights), map, &prior);
@@ -126,14 +126,6 @@ fn scale(model: &Model, fit: &Fit) -> f64 {
     let moment = |(p, x): (&crate::observation::Parameter, &f64)| (p.unit == "kg m").then_some(x.abs());
     let largest = model.parameters.iter().zip(&fit.solution.x).filter_map(moment).fold(0.0, f64::max);
     if largest > 0.0 { largest / 0.3 } else { 1.0 }
-}
-
-/// The median of (robust sigma / white sigma)^2, at least 1.
-fn discount(estimate: &Estimate) -> f64 {
-    let ratio = |p: &Identified| Some((p.robust_sigma? / p.sigma?).powi(2)).filter(|r| r.is_finite());
-    let mut ratios: Vec<f64> = estimate.parameters.iter().filter_map(ratio).collect();
-    ratios.sort_by(f64::total_cmp);
-    ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
 }
 
 fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
