@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use identification::{Estimate, KnownLoad, StandardMap};
+use identification::estimate::artefact::Estimate;
+use identification::model::known_load::KnownLoad;
+use identification::model::standard_map::StandardMap;
 use modeling::{BaseParameters, Derivation};
 use robot::{Inertial, Robot};
 use tests::program::{folder, rist};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::{Dataset, Subject};
+use identification::benchmark::dataset::{Dataset, Subject};
 
 use crate::failure::{Failure, print};
 use crate::model::{Derived, read_with_rotors, references, standard_map};

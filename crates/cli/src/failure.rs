@@ -33,8 +33,8 @@ impl From<robot::Error> for Failure {
     }
 }
 
-impl From<identification::Error> for Failure {
-    fn from(e: identification::Error) -> Failure {
+impl From<logs::Error> for Failure {
+    fn from(e: logs::Error) -> Failure {
         Failure::new(e)
     }
 }

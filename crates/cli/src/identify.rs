@@ -3,7 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::{ColumnNames, FrictionTerm, Options, SpectralMethod, Weights};
+use identification::estimate::options::Options;
+use identification::estimators::weighted::Weights;
+use identification::model::friction::terms::FrictionTerm;
+use identification::spectrum::identify::SpectralMethod;
+use logs::ColumnNames;
 
 use crate::failure::Failure;
 use crate::identify_spectrum::Scale;

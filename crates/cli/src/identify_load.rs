@@ -2,9 +2,14 @@
 
 use std::fmt::Write as _;
 
-use identification::{
-    Fit, LogSource, Model, Observation, Options, SourceRecords, Ten, centroidal, payload, smallest_eigenvalue,
-};
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::estimators::payload::payload;
+use identification::model::linear_model::Model;
+use identification::model::pseudo_inertia::{Ten, centroidal, smallest_eigenvalue};
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use logs::LogSource;
 use nalgebra::DMatrix;
 use robot::{LinkId, transform_inertial};
 
@@ -26,7 +31,7 @@ pub fn load(
     let index = body(link, subject)?;
     let couplings = options.transmission.coupled();
     let model = Model::new(regressor, &options.friction, &couplings);
-    let records = SourceRecords::new(regressor, loaded, options)?;
+    let records = SourceRecords::new(regressor, loaded, &options.preparation())?;
     let with = Observation::of_records(&model, &records, None)?.joints(|_| true);
     let without = fit.observation.joints(|_| true);
     let found = payload(&without, &with, &fit.weights, &standard_map(robot, parameters), index)?;

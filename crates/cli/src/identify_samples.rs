@@ -3,11 +3,22 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use identification::{
-    DriveGains, Effort, Estimate, Fit, FrictionTerm, Gain, JointDynamics, LogSource, Model, Observation, Options,
-    Regressor, SourceRecords, Status, Validation, bodies, coordinate_label, cross_validate, estimate_delay,
-    estimate_drive_gains, friction_candidates, identify_consistent, mjcf_joints, select_friction, validate, write_back,
-};
+use identification::estimate::artefact::{Estimate, Status};
+use identification::estimate::consistent::{bodies, identify_consistent};
+use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::held_out::{Validation, cross_validate, validate};
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::estimate::selection::{estimate_delay, friction_candidates, select_friction};
+use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
+use identification::model::friction::terms::FrictionTerm;
+use identification::model::linear_model::Model;
+use identification::model::parameter::label as coordinate_label;
+use identification::model::regressor::Regressor;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use identification::write::write_back::{JointDynamics, mjcf_joints, write_back};
+use logs::{Effort, LogSource};
 use modeling::BaseParameters;
 use robot::{Coordinate, Inertial, LinkId, Robot, RotorInertia};
 
@@ -55,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         options.signal.delay = seconds;
     }
-    let records = SourceRecords::new(regressor, &logs, &options)?;
+    let records = SourceRecords::new(regressor, &logs, &options.preparation())?;
     if arguments.friction.as_ref().is_some_and(|words| words.contains(&Friction::Auto)) {
         let couplings = options.transmission.coupled();
         let seen = Observation::of_records(&Model::new(regressor, &[], &couplings), &records, None)?;
@@ -330,7 +341,7 @@ pub fn predictions(
     let model = Model::new(regressor, &options.friction, &couplings);
     let x: Vec<f64> = model.parameters.iter().map(|p| estimate.value(&p.name).unwrap_or(0.0)).collect();
     let predict = |log: &LogSource| {
-        let records = SourceRecords::new(regressor, std::slice::from_ref(log), options)?;
+        let records = SourceRecords::new(regressor, std::slice::from_ref(log), &options.preparation())?;
         Ok((log.name(), validate(&model, &x, &records)?))
     };
     logs.iter().map(predict).collect()

@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
-use identification::{
-    ColumnNames, Effort, ExcitingTrajectory, ExperimentPlan, Gain, HarmonicOptions, Log, Record, SpectralExperiment,
-    SpectralMethod, identify_spectrum,
-};
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::experiments::record::Record;
+use identification::spectrum::experiment::SpectralExperiment;
+use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
+use identification::spectrum::rist_mh::data::HarmonicOptions;
+use logs::{ColumnNames, Effort, Log};
 
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;

@@ -143,7 +143,7 @@ fn as_json(robot: &Robot, derived: &Derived, tilted: &Tilted) -> Value {
             "base_regressor": count(derived.base.count()),
             "torque": count(derived.torque.count()),
         },
-        "compiled": identification::compiled(derived.base.fingerprint()).is_some(),
+        "compiled": identification::model::compiled::compiled(derived.base.fingerprint()).is_some(),
         "notes": robot.notes.iter().map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
 }
@@ -236,7 +236,7 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
         let c = function.count();
         line!("  {name:<18} {:>6} {:>6} {:>8}", c.mul, c.add, c.sin_cos);
     }
-    if identification::compiled(derived.base.fingerprint()).is_some() {
+    if identification::model::compiled::compiled(derived.base.fingerprint()).is_some() {
         line!("the base regressor is compiled into this program");
     }
     text

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
-use identification::{Regressor, StandardMap};
+use identification::model::regressor::Regressor;
+use identification::model::standard_map::StandardMap;
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::format::{Angles, Mimic, ReadOptions};
 use robot::{Drive, Inertial, LinkId, Robot, RotorInertia};
@@ -189,7 +190,7 @@ impl Derived {
     }
 
     fn plain_regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
-        match identification::compiled(self.base.fingerprint()) {
+        match identification::model::compiled::compiled(self.base.fingerprint()) {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),

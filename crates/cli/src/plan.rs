@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::{
-    CandidateGrid, Criterion, ExperimentPlan, Profile, RegressorDynamics, Search, SimulationSetup, TrajectoryFormat,
-    candidates, motion_limits, trajectory_file,
-};
+use identification::experiments::candidates::{CandidateGrid, candidates};
+use identification::experiments::exchange::{Criterion, Search};
+use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::experiments::profile::Profile;
+use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
+use identification::simulate::dynamics::RegressorDynamics;
+use identification::simulate::setup::{SimulationSetup, motion_limits};
 
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;

@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::{Estimate, ExperimentPlan, ValidationReport, parameter_picture, report, torque_picture};
+use identification::estimate::artefact::Estimate;
+use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::spectrum::validate::ValidationReport;
+use identification::write::html::{parameter_picture, report, torque_picture};
 
 use crate::failure::{Failure, write_file};
 use crate::spectrum::{make_directory, read_text};

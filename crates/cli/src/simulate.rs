@@ -3,10 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use identification::{
-    Dynamics, Effort, Estimate, ExperimentPlan, Identified, Random, Reference, RegressorDynamics, SimulationSetup,
-    Stop, ValidationMotion, inverse_dynamics, validation_trajectory,
-};
+use identification::algebra::random::Random;
+use identification::benchmark::monte_carlo::inverse_dynamics;
+use identification::estimate::artefact::{Estimate, Identified};
+use identification::experiments::exciting_trajectory::Reference;
+use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
+use identification::simulate::closed_loop::Stop;
+use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
+use identification::simulate::setup::SimulationSetup;
+use logs::Effort;
 
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;
@@ -97,7 +103,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (e, t) in plan.experiments.iter().zip(&trajectories) {
         write(&e.name, &dynamics, &t.reference(), &feedforward)?;
     }
-    let of = |f: &dyn Fn(&identification::MotionLimits) -> f64| setup.limits.iter().map(f).collect::<Vec<f64>>();
+    let of = |f: &dyn Fn(&identification::experiments::candidates::MotionLimits) -> f64| {
+        setup.limits.iter().map(f).collect::<Vec<f64>>()
+    };
     let position: Vec<(f64, f64)> = setup.limits.iter().map(|l| l.position).collect();
     let (velocity, acceleration) = (of(&|l| l.velocity), of(&|l| l.acceleration));
     for v in 0..arguments.validation {

@@ -3,7 +3,11 @@
 
 use std::path::Path;
 
-use identification::{Estimate, KnownLoad, ModelReference, Regressor, coordinate_label};
+use identification::estimate::artefact::Estimate;
+use identification::model::known_load::KnownLoad;
+use identification::model::parameter::label as coordinate_label;
+use identification::model::reference::ModelReference;
+use identification::model::regressor::Regressor;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
 use crate::failure::Failure;

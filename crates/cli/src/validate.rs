@@ -3,7 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::{ColumnNames, Effort, Estimate, Log, LogSource, Record, Validation, validate_motions};
+use identification::estimate::artefact::Estimate;
+use identification::estimate::held_out::Validation;
+use identification::experiments::record::Record;
+use identification::spectrum::validate::validate_motions;
+use logs::{ColumnNames, Effort, Log, LogSource};
 
 use crate::failure::{Failure, print, write_file};
 use crate::identify_samples::predictions;

@@ -19,10 +19,13 @@ mod race_plan;
 #[path = "../tests/tree_robot/mod.rs"]
 mod tree_robot;
 
-use identification::{
-    BenchmarkArm, Criterion, ExcitingTrajectory, Fixture, Gain, HarmonicOptions, Method, Rows, Scenario, Search,
-    exchange,
-};
+use identification::algebra::information_matrix::Rows;
+use identification::benchmark::monte_carlo::{Fixture, Method};
+use identification::benchmark::scenario::{BenchmarkArm, Scenario};
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::experiments::exchange::{Criterion, Search, exchange};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::spectrum::rist_mh::data::HarmonicOptions;
 use tree_robot::TreeRobot;
 
 /// The third gain known, the others free.

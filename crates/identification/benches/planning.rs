@@ -12,10 +12,11 @@ mod tree_robot;
 
 use std::time::Instant;
 
-use identification::{
-    Candidate, Criterion, Random, Rows, Search, certified_efficiency, condition_bound, determinant_bound, exchange,
-    value_of,
-};
+use identification::algebra::information_matrix::Rows;
+use identification::algebra::random::Random;
+use identification::experiments::candidates::Candidate;
+use identification::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
 use tree_robot::TreeRobot;
 
 fn main() {

@@ -9,7 +9,13 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use identification::{Fit, LogSource, Options, Random, Regressor, SourceRecords, compiled};
+use identification::algebra::random::Random;
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::model::compiled::compiled;
+use identification::model::regressor::Regressor;
+use identification::signals::records::SourceRecords;
+use logs::LogSource;
 
 fn panda() -> impl Regressor {
     let function = generated::all().iter().find(|f| f.name == "panda").expect("a model of the repository");
@@ -63,7 +69,7 @@ fn measure(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let rows = log.report().kept;
     let held = if matches!(log, LogSource::Held(_)) { "held" } else { "streamed" };
     let logs = [log];
-    let records = SourceRecords::new(&arm, &logs, &options)?;
+    let records = SourceRecords::new(&arm, &logs, &options.preparation())?;
     let fit = Fit::of_records(&arm, &records, Vec::new(), &options)?;
     let seconds = start.elapsed().as_secs_f64();
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -36,12 +36,29 @@ mod tree_robot;
 
 use std::cell::RefCell;
 
-use identification::{
-    BenchmarkArm, Block, ClosedLoop, Consistency, Effort, Elimination, Error, Fit, FrictionLaw, Log, LogReport, Model,
-    Observation, Options, Random, Record, Reference, Sensing, Signal, Simulation, Simulator, StandardMap, States, Ten,
-    Triangle, ValidationMotion, Weights, essential, identify_consistent, simulated, solve, total_least_squares,
-    validation_trajectory, weighted,
-};
+use identification::algebra::least_squares::solve;
+use identification::algebra::random::Random;
+use identification::algebra::total_least_squares::total_least_squares;
+use identification::algebra::triangle::{Block, Triangle};
+use identification::benchmark::scenario::BenchmarkArm;
+use identification::estimate::consistent::{Consistency, identify_consistent};
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
+use identification::estimators::essential::{Elimination, essential};
+use identification::estimators::weighted::Weights;
+use identification::experiments::exciting_trajectory::Reference;
+use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
+use identification::experiments::record::Record;
+use identification::model::friction::law::FrictionLaw;
+use identification::model::linear_model::Model;
+use identification::model::pseudo_inertia::Ten;
+use identification::model::standard_map::StandardMap;
+use identification::model::states::States;
+use identification::rows::observation::{Observation, weighted};
+use identification::signals::signal_options::Signal;
+use identification::simulate::closed_loop::{Sensing, Simulation};
+use logs::{Effort, Error, Log, LogReport};
 use standard_map::{standard_map, with_base, with_scaled_links};
 use tally::Tally;
 use tree_robot::{NOISE, TreeRobot};
@@ -200,7 +217,7 @@ impl<'a> Bench<'a> {
     }
 
     fn map_column(&self, name: &str) -> usize {
-        let names = identification::Regressor::parameters(self.robot);
+        let names = identification::model::regressor::Regressor::parameters(self.robot);
         names.iter().position(|n| n == name).expect("a base parameter of the arm")
     }
 
@@ -326,7 +343,7 @@ fn states(robot: &TreeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option
     let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
     let log = Log {
         name: "R3G".into(),
-        coordinates: identification::Regressor::coordinates(robot).to_vec(),
+        coordinates: identification::model::regressor::Regressor::coordinates(robot).to_vec(),
         t: (0..count).map(|i| i as f64 * record.sample_time).collect(),
         q: record.q.clone(),
         dq: None,
@@ -339,7 +356,11 @@ fn states(robot: &TreeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option
     };
     let order = if cutoff.is_some() { Signal::default().order } else { 0 };
     let signal = Signal { cutoff, order, standstill: Some(0.0), ..Signal::default() };
-    let records = identification::states(robot, &log, &Options { signal, friction: Vec::new(), ..Options::default() })?;
+    let records = identification::signals::preparation::states(
+        robot,
+        &log,
+        &Options { signal, friction: Vec::new(), ..Options::default() }.preparation(),
+    )?;
     // The clock has no gap: one record.
     records.into_iter().next().ok_or_else(|| Error::new("no record"))
 }

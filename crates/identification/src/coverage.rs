@@ -2,20 +2,24 @@
 //!
 //! Per estimator: bias, RMSE and coverage (`tally`). On a whole arm: `cargo bench -p identification --bench synthetic`.
 
-use crate::closed_loop::{ClosedLoop, Simulator, simulated};
-use crate::huber::reweighted;
-use crate::identify::{Options, Weights, fit, identify};
-use crate::identify_consistent::identity_map;
-use crate::log::{Effort, Log};
-use crate::log_report::LogReport;
-use crate::observation::{Model, Observation, weighted};
-use crate::physical::{Prior, consistent};
-use crate::random::Random;
-use crate::regressor::Regressor;
-use crate::robust::robust;
-use crate::signal::{Signal, States, gradient};
+use crate::algebra::random::Random;
+use crate::estimate::consistent::identity_map;
+use crate::estimate::identify::identify;
+use crate::estimate::options::Options;
+use crate::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
+use crate::estimators::consistent::{Prior, consistent};
+use crate::estimators::correlated_deviation::robust;
+use crate::estimators::huber::reweighted;
+use crate::estimators::weighted::{Weights, fit};
+use crate::model::linear_model::Model;
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
+use crate::rows::observation::{Observation, weighted};
+use crate::signals::joint_signals::gradient;
+use crate::signals::signal_options::Signal;
 use crate::tally::Tally;
 use crate::test_arm::{Loop, Pendulum};
+use logs::{Effort, Log, LogReport};
 
 /// Standard deviation of the torque noise, N m.
 const NOISE: f64 = 0.1;
@@ -53,7 +57,7 @@ fn estimators_against_the_bound() {
             slow.tau[r] += drift;
         }
         let solve = |states: &States, weights| fit(&Observation::of(&model, states, 1).joints(|_| true), weights);
-        let sigma = |s: &crate::Solution| -> Vec<f64> {
+        let sigma = |s: &crate::algebra::least_squares::Solution| -> Vec<f64> {
             (0..model.p()).map(|c| (s.variance * s.inverse[(c, c)]).sqrt()).collect()
         };
         let (ols, _) = solve(&white, Weights::None);
@@ -105,7 +109,8 @@ fn consistency_helps_poor_data_only() {
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);
         for _ in 0..40 {
-            let (mut triangle, mut block) = (crate::Triangle::new(10), crate::Block::new(10));
+            let (mut triangle, mut block) =
+                (crate::algebra::triangle::Triangle::new(10), crate::algebra::triangle::Block::new(10));
             for _ in 0..60 {
                 let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
                 let y: f64 = row.iter().zip(body).map(|(a, b)| a * b).sum();
@@ -113,7 +118,7 @@ fn consistency_helps_poor_data_only() {
             }
             triangle.fold(&mut block);
             let white = weighted(&[triangle], &[1.0 / noise]);
-            let free = crate::solve(&white);
+            let free = crate::algebra::least_squares::solve(&white);
             let prior = Prior { bodies: vec![None], scale: 1.0, gamma: 1e-3, discount: 1.0, friction: Vec::new() };
             let constrained = consistent(&white, &map, &prior);
             for c in 0..10 {

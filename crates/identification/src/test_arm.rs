@@ -1,7 +1,7 @@
 //! A pendulum on a cart-free pivot with rotor: the smallest arm that has everything, for tests.
 
-use crate::regressor::Regressor;
-use crate::signal::States;
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
 
 /// tau = ZZ ddq + MX g cos q + MY g (-sin q).
 pub struct Pendulum {
@@ -33,7 +33,7 @@ impl Pendulum {
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
-            states.direction.push(crate::friction::sign(dq));
+            states.direction.push(crate::model::friction::terms::sign(dq));
             states.ddq.push(ddq);
             states.tau.push(y.iter().zip(self.truth).map(|(a, b)| a * b).sum());
             states.used.push(true);
@@ -62,8 +62,8 @@ pub struct Loop {
     pub samples: usize,
 }
 
-impl crate::closed_loop::Simulator for Loop {
-    fn simulate(&self, x: &[f64]) -> Result<States, crate::Error> {
+impl crate::estimators::closed_loop::Simulator for Loop {
+    fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
         let (zz, mx, my) = (x[0], x[1], x[2]);
         let gravity = |q: f64| 9.81 * (mx * q.cos() - my * q.sin());
         let reference =
@@ -80,7 +80,7 @@ impl crate::closed_loop::Simulator for Loop {
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
-            states.direction.push(crate::friction::sign(dq));
+            states.direction.push(crate::model::friction::terms::sign(dq));
             states.ddq.push((tau - gravity(q)) / zz);
             states.tau.push(tau);
             states.used.push(true);

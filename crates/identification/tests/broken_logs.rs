@@ -5,9 +5,13 @@ use std::path::Path;
 mod log_files;
 mod log_formats;
 
-use identification::{Log, Options, Regressor, Signal, Table, identify};
+use identification::estimate::identify::identify;
+use identification::estimate::options::Options;
+use identification::model::regressor::Regressor;
+use identification::signals::signal_options::Signal;
 use log_files::parquet::{PLAIN, Pages, Values};
 use log_files::{Mcap, State, chunk};
+use logs::{Log, Table};
 
 /// Joints that do not couple: tau_j = ZZ_j ddq_j.
 struct Wheels {

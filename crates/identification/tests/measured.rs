@@ -3,10 +3,15 @@
 
 mod newton_euler;
 
-use identification::{
-    Dataset, Estimate, Gain, Log, LogSource, Options, Regressor, Score, Status, Subject, estimate_delay,
-    estimate_drive_gains, identify,
-};
+use identification::benchmark::dataset::{Dataset, Score, Subject};
+use identification::estimate::artefact::{Estimate, Status};
+use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::identify::identify;
+use identification::estimate::options::Options;
+use identification::estimate::selection::estimate_delay;
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::model::regressor::Regressor;
+use logs::{Log, LogSource};
 use newton_euler::{Arm, shared};
 
 fn arm(dataset: &str) -> Arm {

@@ -2,7 +2,13 @@
 
 mod newton_euler;
 
-use identification::{Estimate, Log, Options, Regressor, Signal, Weights, identify};
+use identification::estimate::artefact::Estimate;
+use identification::estimate::identify::identify;
+use identification::estimate::options::Options;
+use identification::estimators::weighted::Weights;
+use identification::model::regressor::Regressor;
+use identification::signals::signal_options::Signal;
+use logs::Log;
 use newton_euler::{Arm, shared};
 
 fn baseline(weights: Weights) -> Option<Estimate> {

@@ -17,12 +17,21 @@ mod tree_robot;
 use arm::benchmark_arm;
 use candidates::benchmark_candidates;
 use golden::golden_plan;
-use identification::{
-    Band, Criterion, ExcitingTrajectory, Figures, Fixture, FrictionLaw, Gain, GainComparison, HarmonicData,
-    HarmonicOptions, Method, NoiseLevels, Record, Rows, Scaling, Scenario, Search, SpectralExperiment,
-    certified_efficiency, condition_bound, determinant_bound, exchange, gains_by_total_least_squares, spectrum,
-    value_of,
-};
+use identification::algebra::fourier as spectrum;
+use identification::algebra::information_matrix::Rows;
+use identification::benchmark::gain_monte_carlo::GainComparison;
+use identification::benchmark::monte_carlo::{Figures, Fixture, Method};
+use identification::benchmark::scenario::Scenario;
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
+use identification::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::experiments::record::Record;
+use identification::model::friction::law::FrictionLaw;
+use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
+use identification::spectrum::harmonics::Band;
+use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use load::with_load;
 use race_robot::race;
 use tree_robot::{NOISE, TreeRobot};
@@ -120,7 +129,7 @@ fn threads_change_nothing() {
 /// Trap a: differences that stop at the edges of the window put noise/h^2 into every bin.
 #[test]
 fn differences_must_wrap_around() {
-    let mut random = identification::Random::new(1);
+    let mut random = identification::algebra::random::Random::new(1);
     let (n, h, noise) = (4000, 1e-3, 5e-5);
     let (mut wrapped, mut cut) = (0.0, 0.0);
     for _ in 0..20 {
@@ -179,7 +188,7 @@ fn plans_are_certified() {
     }
     let golden: Vec<Rows> = golden_plan()
         .into_iter()
-        .map(|t| identification::Candidate::new(t, &TreeRobot::r3(true), &NOISE).information)
+        .map(|t| identification::experiments::candidates::Candidate::new(t, &TreeRobot::r3(true), &NOISE).information)
         .collect();
     let all: Vec<usize> = (0..8).collect();
     let value = value_of(&golden, &all, Criterion::Determinant);
@@ -188,7 +197,7 @@ fn plans_are_certified() {
 
 mod reconstruction {
     use super::*;
-    use identification::Regressor;
+    use identification::model::regressor::Regressor;
     use race_plan::{chosen, planned_and_random, race_candidates};
 
     fn plan(robot: &TreeRobot) -> Vec<ExcitingTrajectory> {
@@ -242,7 +251,7 @@ mod reconstruction {
         // The compiled regressor is thirty times faster than the recursion; a column of it may be in another
         // unit (D2 MX3 for MX3), which one state shows.
         let fingerprint = generated::all().iter().find(|c| c.name == "race").unwrap().fingerprint;
-        let regressor = identification::compiled(fingerprint).unwrap();
+        let regressor = identification::model::compiled::compiled(fingerprint).unwrap();
         let (q, dq, ddq) = ([0.3, -0.4, 0.9], [1.0, 2.0, -1.5], [3.0, -5.0, 7.0]);
         let (mut fast, mut slow) = (vec![0.0; 54], vec![0.0; 54]);
         regressor.fill(&q, &dq, &ddq, &mut fast);

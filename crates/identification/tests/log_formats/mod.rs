@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use identification::{Log, LogSource, Options, Regressor, Table, identify};
+use identification::estimate::identify::identify;
+use identification::estimate::options::Options;
+use identification::model::regressor::Regressor;
+use logs::{Log, LogSource, Table};
 
 use super::log_files::parquet::{PLAIN, Pages, Values, doubles, file};
 use super::log_files::{Mcap, State, csv, npz};

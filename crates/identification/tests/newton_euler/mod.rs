@@ -4,7 +4,9 @@
 //! The torque is linear in the standard parameters; column c is the torque of a unit parameter c.
 //! Base columns are chosen left to right among random states by Gram-Schmidt.
 
-use identification::{Random, Regressor, StandardMap};
+use identification::algebra::random::Random;
+use identification::model::regressor::Regressor;
+use identification::model::standard_map::StandardMap;
 use nalgebra::DMatrix;
 
 type V = [f64; 3];

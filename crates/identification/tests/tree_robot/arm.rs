@@ -1,6 +1,8 @@
 //! The arm of R3G and R3B with its drives, controller and sensors.
 
-use identification::{BenchmarkArm, Controller, Drives, FrictionLaw, Sensing};
+use identification::benchmark::scenario::BenchmarkArm;
+use identification::model::friction::law::FrictionLaw;
+use identification::simulate::closed_loop::{Controller, Drives, Sensing};
 
 use crate::tree_robot::{ACCELERATION, NOISE, TreeRobot, VELOCITY};
 

@@ -1,6 +1,7 @@
 //! The experiments a plan of R3G or R3B may choose from.
 
-use identification::{Candidate, ExcitingTrajectory, MotionKind};
+use identification::experiments::candidates::Candidate;
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
 
 use crate::tree_robot::{NOISE, TreeRobot, bang_bang};
 

@@ -1,6 +1,6 @@
 //! A plan of eight for R3G.
 
-use identification::{ExcitingTrajectory, MotionKind};
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
 
 use crate::tree_robot::bang_bang;
 

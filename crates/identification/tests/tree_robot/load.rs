@@ -1,6 +1,6 @@
 //! R3G with a load on its forearm.
 
-use identification::Regressor;
+use identification::model::regressor::Regressor;
 
 use crate::tree_robot::{TreeRobot, link_at};
 

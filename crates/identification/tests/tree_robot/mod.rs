@@ -3,7 +3,10 @@
 //!
 //! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r); joint variables are affine in q.
 
-use identification::{Dynamics, ExcitingTrajectory, MotionKind, Profile, Regressor};
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+use identification::experiments::profile::Profile;
+use identification::model::regressor::Regressor;
+use identification::simulate::dynamics::Dynamics;
 
 /// Of the arm: rad/s, rad/s^2, rad/s, and N m a sample.
 pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
@@ -225,7 +228,7 @@ impl TreeRobot {
 
     fn reduce(&mut self) {
         let (n, width) = (self.coordinates.len(), 11 * self.links.len());
-        let mut random = identification::Random::new(1);
+        let mut random = identification::algebra::random::Random::new(1);
         let mut w = vec![Vec::new(); width];
         for _ in 0..60 {
             let mut draw = |scale: f64| (0..n).map(|_| scale * (2.0 * random.uniform() - 1.0)).collect::<Vec<_>>();

@@ -1,6 +1,9 @@
 //! A PUMA 560 and the experiments a plan for it may choose from.
 
-use identification::{Candidate, ExcitingTrajectory, MotionKind, Profile, Random};
+use identification::algebra::random::Random;
+use identification::experiments::candidates::Candidate;
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+use identification::experiments::profile::Profile;
 
 use crate::tree_robot::{Link, Standard, TreeRobot, link_at};
 

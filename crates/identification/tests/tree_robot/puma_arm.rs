@@ -1,6 +1,8 @@
 //! The PUMA 560 with drives, controller, friction and sensors of the specification's benchmark.
 
-use identification::{BenchmarkArm, Controller, Drives, FrictionLaw, Sensing};
+use identification::benchmark::scenario::BenchmarkArm;
+use identification::model::friction::law::FrictionLaw;
+use identification::simulate::closed_loop::{Controller, Drives, Sensing};
 
 use crate::tree_robot::TreeRobot;
 

@@ -1,9 +1,11 @@
 //! The experiments that identify the RACE arm.
 
-use identification::{
-    Candidate, CandidateGrid, Criterion, ExcitingTrajectory, MotionLimits, Profile, Random, Rows, Search, candidates,
-    exchange, value_of,
-};
+use identification::algebra::information_matrix::Rows;
+use identification::algebra::random::Random;
+use identification::experiments::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
+use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::experiments::profile::Profile;
 
 use crate::tree_robot::{NOISE, TreeRobot};
 

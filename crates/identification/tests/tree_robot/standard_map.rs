@@ -1,6 +1,7 @@
 //! A tree of links in other parameters: base to standard, and a robot of given base parameters.
 
-use identification::{Regressor, StandardMap};
+use identification::model::regressor::Regressor;
+use identification::model::standard_map::StandardMap;
 
 use crate::tree_robot::{LETTERS, Link, TreeRobot};
 

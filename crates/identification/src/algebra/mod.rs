@@ -1,0 +1,10 @@
+//! Matrices, transforms and random numbers: nothing of robots.
+
+pub mod fourier;
+pub mod information_matrix;
+pub mod least_squares;
+pub mod positive_definite;
+pub mod random;
+pub mod total_least_squares;
+pub mod triangle;
+pub mod vector;

@@ -1,0 +1,25 @@
+//! Linear systems with a positive definite matrix.
+
+/// Solves A x = b in place for a symmetric positive definite A (n x n, row by row); `false` when
+/// A is not positive definite.
+pub(crate) fn solve_positive(a: &mut [f64], b: &mut [f64]) -> bool {
+    let n = b.len();
+    for k in 0..n {
+        let pivot = a[k * n + k];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        for i in k + 1..n {
+            let f = a[i * n + k] / pivot;
+            for c in k + 1..n {
+                a[i * n + c] -= f * a[k * n + c];
+            }
+            b[i] -= f * b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let tail: f64 = (k + 1..n).map(|c| a[k * n + c] * b[c]).sum();
+        b[k] = (b[k] - tail) / a[k * n + k];
+    }
+    true
+}

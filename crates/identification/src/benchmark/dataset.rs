@@ -1,0 +1,202 @@
+//! Measured robots and the figures to reach on them: recipes, and the scoreboard of running them.
+//!
+//! A recipe names the logs of a folder, how to read them, what to fit and what to predict, and the
+//! residual that an independent baseline reached with the same columns and split.
+
+use std::fmt;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::Deserialize;
+
+use crate::estimate::consistent::{Consistency, identify_consistent};
+use crate::estimate::held_out::{Validation, validate};
+use crate::estimate::identify::Fit;
+use crate::estimate::options::Options;
+use crate::model::linear_model::Model;
+use crate::model::pseudo_inertia::Ten;
+use crate::model::regressor::Regressor;
+use crate::model::standard_map::StandardMap;
+use crate::signals::preparation::states;
+use logs::{Error, Log, Window};
+
+/// A folder of logs of one robot and what to do with them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dataset {
+    /// The folder's name.
+    pub name: String,
+    /// The robot's description: a file of the folder or of the models.
+    pub model: String,
+    /// Whether the regressor must hold the rotor inertias of the joints.
+    #[serde(default)]
+    pub rotors: bool,
+    pub runs: Vec<Run>,
+}
+
+/// One fit and its predictions.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    pub title: String,
+    #[serde(default)]
+    pub options: Options,
+    /// Physically consistent estimation instead of plain least squares.
+    #[serde(default)]
+    pub consistency: Option<Consistency>,
+    pub train: Vec<LogFile>,
+    #[serde(default)]
+    pub validate: Vec<LogFile>,
+    /// Totals of the baseline: training, then each validation; null for what it did not state.
+    #[serde(default)]
+    pub baseline: Vec<Option<f64>>,
+}
+
+/// A log of the folder, or an interval of it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogFile {
+    pub file: String,
+    #[serde(default)]
+    pub window: Option<Window>,
+}
+
+/// A robot as the runs need it.
+pub struct Subject {
+    pub regressor: Box<dyn Regressor>,
+    /// For physically consistent runs.
+    pub map: Option<StandardMap>,
+    /// Known bodies, in the order of the map.
+    pub references: Vec<Option<Ten>>,
+}
+
+/// What one run reached.
+#[derive(Clone, Debug)]
+pub struct Score {
+    pub dataset: String,
+    pub title: String,
+    pub parameters: usize,
+    pub condition_number: f64,
+    /// Training, then each validation, with the names of their logs.
+    pub residuals: Vec<(String, Validation)>,
+    pub baseline: Vec<Option<f64>>,
+    pub seconds: f64,
+    pub remarks: Vec<String>,
+}
+
+/// The recipes that come with the program.
+const RECIPES: [(&str, &str); 5] = [
+    ("panda_gaz2019", include_str!("../../datasets/panda_gaz2019.yaml")),
+    ("tx40_staubli", include_str!("../../datasets/tx40_staubli.yaml")),
+    ("ur10e_innopolis", include_str!("../../datasets/ur10e_innopolis.yaml")),
+    ("cobot6_shanghai", include_str!("../../datasets/cobot6_shanghai.yaml")),
+    ("kr300_kuka", include_str!("../../datasets/kr300_kuka.yaml")),
+];
+
+impl Dataset {
+    /// The recipes that come with the program.
+    pub fn known() -> Result<Vec<Dataset>, Error> {
+        RECIPES.iter().map(|(name, text)| Dataset::from_yaml(&format!("{name}.yaml"), text)).collect()
+    }
+
+    /// Reads a recipe; fails with the line of what is wrong.
+    pub fn from_yaml(file: &str, text: &str) -> Result<Dataset, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))
+    }
+
+    /// Runs everything in the recipe on the logs of `folder`.
+    pub fn score(&self, folder: &Path, subject: &Subject) -> Result<Vec<Score>, Error> {
+        self.runs.iter().map(|run| self.run(run, folder, subject)).collect()
+    }
+
+    /// Runs one fit and its predictions.
+    pub fn run(&self, run: &Run, folder: &Path, subject: &Subject) -> Result<Score, Error> {
+        let regressor = subject.regressor.as_ref();
+        let read = |log: &LogFile| -> Result<Log, Error> {
+            let names = &run.options.columns;
+            let (mut read, _) = Log::read(&folder.join(&log.file), regressor.coordinates(), names)?;
+            read.window = log.window;
+            Ok(read)
+        };
+        let start = Instant::now();
+        let logs = run.train.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let (estimate, x) = match run.consistency {
+            None => {
+                let fit = Fit::of(regressor, &logs, &run.options)?;
+                (fit.estimate, fit.solution.x)
+            }
+            Some(consistency) => {
+                let map = subject.map.as_ref().ok_or_else(|| {
+                    Error::new(format!("{}: no map to standard parameters is given for a consistent run", self.name))
+                })?;
+                let references = &subject.references;
+                let fit = Fit::of(regressor, &logs, &run.options)?;
+                let fit = identify_consistent(regressor, map, references, fit, &run.options, &consistency)?;
+                (fit.estimate, fit.consistent.x)
+            }
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        let couplings = run.options.transmission.coupled();
+        let model = Model::new(regressor, &run.options.friction, &couplings);
+        // Baselines are scored on every row, also where a joint stands still, unless they say otherwise.
+        let mut scored = run.options.clone();
+        scored.signal.standstill.get_or_insert(0.0);
+        let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");
+        let score = |logs: &[Log]| -> Result<Validation, Error> {
+            let mut records = Vec::new();
+            for log in logs {
+                records.extend(states(regressor, log, &scored.preparation())?);
+            }
+            validate(&model, &x, records.as_slice())
+        };
+        let mut residuals = vec![(names(&run.train), score(&logs)?)];
+        for log in &run.validate {
+            residuals.push((log.file.clone(), score(&[read(log)?])?));
+        }
+        Ok(Score {
+            dataset: self.name.clone(),
+            title: run.title.clone(),
+            parameters: estimate.parameters.len(),
+            condition_number: estimate.condition_number,
+            residuals,
+            baseline: run.baseline.clone(),
+            seconds,
+            remarks: estimate.remarks,
+        })
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} | {} | {} parameters, condition {:.1}, {:.2} s",
+            self.dataset, self.title, self.parameters, self.condition_number, self.seconds
+        )?;
+        for (i, (name, residual)) in self.residuals.iter().enumerate() {
+            let joints: Vec<String> = residual.joints.iter().map(|j| format!("{:.3}", j.relative)).collect();
+            let role = if i == 0 { "train" } else { "valid" };
+            write!(f, "  {role} {} total {:.4}", joints.join(" "), residual.total)?;
+            match self.baseline.get(i).copied().flatten() {
+                Some(b) => writeln!(f, " (baseline {b:.4}: {:.2} of it)  {name}", residual.total / b)?,
+                None => writeln!(f, "  {name}")?,
+            }
+        }
+        self.remarks.iter().try_for_each(|r| writeln!(f, "  {r}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_recipes_can_be_read() {
+        for dataset in Dataset::known().unwrap() {
+            assert!(!dataset.runs.is_empty(), "{}", dataset.name);
+            for run in dataset.runs {
+                assert!(run.baseline.len() <= 1 + run.validate.len(), "{}", run.title);
+            }
+        }
+    }
+}

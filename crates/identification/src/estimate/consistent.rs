@@ -1,0 +1,158 @@
+//! From logs to parameters that a simulator accepts: the way in to `physical`.
+//!
+//! The weights by joint are those of WLS. The data are discounted by the median over the
+//! parameters of (robust sigma / white sigma)^2, so that the reference is weighed against what the
+//! residuals are worth; friction that the motion does not show is bounded by the torque it would
+//! make: FV_j has the standard deviation max|tau_j| / (fastest joint's speed), FS_j, FT_j, OFF_j
+//! that of max|tau_j|.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::artefact::{Estimate, Identified, Status};
+use crate::estimate::held_out::residuals;
+use crate::estimate::identify::Fit;
+use crate::estimate::options::Options;
+use crate::estimators::consistent::{Consistent, Prior, consistent};
+use crate::estimators::weighted::Weights;
+use crate::model::linear_model::Model;
+use crate::model::pseudo_inertia::Ten;
+use crate::model::regressor::Regressor;
+use crate::model::standard_map::StandardMap;
+use crate::rows::observation::weighted;
+use logs::Error;
+
+/// What the consistent estimate adds to the data.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Consistency {
+    /// Nats per unit of entropic divergence from the reference bodies.
+    pub prior_weight: f64,
+    /// Discount the data for correlated residuals.
+    pub discount: bool,
+    /// Bound the friction that the motion does not show.
+    pub bounded_friction: bool,
+}
+
+impl Default for Consistency {
+    fn default() -> Consistency {
+        Consistency { prior_weight: 0.1, discount: true, bounded_friction: true }
+    }
+}
+
+/// A consistent estimate, the least squares it stands beside, and the solver's account.
+pub struct ConsistentFit {
+    pub least_squares: Fit,
+    pub consistent: Consistent,
+    /// Base parameters and friction, values of the consistent solution.
+    pub estimate: Estimate,
+}
+
+/// Bodies that can exist, from what least squares was given; `references` in the order of the map's bodies,
+/// where known.
+///
+/// Fails when the map does not fit the regressor, or the prior has no weight.
+pub fn identify_consistent(
+    regressor: &dyn Regressor,
+    map: &StandardMap,
+    references: &[Option<Ten>],
+    fit: Fit,
+    options: &Options,
+    consistency: &Consistency,
+) -> Result<ConsistentFit, Error> {
+    let (rows, base) = (map.matrix.nrows(), regressor.parameters().len());
+    if rows != base || map.matrix.ncols() != map.standard.len() {
+        return Err(Error::new(format!(
+            "the map from standard parameters has {rows} rows, the regressor {base} columns"
+        )));
+    }
+    if !(consistency.prior_weight > 0.0 && consistency.prior_weight.is_finite()) {
+        return Err(Error::new(format!("prior_weight is {}; a positive number is needed", consistency.prior_weight)));
+    }
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let joints = fit.observation.joints(|_| true);
+    let mut weights = fit.weights.clone();
+    if options.weights == Weights::None {
+        let whole = 1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE);
+        weights.iter_mut().for_each(|w| *w = whole);
+    }
+    let prior = Prior {
+        bodies: references.to_vec(),
+        scale: scale(&model, &fit),
+        gamma: consistency.prior_weight,
+        discount: if consistency.discount { fit.estimate.discount() } else { 1.0 },
+        friction: friction_deviation(&model, &fit, consistency.bounded_friction),
+    };
+    let consistent = consistent(&weighted(&joints, &weights), map, &prior);
+    let residual = residuals(&model, &joints, &consistent.x);
+    let mut estimate = Estimate {
+        method: format!("physically consistent, {}", fit.estimate.method),
+        joints: residual.joints,
+        total: residual.total,
+        // The parts left out were predicted by least squares, not by this.
+        cross_validation: None,
+        ..fit.estimate.clone()
+    };
+    for (joint, of_fit) in estimate.joints.iter_mut().zip(&fit.estimate.joints) {
+        joint.f95 = of_fit.f95;
+    }
+    for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
+        *parameter = valued(parameter, x);
+    }
+    estimate.remarks.push(format!(
+        "physically consistent in {} Newton steps ({:?}): 1/2 chi^2 = {:.3}, at most {:.1e} above the optimum over all bodies; residual {:.4}, least squares {:.4}; data counted 1/{:.1}",
+        consistent.newton_steps,
+        consistent.outcome,
+        consistent.objective,
+        consistent.gap,
+        estimate.total,
+        fit.estimate.total,
+        prior.discount
+    ));
+    Ok(ConsistentFit { least_squares: fit, consistent, estimate })
+}
+
+/// The value with the uncertainty of least squares, which the constraints can only lessen.
+fn valued(parameter: &Identified, x: f64) -> Identified {
+    let sigma = parameter.sigma.unwrap_or(f64::INFINITY).max(parameter.robust_sigma.unwrap_or(0.0));
+    Identified {
+        value: Some(x),
+        relative_sigma: parameter.relative_sigma.map(|_| 100.0 * sigma / x.abs()),
+        // What the data leave open comes from the reference.
+        status: if parameter.status == Status::NotIdentifiable { Status::NotIdentifiable } else { parameter.status },
+        ..parameter.clone()
+    }
+}
+
+/// kg: the mass of the ball that stands for unknown bodies, from the largest first moment at an arm
+/// of 0.3 m; 1 kg where no first moment is among the parameters.
+fn scale(model: &Model, fit: &Fit) -> f64 {
+    let moment = |(p, x): (&crate::model::parameter::Parameter, &f64)| (p.unit == "kg m").then_some(x.abs());
+    let largest = model.parameters.iter().zip(&fit.solution.x).filter_map(moment).fold(0.0, f64::max);
+    if largest > 0.0 { largest / 0.3 } else { 1.0 }
+}
+
+fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
+    let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
+    let peak = |j: usize| fit.observation.effort[j];
+    let deviation = |p: &crate::model::parameter::Parameter| match (p.joint, p.unit) {
+        (Some(j), "N m s/rad" | "N s/m") if bounded => peak(j) / fastest,
+        (Some(j), "N m" | "N") if bounded => peak(j),
+        _ => f64::INFINITY,
+    };
+    let base = model.regressor.parameters().len();
+    let deviations = model.parameters[base..].iter().map(deviation);
+    deviations.map(|d| if d > 0.0 { d } else { f64::INFINITY }).collect()
+}
+
+/// The standard parameters of each body, by name.
+pub fn bodies<'a>(map: &'a StandardMap, phi: &'a [f64]) -> impl Iterator<Item = (&'a str, Ten)> {
+    map.bodies.iter().map(|(name, first)| (name.as_str(), std::array::from_fn(|i| phi[first + i])))
+}
+
+/// A map for a regressor whose parameters are the standard ones themselves.
+pub fn identity_map(standard: &[String], bodies: Vec<(String, usize)>, rotors: Vec<usize>) -> StandardMap {
+    let n = standard.len();
+    StandardMap { standard: standard.to_vec(), matrix: DMatrix::identity(n, n), bodies, rotors }
+}

@@ -1,0 +1,11 @@
+//! From logs to an estimate: the solution with its intervals, held-out errors and remarks.
+
+pub mod artefact;
+pub mod consistent;
+pub mod cross_talk;
+pub mod drive_gains;
+pub mod held_out;
+pub mod identify;
+pub mod options;
+pub mod remarks;
+pub mod selection;

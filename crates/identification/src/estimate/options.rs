@@ -1,0 +1,57 @@
+//! How an identification is done: the file of `--options`.
+
+use logs::{ColumnNames, Error};
+use serde::{Deserialize, Serialize};
+
+use crate::estimators::weighted::Weights;
+use crate::model::friction::terms::FrictionTerm;
+use crate::signals::preparation::Preparation;
+use crate::signals::signal_options::Signal;
+use crate::signals::transmission::Transmission;
+
+/// How an identification is done; every part has a default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// Name of the robot, for the report.
+    pub model: String,
+    pub columns: ColumnNames,
+    pub transmission: Transmission,
+    pub signal: Signal,
+    pub friction: Vec<FrictionTerm>,
+    pub weights: Weights,
+    /// Whether the estimate carries its covariance.
+    pub covariance: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            model: String::new(),
+            columns: ColumnNames::default(),
+            transmission: Transmission::default(),
+            signal: Signal::default(),
+            friction: FrictionTerm::STANDARD.to_vec(),
+            weights: Weights::Joint,
+            covariance: false,
+        }
+    }
+}
+
+impl Options {
+    /// Reads options from a YAML file; what it does not name keeps its default.
+    pub fn read(path: &std::path::Path) -> Result<Options, Error> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::at(&file, 0, e.to_string()))?;
+        serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
+    }
+
+    /// What is done to a log: the signal options, with rows at standstill kept where no friction of the model is dry.
+    pub fn preparation(&self) -> Preparation {
+        let mut signal = self.signal.clone();
+        if !self.friction.iter().any(|term| term.is_dry()) {
+            signal.standstill.get_or_insert(0.0);
+        }
+        Preparation { transmission: self.transmission.clone(), signal }
+    }
+}

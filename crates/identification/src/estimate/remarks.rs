@@ -1,0 +1,141 @@
+//! What the data cannot tell, in words, with the motion that would have told it.
+
+use crate::algebra::least_squares::Solution;
+use crate::model::linear_model::Model;
+use crate::rows::observation::Observation;
+
+/// A joint that moves less than this, rad or m, explains why its parameters are badly known.
+const LITTLE_ANGLE: f64 = 0.5;
+const LITTLE_LENGTH: f64 = 0.05;
+
+/// ... unless it is fast: this share of the speed of the fastest joint of its kind.
+const SLOW: f64 = 0.2;
+
+/// Scaled condition numbers above this are worth a sentence.
+const ILL_CONDITIONED: f64 = 100.0;
+
+/// rad: joints of arms that turn farther than two turns are rare, columns in degrees are not.
+const FAR: f64 = 4.0 * std::f64::consts::PI;
+
+/// Joints that hardly move: a small range, and slow beside the fastest joint.
+pub fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
+    let kind = |k: usize| model.regressor.is_prismatic(k);
+    let fastest =
+        |k: usize| (0..model.n()).filter(|&j| kind(j) == kind(k)).map(|j| observation.speed[j]).fold(0.0, f64::max);
+    (0..model.n()).map(|k| is_little(model, observation, k) && observation.speed[k] <= SLOW * fastest(k)).collect()
+}
+
+fn is_little(model: &Model, observation: &Observation, k: usize) -> bool {
+    let little = if model.regressor.is_prismatic(k) { LITTLE_LENGTH } else { LITTLE_ANGLE };
+    observation.range[k].1 - observation.range[k].0 < little
+}
+
+fn unit(model: &Model, k: usize) -> &'static str {
+    if model.regressor.is_prismatic(k) { "m" } else { "rad" }
+}
+
+/// Whether a parameter belongs to a joint that hardly moves.
+pub fn weak(model: &Model, still: &[bool], c: usize) -> bool {
+    joint_of(model, c).is_some_and(|j| still[j])
+}
+
+/// Sentences on missing and on weak directions.
+pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
+    let mut out = Vec::new();
+    let missing: Vec<usize> = (0..model.p()).filter(|&c| !solution.determined[c]).collect();
+    let alone: Vec<usize> = missing.iter().copied().filter(|&c| solution.inverse[(c, c)] == 0.0).collect();
+    for &c in &alone {
+        let name = &model.parameters[c].name;
+        out.push(format!("{name} is not identifiable: no row depends on it{}", because(model, observation, &[c])));
+    }
+    if solution.rank < model.p() {
+        for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
+            let members = members(model, direction);
+            if members.len() < 2 {
+                continue;
+            }
+            let names = combination(model, direction, &members);
+            let why = because(model, observation, &members);
+            let sentence = format!(
+                "not identifiable one by one, only together: a change along {names} leaves every torque as it is{why}"
+            );
+            if !out.contains(&sentence) {
+                out.push(sentence);
+            }
+        }
+    } else if solution.condition_number > ILL_CONDITIONED
+        && let Some((ratio, direction)) = solution.weak.first()
+    {
+        let members = members(model, direction);
+        let names = combination(model, direction, &members);
+        let why = because(model, observation, &members);
+        out.push(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio));
+    }
+    let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
+    let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
+    if !at_rest.is_empty() {
+        out.push(format!(
+            "rows left out, the joint stands still and stiction is not in the model: {}",
+            at_rest.join(", ")
+        ));
+    }
+    let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
+    for (_, (name, range)) in coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k)) {
+        let far = range.0.abs().max(range.1.abs());
+        if far > FAR {
+            out.push(format!(
+                "{name} reaches {far:.1} rad, more than two turns: if its column is in degrees, say so in its header (q1_deg)"
+            ));
+        }
+    }
+    let still = little_motion(model, observation);
+    for (k, &(low, high)) in observation.range.iter().enumerate() {
+        if still[k] {
+            let (name, unit) = (&model.regressor.coordinates()[k], unit(model, k));
+            out.push(format!(
+                "joint {} ({name}) moves {:.3} {unit} at up to {:.3} {unit}/s only: its parameters are not identifiable from this log, errors of the model decide them",
+                k + 1,
+                high - low,
+                observation.speed[k]
+            ));
+        }
+    }
+    out
+}
+
+/// The parameters that make up a direction, the largest first, at most six.
+fn members(model: &Model, direction: &[f64]) -> Vec<usize> {
+    let mut members: Vec<usize> = (0..model.p()).filter(|&c| direction[c].abs() > 0.05).collect();
+    members.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
+    members.truncate(6);
+    members
+}
+
+fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
+    let term = |&c: &usize| format!("{:+.2} {}", direction[c], model.parameters[c].name);
+    members.iter().map(term).collect::<Vec<_>>().join(" ")
+}
+
+/// The little motion behind some parameters, where there is little.
+fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
+    let mut joints: Vec<usize> = members.iter().filter_map(|&c| joint_of(model, c)).collect();
+    joints.sort_unstable();
+    joints.dedup();
+    let still = joints.into_iter().filter(|&k| is_little(model, observation, k));
+    let text = |k: usize| {
+        let range = observation.range[k].1 - observation.range[k].0;
+        format!("joint {} moves {range:.3} {}", k + 1, unit(model, k))
+    };
+    let texts: Vec<String> = still.map(text).collect();
+    if texts.is_empty() { String::new() } else { format!(": {}", texts.join(", ")) }
+}
+
+/// The joint of a parameter: that of its friction, or the number its name ends in.
+fn joint_of(model: &Model, c: usize) -> Option<usize> {
+    let parameter = &model.parameters[c];
+    parameter.joint.or_else(|| {
+        let letters = parameter.name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let number: usize = parameter.name[letters.len()..].parse().ok()?;
+        (1..=model.n()).contains(&number).then(|| number - 1)
+    })
+}

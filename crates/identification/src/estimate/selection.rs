@@ -1,0 +1,242 @@
+//! Choices made by prediction: which friction, which delay; with the evidence.
+//!
+//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted
+//! from the rest. The smallest model whose error is within 1 % of the best is taken; more columns
+//! always fit better, seldom predict better. The delay of the torques is the one with the smallest
+//! residual; it shifts the torques by linear interpolation before they are filtered.
+
+use std::fmt;
+
+use crate::estimate::held_out::{Validation, cross_validate, residuals};
+use crate::estimate::options::Options;
+use crate::estimators::weighted::fit;
+use crate::model::friction::terms::FrictionTerm;
+use crate::model::linear_model::Model;
+use crate::model::regressor::Regressor;
+use crate::rows::observation::Observation;
+use crate::signals::records::{Records, SourceRecords};
+use logs::{Error, LogSource};
+
+/// One friction model and what it reached.
+#[derive(Clone, Debug)]
+pub struct FrictionCandidate {
+    pub terms: Vec<FrictionTerm>,
+    /// Columns of all joints.
+    pub columns: usize,
+    /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
+    pub fitted: f64,
+    pub predicted: Validation,
+}
+
+/// The candidates in the order given, and the one to take.
+#[derive(Clone, Debug)]
+pub struct FrictionSelection {
+    pub candidates: Vec<FrictionCandidate>,
+    pub chosen: usize,
+}
+
+/// Errors this close to the best are as good.
+const AS_GOOD: f64 = 1.01;
+
+/// The customary candidates; speeds as shares of the fastest joint's, rad/s. Load-dependent friction
+/// is not among them: its column is made of the torque to be predicted.
+pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
+    use FrictionTerm::*;
+    let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
+    for share in [0.01, 0.03, 0.1] {
+        out.push(vec![Viscous, SmoothCoulomb(share * fastest), Offset]);
+        out.push(vec![Viscous, Coulomb, Offset, Stribeck(share * fastest)]);
+    }
+    out
+}
+
+/// Compares friction models on records; everything else as in `options`.
+///
+/// Fails when a record cannot be read, and without candidates.
+pub fn select_friction<R: Records + ?Sized>(
+    regressor: &dyn Regressor,
+    records: &R,
+    options: &Options,
+    candidates: &[Vec<FrictionTerm>],
+) -> Result<FrictionSelection, Error> {
+    let couplings = options.transmission.coupled();
+    let mut out = Vec::with_capacity(candidates.len());
+    for terms in candidates {
+        let model = Model::new(regressor, terms, &couplings);
+        let observation = Observation::of_records(&model, records, None)?;
+        let joints = observation.joints(|_| true);
+        let (solution, _) = fit(&joints, options.weights);
+        out.push(FrictionCandidate {
+            terms: terms.clone(),
+            columns: model.p() - regressor.parameters().len(),
+            fitted: residuals(&model, &joints, &solution.x).total,
+            predicted: cross_validate(&model, &observation, options.weights),
+        });
+    }
+    let best = out.iter().map(|c| c.predicted.total).fold(f64::INFINITY, f64::min);
+    let good = (0..out.len()).filter(|&i| out[i].predicted.total <= AS_GOOD * best);
+    let key = |&i: &usize| (out[i].columns, i);
+    let chosen = good.min_by_key(key).ok_or_else(|| Error::new("no friction model is given to choose from"))?;
+    Ok(FrictionSelection { candidates: out, chosen })
+}
+
+impl fmt::Display for FrictionSelection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "   columns   fitted  predicted  by joint, friction model")?;
+        for (i, c) in self.candidates.iter().enumerate() {
+            let mark = if i == self.chosen { '*' } else { ' ' };
+            let joints: Vec<String> = c.predicted.joints.iter().map(|j| format!("{:.3}", j.relative)).collect();
+            let terms: Vec<String> = c.terms.iter().map(|t| t.to_string()).collect();
+            writeln!(
+                f,
+                "{mark}  {:>7}  {:>7.4}  {:>9.4}  {}  {}",
+                c.columns,
+                c.fitted,
+                c.predicted.total,
+                joints.join(" "),
+                terms.join(",")
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The delay of the torques behind the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Delay {
+    /// s; positive: the torques are late.
+    pub seconds: f64,
+    /// |tau - W X| / |tau| there and without delay.
+    pub residual: f64,
+    pub residual_without: f64,
+    /// The residual still falls where the search ends: the delay is another, or none explains it.
+    pub at_the_end: bool,
+}
+
+/// s: delays are looked for up to this, to both sides, in steps of [`STEP`] and then finer.
+const LONGEST: f64 = 0.06;
+const STEP: f64 = 0.004;
+
+/// Finds the delay with the smallest residual, to a tenth of a millisecond.
+///
+/// Fails as `identify` does.
+pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let residual = |delay: f64| -> Result<f64, Error> {
+        let mut options = options.clone();
+        options.signal.delay = delay;
+        let records = SourceRecords::new(regressor, logs, &options.preparation())?;
+        let joints = Observation::of_records(&model, &records, None)?.joints(|_| true);
+        let (solution, _) = fit(&joints, options.weights);
+        Ok(residuals(&model, &joints, &solution.x).total)
+    };
+    let residual_without = residual(0.0)?;
+    let mut best = (0.0, residual_without);
+    // Downhill from no delay, to both sides: the residual has one valley, and most delays are short.
+    for direction in [STEP, -STEP] {
+        let mut steps = 1;
+        while f64::from(steps) * STEP <= LONGEST {
+            let delay = f64::from(steps) * direction;
+            let r = residual(delay)?;
+            if r < best.1 {
+                best = (delay, r);
+            } else if steps > 1 {
+                break;
+            }
+            steps += 1;
+        }
+    }
+    // Golden section around the best of the grid.
+    let width = STEP;
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (best.0 - width, best.0 + width);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut fc, mut fd) = (residual(c)?, residual(d)?);
+    while b - a > 1e-4 {
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - golden * (b - a);
+            fc = residual(c)?;
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + golden * (b - a);
+            fd = residual(d)?;
+        }
+    }
+    let middle = 0.5 * (a + b);
+    let last = residual(middle)?;
+    if last < best.1 {
+        best = (middle, last);
+    }
+    // The finer search reaches one step beyond the last of the grid.
+    let at_the_end = best.0.abs() > LONGEST + 0.9 * STEP;
+    Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::signals::preparation::states;
+    use crate::signals::signal_options::Signal;
+    use crate::test_arm::Pendulum;
+    use logs::{Effort, Log, LogReport};
+
+    fn log(late: f64, friction: impl Fn(f64, usize) -> f64) -> Log {
+        let arm = Pendulum::new();
+        let states = arm.states(3000);
+        let mut random = Random::new(41);
+        let tau: Vec<f64> =
+            (0..states.len()).map(|r| states.tau[r] + friction(states.dq[r], r) + 0.02 * random.normal()).collect();
+        let earlier: Vec<f64> = states.t.iter().map(|t| t - late).collect();
+        let tau = crate::signals::resample::interpolate(&states.t, &tau, &earlier);
+        Log {
+            name: "log.csv".into(),
+            coordinates: vec!["q1".into()],
+            rows: (1..=states.len()).collect(),
+            report: LogReport { uniform: true, period: 0.01, ..LogReport::default() },
+            t: states.t,
+            q: vec![states.q],
+            dq: None,
+            ddq: None,
+            effort: vec![tau],
+            effort_is: Effort::Torque,
+            window: None,
+        }
+    }
+
+    #[test]
+    fn the_friction_that_is_there_is_chosen() {
+        let arm = Pendulum::new();
+        let candidates = friction_candidates(3.0);
+        let signal = Signal { filtered_sign: true, ..Signal::default() };
+        let options = Options { signal, ..Options::default() };
+        let plain = log(0.0, |dq, _| 0.3 * dq + 0.5 * dq.signum());
+        let select = |log: Log| {
+            let records = states(&arm, &log, &options.preparation()).unwrap();
+            select_friction(&arm, records.as_slice(), &options, &candidates).unwrap()
+        };
+        let chosen = select(plain);
+        assert_eq!(
+            chosen.candidates[chosen.chosen].terms[..2],
+            [FrictionTerm::Viscous, FrictionTerm::Coulomb],
+            "{chosen}"
+        );
+        let asymmetric = log(0.0, |dq, _| if dq > 0.0 { 0.3 * dq + 0.5 } else { 0.6 * dq - 0.9 });
+        let chosen = select(asymmetric);
+        assert_eq!(chosen.candidates[chosen.chosen].terms, [FrictionTerm::Asymmetric], "{chosen}");
+        assert!(select_friction(&arm, [].as_slice(), &Options::default(), &candidates).is_err());
+    }
+
+    #[test]
+    fn the_delay_is_found() {
+        let arm = Pendulum::new();
+        let delay =
+            estimate_delay(&arm, &[LogSource::Held(log(0.006, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
+        assert!((delay.seconds - 0.006).abs() < 5e-4, "{delay:?}");
+        assert!(delay.residual < delay.residual_without && !delay.at_the_end);
+        let late = estimate_delay(&arm, &[LogSource::Held(log(0.1, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
+        assert!(late.at_the_end, "{late:?}");
+    }
+}

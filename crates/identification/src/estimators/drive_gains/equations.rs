@@ -1,0 +1,111 @@
+//! The equations of one joint in currents, (D X + t) / k = I + noise: what `drive_gains` solves.
+//!
+//! Nuisance is projected out by a triangle with its columns in front: the rows below them say all that is left about
+//! the parameters, and the last of its diagonal what nothing explains.
+
+use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::vector::dot;
+
+/// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointEquations {
+    /// p coefficients each.
+    pub rows: Vec<Vec<f64>>,
+    /// Torque of what is known, in the unit of `rows[r]` X.
+    pub known: Vec<f64>,
+    pub current: Vec<f64>,
+    /// `None`: the noise of each current is one.
+    pub scatter: Option<Scatter>,
+}
+
+/// What tells the noise of a joint, the same in all its rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// Squares of the currents that no parameters explain, left out of the rows.
+    pub left: f64,
+    /// How many independent equations the rows and `left` stand for.
+    pub equations: f64,
+}
+
+impl JointEquations {
+    /// Equations with nuisance columns to equations without: the rows of the triangle below them.
+    ///
+    /// `rows[r]`: nuisance, then p parameters; weighted up to a factor, which the scatter tells. What is known
+    /// goes through the same triangle, behind the parameters.
+    pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
+        let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
+        let (mut triangle, mut block) = (Triangle::new(width + 1), Block::new(width + 1));
+        let mut longer = vec![0.0; width + 1];
+        for (row, (&known, &y)) in rows.iter().zip(known.iter().zip(current)) {
+            if block.is_full() {
+                triangle.fold(&mut block);
+            }
+            longer[..width].copy_from_slice(row);
+            longer[width] = known;
+            block.push(&longer, y);
+        }
+        triangle.fold(&mut block);
+        let at = |i: usize, j: usize| if j >= i { triangle.at(i, j) } else { 0.0 };
+        // Columns of other joints are empty here.
+        let used = (0..nuisance).filter(|&c| triangle.column_norm(c) > 0.0).count();
+        // The last row is what neither parameters nor the known torque explain.
+        let kept = nuisance..width + 1;
+        JointEquations {
+            rows: kept.clone().map(|i| (nuisance..width).map(|j| at(i, j)).collect()).collect(),
+            known: kept.clone().map(|i| at(i, width)).collect(),
+            current: kept.map(|i| at(i, width + 1)).collect(),
+            scatter: Some(Scatter {
+                left: triangle.at(width + 1, width + 1).powi(2),
+                equations: rows.len().saturating_sub(used).max(1) as f64,
+            }),
+        }
+    }
+
+    pub(crate) fn each(&self) -> impl Iterator<Item = (&Vec<f64>, f64, f64)> {
+        self.rows.iter().zip(&self.known).zip(&self.current).map(|((d, t), i)| (d, *t, *i))
+    }
+
+    /// |I - g (D X + t)|^2 of the rows.
+    pub(crate) fn squares(&self, x: &[f64], g: f64) -> f64 {
+        self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
+    }
+
+    /// The noise at (X, g), of which the unknowns have used up some equations.
+    pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
+        let Some(scatter) = self.scatter else { return 1.0 };
+        let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
+        // Below 1e-10 of the current lies its rounding.
+        let left = (scatter.left + self.squares(x, g)).max(1e-20 * total);
+        // Where the unknowns use up nearly all, a tenth is what the residual is taken to stand for.
+        let equations = (scatter.equations - used).max(0.1 * scatter.equations);
+        (left / equations).sqrt().max(f64::MIN_POSITIVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+
+    #[test]
+    fn nuisance_is_projected_out_of_the_known_torque_too() {
+        let mut random = Random::new(6);
+        let (mut rows, mut known, mut current) = (vec![], vec![], vec![]);
+        for _ in 0..40 {
+            let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
+            // Part of the load's torque looks like friction.
+            known.push(random.normal() + 2.0 * row[0]);
+            current.push(7.0 * row[0] - 3.0 * row[1] + 0.5 * row[2] + 0.2 * row[3] - row[4] + known[known.len() - 1]);
+            rows.push(row);
+        }
+        let e = JointEquations::without_nuisance(&rows, &known, &current, 2);
+        assert_eq!(e.rows.len(), 4);
+        for (d, t, i) in e.each() {
+            let torque = 0.5 * d[0] + 0.2 * d[1] - d[2] + t;
+            // Rounding of forty rows.
+            assert!((torque - i).abs() < 1e-12);
+        }
+        // Nothing is left but the square of that rounding.
+        assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
+    }
+}

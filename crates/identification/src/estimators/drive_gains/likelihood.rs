@@ -1,0 +1,316 @@
+//! Torque per unit of current of each drive, with the parameters, from currents alone.
+//!
+//! Of joint j, friction and other nuisance already projected out,
+//!
+//! (D_j X + t_j) / k_j = I_j + noise,
+//!
+//! t_j the torque of what is known: of a load that was weighed. All of it known up to a factor is all that
+//! currents can tell, unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Noise is
+//! in the currents alone, so the maximum-likelihood estimate needs no scaling of columns,
+//!
+//! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
+//!
+//! by Gauss-Newton from least squares in torque, which shrinks k. s_j is one where the weights hold the noise;
+//! where they do not, it follows from what the present X and g leave of the joint.
+//!
+//! Two make the equations: `log_drive_gains` from filtered samples of any motion, `harmonic_gains` and
+//! `spectral_identification` from the experiments of a plan. The same by total least squares is in
+//! `gain_total_least_squares`.
+//!
+//! [Gautier, Vandanjon, Presse 1994], [Vandanjon, Gautier, Desbats 1995], section 4.2.
+
+use crate::algebra::least_squares::{Solution, solve};
+use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::vector::dot;
+use crate::estimators::drive_gains::equations::JointEquations;
+use logs::Error;
+
+/// What is known of a drive's gain, N m/A, before the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gain {
+    Known(f64),
+    /// About this value, with this standard deviation.
+    Expected(f64, f64),
+    Free,
+}
+
+/// Gains and parameters.
+#[derive(Clone, Debug)]
+pub struct DriveGains {
+    /// N m per unit of current, one a joint; the known ones as given.
+    pub gain: Vec<f64>,
+    /// Standard deviations; 0 for a known gain.
+    pub gain_deviation: Vec<f64>,
+    /// Whether the data determine the gain; true of a known one.
+    pub gain_determined: Vec<bool>,
+    pub parameters: Vec<f64>,
+    pub deviation: Vec<f64>,
+    /// Whether the data determine the parameter.
+    pub determined: Vec<bool>,
+    /// Standard deviation of the currents, one a joint; 1 where the weights hold it.
+    pub noise: Vec<f64>,
+    /// Gauss-Newton steps; `None`: it did not converge.
+    pub steps: Option<usize>,
+    /// Sum of squares of the residuals over their noise.
+    pub chi_square: f64,
+    pub freedom: f64,
+    /// Of the linearised equations, columns scaled.
+    pub condition_number: f64,
+}
+
+const STEPS: usize = 50;
+
+/// Gains and parameters by maximum likelihood.
+///
+/// Fails when nothing gives the scale: no gain is known or expected, and no torque is known. What the data do
+/// not determine is said in the answer.
+pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
+    let n = joints.len();
+    let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
+    if known.len() != n || (!is_loaded && known.iter().all(|k| *k == Gain::Free)) {
+        return Err(Error::new(format!(
+            "{n} drive gains, at least one of them known, or a known load are needed: currents alone leave the scale of \
+             all gains and masses free"
+        )));
+    }
+    let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
+    let unknown: Vec<usize> = (0..n).filter(|&j| !matches!(known[j], Gain::Known(_))).collect();
+    let (mut x, mut gain) = least_squares(joints, known);
+    let mut g: Vec<f64> = gain.iter().map(|k| 1.0 / k).collect();
+    let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..n).map(|j| joints[j].noise(x, g[j], used(j))).collect()
+    };
+    let mut noise = noises(&x, &g, &|_| 0.0);
+    let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
+    for step in 0..STEPS {
+        last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
+        // tr J_j C J_j' of the rows of joint j: a share of the unknowns, which they add up to.
+        let used: Vec<f64> = (0..n)
+            .map(|j| {
+                let rows = linearised(&joints[j], j, &unknown, &x, g[j], noise[j]);
+                rows.iter().map(|(row, _)| variance(row, &last)).sum()
+            })
+            .collect();
+        // A gain changes by at most half in one step: it keeps its sign.
+        let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
+        let length = if change > 0.5 { 0.5 / change } else { 1.0 };
+        x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
+        unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
+        noise = noises(&x, &g, &|j| used[j]);
+        let in_sigmas = |c: usize| last.x[c].abs() / last.inverse[(c, c)].sqrt();
+        let size = (0..p + unknown.len())
+            .filter(|&c| last.determined[c] && last.inverse[(c, c)] > 0.0)
+            .map(in_sigmas)
+            .fold(0.0, f64::max);
+        // A millionth of every standard deviation changes nothing; 1e-10 is rounding where there is no noise.
+        if size < 1e-6 || change < 1e-10 {
+            steps = Some(step + 1);
+            break;
+        }
+    }
+    let deviation = |c: usize| last.inverse[(c, c)].max(0.0).sqrt();
+    let (mut gain_deviation, mut gain_determined) = (vec![0.0; n], vec![true; n]);
+    for (i, &j) in unknown.iter().enumerate() {
+        gain[j] = 1.0 / g[j];
+        gain_deviation[j] = deviation(p + i) / (g[j] * g[j]);
+        gain_determined[j] = last.determined[p + i];
+    }
+    let of_joint = |e: &JointEquations, g, s: f64| (e.scatter.map_or(0.0, |s| s.left) + e.squares(&x, g)) / (s * s);
+    let equations = |e: &JointEquations| e.scatter.map_or(e.rows.len() as f64, |s| s.equations);
+    Ok(DriveGains {
+        chi_square: joints.iter().zip(g.iter().zip(&noise)).map(|(e, (&g, &s))| of_joint(e, g, s)).sum(),
+        freedom: (joints.iter().map(equations).sum::<f64>() - last.rank as f64).max(0.0),
+        gain,
+        gain_deviation,
+        gain_determined,
+        deviation: (0..p).map(deviation).collect(),
+        determined: last.determined[..p].to_vec(),
+        parameters: x,
+        noise,
+        steps,
+        condition_number: last.condition_number,
+    })
+}
+
+/// Least squares in torque, the start of the others: unknown gains multiply the noisy currents, expected ones
+/// are held. Where none is, the gain of the joint with the most current is one and the coefficient of the known
+/// torque says what it should have been.
+pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
+    let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
+    let mut held: Vec<Option<f64>> = known
+        .iter()
+        .map(|k| match k {
+            Gain::Known(value) | Gain::Expected(value, _) => Some(*value),
+            Gain::Free => None,
+        })
+        .collect();
+    let relative = held.iter().all(Option::is_none);
+    if relative {
+        let current = |j: &usize| joints[*j].current.iter().map(|i| i * i).sum::<f64>();
+        let most = (0..joints.len()).max_by(|a, b| current(a).total_cmp(&current(b)));
+        most.into_iter().for_each(|j| held[j] = Some(1.0));
+    }
+    let free: Vec<usize> = (0..joints.len()).filter(|&j| held[j].is_none()).collect();
+    let width = p + free.len() + usize::from(relative);
+    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    for (j, equations) in joints.iter().enumerate() {
+        for (d, t, i) in equations.each() {
+            let mut row = d.clone();
+            row.extend(free.iter().map(|&u| if u == j { -i } else { 0.0 }));
+            row.extend(relative.then_some(t));
+            if block.is_full() {
+                triangle.fold(&mut block);
+            }
+            block.push(&row, held[j].map_or(0.0, |k| k * i) - if relative { 0.0 } else { t });
+        }
+    }
+    triangle.fold(&mut block);
+    let mut x = solve(&triangle).x;
+    // What the equations leave at zero has to start somewhere.
+    let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
+    x.iter_mut().for_each(|x| *x /= unit);
+    let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
+    free.iter().enumerate().filter(|(at, _)| x[p + at] != 0.0).for_each(|(at, &j)| gain[j] = x[p + at]);
+    (x[..p].to_vec(), gain)
+}
+
+/// The step of (X, g) and its covariance.
+fn gauss_newton(
+    joints: &[JointEquations],
+    known: &[Gain],
+    unknown: &[usize],
+    x: &[f64],
+    g: &[f64],
+    noise: &[f64],
+) -> Solution {
+    let width = x.len() + unknown.len();
+    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    let mut push = |row: &[f64], y: f64| {
+        if block.is_full() {
+            triangle.fold(&mut block);
+        }
+        block.push(row, y);
+    };
+    for (j, equations) in joints.iter().enumerate() {
+        linearised(equations, j, unknown, x, g[j], noise[j]).iter().for_each(|(row, y)| push(row, *y));
+    }
+    for (at, &j) in unknown.iter().enumerate() {
+        if let Gain::Expected(value, deviation) = known[j] {
+            let mut row = vec![0.0; width];
+            row[x.len() + at] = -1.0 / (g[j] * g[j] * deviation);
+            push(&row, (value - 1.0 / g[j]) / deviation);
+        }
+    }
+    triangle.fold(&mut block);
+    solve(&triangle)
+}
+
+/// Rows of joint j for the step of (X, g), over its noise.
+fn linearised(
+    equations: &JointEquations,
+    j: usize,
+    unknown: &[usize],
+    x: &[f64],
+    g: f64,
+    noise: f64,
+) -> Vec<(Vec<f64>, f64)> {
+    let w = 1.0 / noise;
+    let row = |(d, t, i): (&Vec<f64>, f64, f64)| {
+        let torque = dot(d, x) + t;
+        let mut row: Vec<f64> = d.iter().map(|d| w * g * d).collect();
+        row.extend(unknown.iter().map(|&u| if u == j { w * torque } else { 0.0 }));
+        (row, w * (i - g * torque))
+    };
+    equations.each().map(row).collect()
+}
+
+/// Of what a row predicts.
+fn variance(row: &[f64], solution: &Solution) -> f64 {
+    let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
+    row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+
+    pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
+    pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
+    /// What the load of the second half of the experiments adds.
+    pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
+    pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
+
+    /// The first joint has hardly more rows than its own parameters, as on a real arm; with a load every
+    /// experiment is done twice.
+    pub fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
+        let mut pattern = Random::new(1);
+        let mut joint = |j: usize, count: usize| {
+            let mut e = JointEquations::default();
+            for _ in 0..count {
+                let row: Vec<f64> =
+                    (0..5).map(|c| if j == 0 || c > 0 { 200.0 * pattern.normal() } else { 0.0 }).collect();
+                for load in [0.0, 1.0].into_iter().take(1 + usize::from(is_loaded)) {
+                    let known = load * dot(&row, &LOAD);
+                    e.current.push((dot(&row, &TRUTH) + known) / GAINS[j] / noise + random.normal());
+                    e.rows.push(row.iter().map(|d| d / noise).collect());
+                    e.known.push(known / noise);
+                }
+            }
+            e
+        };
+        vec![joint(0, 4), joint(1, 12), joint(2, 10)]
+    }
+
+    #[test]
+    fn without_noise_the_gains_come_back() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
+            let ml = drive_gains(&joints, &known).unwrap();
+            assert!(ml.steps.is_some() && ml.gain_determined.iter().chain(&ml.determined).all(|d| *d));
+            for j in 0..3 {
+                // Noise of 1e-6 beside torques of some hundred.
+                assert!((ml.gain[j] - GAINS[j]).abs() < 1e-7);
+            }
+            for c in 0..5 {
+                assert!((ml.parameters[c] - TRUTH[c]).abs() < 1e-7);
+            }
+        }
+    }
+
+    /// One gain known, or a load: no bias, deviations that hold.
+    #[test]
+    fn likelihood_is_unbiased_with_honest_deviations() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let mut random = Random::new(3);
+            let draws = 400;
+            let (mut chi, mut bias, mut sigma) = (0.0, 0.0, 0.0);
+            for _ in 0..draws {
+                let joints = joints(&mut random, 20.0, is_loaded);
+                let ml = drive_gains(&joints, &known).unwrap();
+                let e = (ml.gain[0] - GAINS[0]) / ml.gain_deviation[0];
+                chi += e * e / f64::from(draws);
+                bias += e / f64::from(draws);
+                sigma = ml.gain_deviation[0] / GAINS[0];
+            }
+            assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
+            // Mean and variance of 400 unit normals, five standard errors, and the bias of the second order.
+            assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
+            assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
+        }
+    }
+
+    /// A load in every experiment is one more part of the robot: it gives no scale.
+    #[test]
+    fn the_scale_must_be_given() {
+        let free = [Gain::Free; 3];
+        let mut joints = joints(&mut Random::new(2), 1.0, false);
+        let message = drive_gains(&joints, &free).unwrap_err().to_string();
+        assert!(message.contains("at least one of them known, or a known load"), "{message}");
+        for e in &mut joints {
+            e.known = e.rows.iter().map(|d| dot(d, &LOAD)).collect();
+        }
+        let found = drive_gains(&joints, &free).unwrap();
+        assert!(found.gain_determined.iter().all(|d| !d), "{found:?}");
+    }
+}

@@ -1,0 +1,5 @@
+//! Drive gains estimated with the parameters.
+
+pub mod equations;
+pub mod likelihood;
+pub mod total_least_squares;

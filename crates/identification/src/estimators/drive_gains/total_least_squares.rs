@@ -1,0 +1,138 @@
+//! The drive gains of `drive_gains` by mixed least squares and total least squares.
+//!
+//! [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, y = sum of k_j I_j over the joints whose gains are known. D and
+//! the known torque t are exact, the currents noisy: the exact columns are taken out by QR and the rest is the
+//! direction of the least singular value [Van Huffel, Vandewalle 1991], after scaling column c by
+//! G_c^-1/2, G_c = sum over its rows of diag(1 - Q Q'): the noise that is left in the column. Unscaled it is
+//! biased, because the parameters use up the rows of the joints unequally. Where gains are known, y carries t
+//! with it; where none is, t is an exact column and its coefficient fixes the scale.
+//!
+//! Maximum likelihood needs no such argument and gives deviations; this is its witness.
+
+use nalgebra::DMatrix;
+
+use crate::estimators::drive_gains::equations::JointEquations;
+use crate::estimators::drive_gains::likelihood::{Gain, least_squares};
+
+/// How the columns of currents are scaled in total least squares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scaling {
+    /// To the noise left in each column.
+    Noise,
+    /// Not at all: biased where the noise is large.
+    None,
+}
+
+/// (gains, parameters); an expected gain counts as free.
+///
+/// `None` when there are fewer equations than unknowns or no direction singles itself out.
+pub fn gains_by_total_least_squares(
+    joints: &[JointEquations],
+    known: &[Gain],
+    scaling: Scaling,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let (_, start) = least_squares(joints, known);
+    let of_joint = |j: usize| (0..joints[j].rows.len()).map(move |r| (j, r));
+    let place: Vec<(usize, usize)> = (0..joints.len()).flat_map(of_joint).collect();
+    let p = joints.iter().find_map(|e| e.rows.first())?.len();
+    let is_known = |j: usize| matches!(known[j], Gain::Known(_));
+    // The column of each joint: one each for the unknown gains, the last for all known ones together.
+    let unknown: Vec<usize> = (0..joints.len()).filter(|&j| !is_known(j)).collect();
+    let (count, has_known) = (place.len(), unknown.len() < joints.len());
+    let currents = unknown.len() + usize::from(has_known);
+    if count <= p + currents {
+        return None;
+    }
+    // Rows over the first guess of the gain: the noise of every current is one.
+    let weight = |j: usize| 1.0 / start[j].abs();
+    let torque = |(j, r): (usize, usize)| joints[j].known[r] * weight(j);
+    let exact = DMatrix::from_fn(count, p + usize::from(!has_known), |r, c| {
+        let (j, at) = place[r];
+        if c < p { joints[j].rows[at][c] * weight(j) } else { torque(place[r]) }
+    });
+    let noisy = DMatrix::from_fn(count, currents, |r, c| {
+        let (j, at) = place[r];
+        let current = joints[j].current[at];
+        match unknown.get(c) {
+            Some(&u) if u == j => -current,
+            Some(_) => 0.0,
+            None if is_known(j) => start[j] * weight(j) * current - torque(place[r]),
+            None => -torque(place[r]),
+        }
+    });
+    let svd = exact.clone().svd(true, true);
+    let tolerance = 1e-10 * svd.singular_values.max();
+    let u = svd.u.as_ref()?;
+    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
+    let basis = DMatrix::from_fn(count, kept.len(), |r, c| u[(r, kept[c])]);
+    let rest = &noisy - &basis * (basis.transpose() * &noisy);
+    let left = |r: usize| 1.0 - basis.row(r).norm_squared();
+    let column = |j: usize| unknown.iter().position(|&u| u == j).unwrap_or(unknown.len());
+    let scale: Vec<f64> = (0..currents)
+        .map(|c| match scaling {
+            Scaling::None => 1.0,
+            Scaling::Noise => {
+                let g: f64 = (0..count).filter(|&r| column(place[r].0) == c).map(left).sum();
+                1.0 / g.max(1e-12).sqrt()
+            }
+        })
+        .collect();
+    let scaled = DMatrix::from_fn(count, currents, |r, c| rest[(r, c)] * scale[c]);
+    let values = scaled.svd(false, true);
+    let v = values.v_t.as_ref()?.row(values.singular_values.imin()).transpose();
+    // The exact columns take up what the noisy ones leave in this direction.
+    let direction: Vec<f64> = (0..currents).map(|c| v[c] * scale[c]).collect();
+    let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
+    let x = svd.solve(&right, tolerance).ok()?;
+    let unit = if has_known { -direction[currents - 1] } else { x[p] };
+    if unit.abs() < 1e-12 {
+        return None;
+    }
+    let mut gains: Vec<f64> = known.iter().map(|k| if let Gain::Known(k) = k { *k } else { 1.0 }).collect();
+    // Row j is over start_j, its current as recorded: the ratio is of the gain to its first guess.
+    unknown.iter().enumerate().for_each(|(c, &j)| gains[j] = direction[c] / unit / weight(j));
+    Some((gains, x.iter().take(p).map(|x| x / unit).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::estimators::drive_gains::likelihood::drive_gains;
+    use crate::estimators::drive_gains::likelihood::tests::{GAINS, THIRD, TRUTH, joints};
+
+    #[test]
+    fn without_noise_the_gains_come_back() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let joints = joints(&mut Random::new(2), 1e-6, is_loaded);
+            let (gains, x) = gains_by_total_least_squares(&joints, &known, Scaling::Noise).unwrap();
+            // Noise of 1e-6 beside torques of some hundred.
+            assert!(gains.iter().zip(GAINS).all(|(k, truth)| (k - truth).abs() < 1e-7), "{gains:?}");
+            assert!(x.iter().zip(TRUTH).all(|(x, truth)| (x - truth).abs() < 1e-7), "{x:?}");
+        }
+    }
+
+    /// Scaled to the noise left in the columns it has no bias, as maximum likelihood; unscaled it has.
+    #[test]
+    fn the_columns_are_scaled_to_their_noise() {
+        for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
+            let mut random = Random::new(3);
+            let draws = 400;
+            let (mut scaled, mut unscaled, mut sigma) = (0.0, 0.0, 0.0);
+            for _ in 0..draws {
+                let joints = joints(&mut random, 20.0, is_loaded);
+                let deviation = drive_gains(&joints, &known).unwrap().gain_deviation[0];
+                let error = |scaling| {
+                    let (gains, _) = gains_by_total_least_squares(&joints, &known, scaling).unwrap();
+                    (gains[0] - GAINS[0]) / deviation / f64::from(draws)
+                };
+                scaled += error(Scaling::Noise);
+                unscaled += error(Scaling::None);
+                sigma = deviation / GAINS[0];
+            }
+            // Five standard errors of 400 unit normals, and the bias of the second order.
+            assert!(scaled.abs() < 0.25 + sigma, "{is_loaded}: {scaled}");
+            assert!(unscaled.abs() > 0.25 + sigma, "{is_loaded}: {unscaled}");
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Essential parameters: the fewest that explain the data as well.
+//!
+//! Backward elimination [Pham, Gautier 1991]: the parameter with the largest relative standard
+//! deviation is set to zero while that exceeds `ratio` times the smallest and the residual norm
+//! has grown by less than `growth`. Works on the triangle alone: no second look at the data.
+
+use crate::algebra::least_squares::{Solution, solve};
+use crate::algebra::triangle::{Triangle, select};
+
+/// When elimination stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elimination {
+    /// Largest over smallest relative standard deviation that may remain.
+    pub ratio: f64,
+    /// Growth of the residual norm that is accepted in all.
+    pub growth: f64,
+}
+
+impl Default for Elimination {
+    fn default() -> Elimination {
+        Elimination { ratio: 10.0, growth: 0.02 }
+    }
+}
+
+/// The parameters kept and their solution.
+#[derive(Clone, Debug)]
+pub struct Essential {
+    /// Columns kept, in order.
+    pub kept: Vec<usize>,
+    /// Dropped columns, in the order of dropping.
+    pub dropped: Vec<usize>,
+    /// In the order of `kept`.
+    pub solution: Solution,
+    /// p values: zero where dropped.
+    pub x: Vec<f64>,
+    /// Residual norm over that of all parameters.
+    pub growth: f64,
+}
+
+/// Eliminates from a (weighted) triangle.
+pub fn essential(triangle: &Triangle, limits: Elimination) -> Essential {
+    let p = triangle.columns();
+    let mut kept: Vec<usize> = (0..p).collect();
+    let mut dropped = Vec::new();
+    let norm = |t: &Triangle, s: &Solution| t.squares(&s.x).1.sqrt();
+    let mut solution = solve(triangle);
+    let full = norm(triangle, &solution);
+    let mut growth = 1.0;
+    while kept.len() > 1 {
+        let relative: Vec<f64> = (0..kept.len()).map(|c| relative_sigma(&solution, c)).collect();
+        let smallest = relative.iter().copied().fold(f64::INFINITY, f64::min);
+        let Some(worst) = (0..kept.len()).max_by(|&a, &b| relative[a].total_cmp(&relative[b])) else { break };
+        if relative[worst] <= limits.ratio * smallest {
+            break;
+        }
+        let mut fewer = kept.clone();
+        let candidate = fewer.remove(worst);
+        let reduced = select(triangle, &fewer);
+        let next = solve(&reduced);
+        let grown = if full > 0.0 { norm(&reduced, &next) / full } else { 1.0 };
+        if grown > 1.0 + limits.growth {
+            break;
+        }
+        (kept, solution, growth) = (fewer, next, grown);
+        dropped.push(candidate);
+    }
+    let mut x = vec![0.0; p];
+    kept.iter().zip(&solution.x).for_each(|(&c, &v)| x[c] = v);
+    Essential { kept, dropped, solution, x, growth }
+}
+
+/// sigma / |x|; infinite for what is not determined.
+fn relative_sigma(solution: &Solution, c: usize) -> f64 {
+    if !solution.determined[c] || solution.x[c] == 0.0 {
+        return f64::INFINITY;
+    }
+    (solution.variance * solution.inverse[(c, c)]).sqrt() / solution.x[c].abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::algebra::triangle::Block;
+
+    #[test]
+    fn parameters_that_are_zero_go() {
+        let mut random = Random::new(4);
+        let truth = [3.0, 0.0, -1.0, 0.0, 0.5];
+        let (mut triangle, mut block) = (Triangle::new(5), Block::new(5));
+        for _ in 0..500 {
+            let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
+            let y: f64 = row.iter().zip(truth).map(|(a, b)| a * b).sum();
+            block.push(&row, y + 0.2 * random.normal());
+        }
+        triangle.fold(&mut block);
+        let found = essential(&triangle, Elimination::default());
+        assert_eq!(found.kept, [0, 2, 4]);
+        assert_eq!((found.x[1], found.x[3]), (0.0, 0.0));
+        assert!(found.growth >= 1.0 && found.growth < 1.02, "{}", found.growth);
+        assert_eq!(found.solution.rank, 3);
+    }
+
+    #[test]
+    fn a_selection_is_the_smaller_problem() {
+        let mut random = Random::new(9);
+        let (mut whole, mut part) = (Triangle::new(3), Triangle::new(2));
+        let (mut a, mut b) = (Block::new(3), Block::new(2));
+        for _ in 0..100 {
+            let row = [random.normal(), random.normal(), random.normal()];
+            let y = random.normal();
+            a.push(&row, y);
+            b.push(&[row[2], row[0]], y);
+        }
+        whole.fold(&mut a);
+        part.fold(&mut b);
+        let (x, y) = (solve(&select(&whole, &[2, 0])), solve(&part));
+        for c in 0..2 {
+            assert!((x.x[c] - y.x[c]).abs() < 1e-13);
+        }
+        assert!((x.variance - y.variance).abs() < 1e-12);
+    }
+}

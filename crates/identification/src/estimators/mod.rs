@@ -1,0 +1,10 @@
+//! From triangles to a solution, one estimator a file.
+
+pub mod closed_loop;
+pub mod consistent;
+pub mod correlated_deviation;
+pub mod drive_gains;
+pub mod essential;
+pub mod huber;
+pub mod payload;
+pub mod weighted;

@@ -1,0 +1,137 @@
+//! A load on the last link, from a log with it and a log without.
+//!
+//! The load is one more rigid body on the link: its ten parameters phi_L add to those of the link, so
+//! with X = B phi the torque of the loaded log is W (X + B_L phi_L), B_L the ten columns of B that
+//! belong to the link. Both logs are solved together for X, friction and phi_L [Khalil, Gautier,
+//! Lemoine 2007], weighted by joint.
+
+use nalgebra::DMatrix;
+
+use crate::algebra::least_squares::{Solution, solve};
+use crate::algebra::triangle::{Block, Triangle};
+use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
+use crate::model::standard_map::StandardMap;
+use logs::Error;
+
+/// A load and how well it is known.
+#[derive(Clone, Debug)]
+pub struct Payload {
+    /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
+    pub parameters: Ten,
+    pub sigma: Ten,
+    /// 10 x 10.
+    pub covariance: DMatrix<f64>,
+    /// Whether the data determine each of them.
+    pub determined: [bool; 10],
+    /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
+    pub smallest_eigenvalue: f64,
+    /// Of the whole problem: parameters, then the load.
+    pub solution: Solution,
+}
+
+/// From the triangles by joint of the log without and with the load, the load on body `link` of the
+/// map. `weights` by joint.
+///
+/// Fails when the map has no such body or does not fit the triangles.
+pub fn payload(
+    without: &[Triangle],
+    with: &[Triangle],
+    weights: &[f64],
+    map: &StandardMap,
+    link: usize,
+) -> Result<Payload, Error> {
+    let p = without.first().map_or(0, Triangle::columns);
+    let base = map.matrix.nrows();
+    let Some(&(_, first)) = map.bodies.get(link) else {
+        return Err(Error::new(format!("there is no body {link}; the robot has {}", map.bodies.len())));
+    };
+    if base > p || without.len() != with.len() || weights.len() != with.len() {
+        let (a, b) = (without.len(), with.len());
+        return Err(Error::new(format!("{base} base parameters, {p} columns, {a} and {b} joints do not fit together")));
+    }
+    let load = map.matrix.columns(first, 10);
+    let m = p + 10;
+    let (mut total, mut block) = (Triangle::new(m), Block::new(m));
+    for (triangles, loaded) in [(without, false), (with, true)] {
+        for (t, &weight) in triangles.iter().zip(weights) {
+            for i in 0..=p {
+                if block.is_full() {
+                    total.fold(&mut block);
+                }
+                let mut row = vec![0.0; m];
+                (i..p).for_each(|c| row[c] = weight * t.at(i, c));
+                if loaded {
+                    for k in 0..10 {
+                        row[p + k] = (i..base).map(|c| row[c] * load[(c, k)]).sum();
+                    }
+                }
+                block.push(&row, weight * t.at(i, p));
+            }
+        }
+    }
+    total.fold(&mut block);
+    total.rows = without.iter().chain(with).map(|t| t.rows).sum();
+    let solution = solve(&total);
+    let at = |k: usize| p + k;
+    let parameters: Ten = std::array::from_fn(|k| solution.x[at(k)]);
+    Ok(Payload {
+        parameters,
+        sigma: std::array::from_fn(|k| (solution.variance * solution.inverse[(at(k), at(k))]).sqrt()),
+        covariance: solution.inverse.view((p, p), (10, 10)) * solution.variance,
+        determined: std::array::from_fn(|k| solution.determined[at(k)]),
+        smallest_eigenvalue: smallest_eigenvalue(&parameters),
+        solution,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::estimate::consistent::identity_map;
+
+    /// Two logs of random rows, ten columns of the body and one of friction, the second with the load on the body:
+    /// the load comes back within its own sigma.
+    #[test]
+    fn the_load_comes_back_within_its_sigma() {
+        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
+        let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+        let load: Ten = std::array::from_fn(|k| 0.1 * (k + 1) as f64);
+        let noise = 0.02;
+        let mut random = Random::new(23);
+        let (mut squares, draws) = ([0.0; 10], 200);
+        for _ in 0..draws {
+            let mut log = |loaded: f64| {
+                let (mut triangle, mut block) = (Triangle::new(11), Block::new(11));
+                for _ in 0..60 {
+                    // The eleventh column is friction, which the load does not change.
+                    let row: Vec<f64> = (0..11).map(|_| random.normal()).collect();
+                    let own: f64 = row.iter().map(|x| 0.5 * x).sum();
+                    let torque = own + loaded * row.iter().zip(load).map(|(x, l)| x * l).sum::<f64>();
+                    block.push(&row, torque + noise * random.normal());
+                }
+                triangle.fold(&mut block);
+                [triangle]
+            };
+            let (without, with) = (log(0.0), log(1.0));
+            let found = payload(&without, &with, &[1.0], &map, 0).unwrap();
+            assert!(found.determined.iter().all(|d| *d));
+            for k in 0..10 {
+                squares[k] += ((found.parameters[k] - load[k]) / found.sigma[k]).powi(2) / f64::from(draws);
+            }
+        }
+        for s in squares {
+            // Mean square of 200 unit normals: 1 with a standard deviation of 0.1; four of them.
+            assert!((s - 1.0).abs() < 0.4, "{squares:?}");
+        }
+    }
+
+    #[test]
+    fn refusals() {
+        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
+        let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+        let t = [Triangle::new(10)];
+        assert!(payload(&t, &t, &[1.0], &map, 1).unwrap_err().to_string().contains("no body 1"));
+        assert!(payload(&t, &[], &[1.0], &map, 0).unwrap_err().to_string().contains("do not fit"));
+    }
+}

@@ -1,0 +1,392 @@
+//! The artefact of planning: which experiments to run, what each adds, how good the set is.
+//!
+//! Experiments are in the order in which each adds the most; the figures are predictions for motions
+//! that follow their reference, with the torque noise named in the file.
+
+use crate::model::reference::ModelReference;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::information_matrix::{InformationMatrix, Rows};
+use crate::algebra::least_squares::{Solution, solve};
+use crate::algebra::triangle::{Block, Triangle};
+use crate::experiments::candidates::Candidate;
+use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
+use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
+use crate::experiments::profile::Profile;
+use crate::model::regressor::Regressor;
+use logs::Error;
+
+/// A plan and what it promises.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ExperimentPlan {
+    pub model: ModelReference,
+    pub coordinates: Vec<String>,
+    pub sample_time_s: f64,
+    /// Assumed, a sample, N m, one a coordinate.
+    pub torque_noise: Vec<f64>,
+    pub candidates: usize,
+    /// `determinant` or `frobenius_condition`.
+    pub criterion: String,
+    /// No plan of as many experiments has a determinant (to the power 1/p) greater than this one's
+    /// over this share.
+    pub d_efficiency_at_least: f64,
+    /// Equation (15) for this plan, and what no plan can fall below.
+    pub cond_fro: f64,
+    pub cond_fro_at_least: f64,
+    pub rank: usize,
+    pub experiments: Vec<PlannedExperiment>,
+    /// Parameters in the order of the regressor.
+    pub parameters: Vec<PredictedParameter>,
+}
+
+/// One experiment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedExperiment {
+    pub name: String,
+    pub kind: String,
+    /// Coordinates that move fast, and slowly.
+    pub fast: String,
+    pub slow: Vec<String>,
+    /// rad, in the order of the coordinates.
+    pub centre: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub swing: Option<PlannedSwing>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<PlannedSweep>,
+    /// With this experiment and those before it.
+    pub rank: usize,
+    /// log det F that it adds, where F is of full rank without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adds_log_det: Option<f64>,
+    /// Parameters that become identifiable with it.
+    pub adds: Vec<String>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedSwing {
+    /// `bang_bang` or `smooth`.
+    pub profile: String,
+    pub period_samples: usize,
+    pub transient_periods: usize,
+    pub periods: usize,
+    /// rad, in the order of the coordinates.
+    pub half_range: Vec<f64>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedSweep {
+    pub range_rad: f64,
+    pub velocity_rad_per_s: f64,
+    pub acceleration_rad_per_s2: f64,
+    pub settling_s: f64,
+}
+
+/// What the plan will say about a parameter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PredictedParameter {
+    pub name: String,
+    pub unit: String,
+    /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
+    pub sigma: Option<f64>,
+}
+
+impl ExperimentPlan {
+    /// Chooses `count` of the candidates and certifies the choice. `progress`: starts done, starts,
+    /// best value.
+    pub fn choose(
+        model: ModelReference,
+        regressor: &dyn Regressor,
+        candidates: &[Candidate],
+        torque_noise: &[f64],
+        count: usize,
+        criterion: Criterion,
+        search: &Search,
+        progress: &(dyn Fn(usize, usize, f64) + Sync),
+    ) -> ExperimentPlan {
+        let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
+        let raw: Vec<Rows> = candidates.iter().map(|c| c.raw.clone()).collect();
+        let p = regressor.parameters().len();
+        let blocks = match criterion {
+            Criterion::Determinant => &information,
+            Criterion::FrobeniusCondition => &raw,
+        };
+        let chosen = exchange(blocks, count, criterion, search, progress).chosen;
+        let bound = determinant_bound(&information, 1e-2, 2000);
+        let condition = condition_bound(&raw, 1e-2, 2000);
+        let value = value_of(&information, &chosen, Criterion::Determinant);
+        let solution = fit(p, chosen.iter().map(|&i| &information[i]));
+        let unit = crate::model::parameter::unit_of_inertial;
+        let parameter = |(i, name): (usize, &String)| PredictedParameter {
+            name: name.clone(),
+            unit: unit(name).into(),
+            sigma: solution.determined[i].then(|| solution.inverse[(i, i)].max(0.0).sqrt()),
+        };
+        ExperimentPlan {
+            model,
+            coordinates: regressor.coordinates().to_vec(),
+            sample_time_s: candidates.first().map_or(0.0, |c| c.trajectory.sample_time),
+            torque_noise: torque_noise.to_vec(),
+            candidates: candidates.len(),
+            criterion: match criterion {
+                Criterion::Determinant => "determinant".into(),
+                Criterion::FrobeniusCondition => "frobenius_condition".into(),
+            },
+            d_efficiency_at_least: certified_efficiency(value, chosen.len(), p, &bound),
+            cond_fro: (-value_of(&raw, &chosen, Criterion::FrobeniusCondition)).exp(),
+            cond_fro_at_least: condition.bound,
+            rank: solution.rank,
+            experiments: in_order(regressor, candidates, &information, chosen),
+            parameters: regressor.parameters().iter().enumerate().map(parameter).collect(),
+        }
+    }
+
+    /// The motions, in order; fails where the file names no coordinate or kind.
+    pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
+        self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
+    }
+
+    fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
+        let n = self.coordinates.len();
+        let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
+        let place = |name: &String| match self.coordinates.iter().position(|c| c == name) {
+            Some(k) => Ok(k),
+            None => {
+                Err(format!("experiment {}: there is no coordinate `{name}`; there are {:?}", e.name, self.coordinates))
+            }
+        };
+        let Some(kind) = MotionKind::from_word(&e.kind) else {
+            let words: Vec<&str> = MotionKind::ALL.iter().map(|k| k.word()).collect();
+            return fail(format!("there is no kind `{}`; there are {}", e.kind, words.join(", ")));
+        };
+        let motion = match (&e.swing, &e.sweep) {
+            (Some(s), None) => {
+                let profile = match s.profile.as_str() {
+                    "bang_bang" => Profile::BangBang,
+                    "smooth" => Profile::Smooth,
+                    other => return fail(format!("there is no profile `{other}`; there are bang_bang and smooth")),
+                };
+                if s.period_samples < 8 || s.periods == 0 || s.half_range.len() != n {
+                    return fail(format!("a swing has at least 8 samples a period, one period, {n} half ranges"));
+                }
+                Motion::Swing {
+                    profile,
+                    period: s.period_samples,
+                    half_range: s.half_range.clone(),
+                    transient_periods: s.transient_periods,
+                    periods: s.periods,
+                }
+            }
+            (None, Some(s)) => {
+                let positive = [s.range_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2];
+                if positive.iter().any(|x| x.is_nan() || *x <= 0.0) {
+                    return fail("range, velocity and acceleration of a sweep are positive".into());
+                }
+                Motion::Sweep {
+                    range: s.range_rad,
+                    velocity: s.velocity_rad_per_s,
+                    acceleration: s.acceleration_rad_per_s2,
+                    settling: s.settling_s,
+                }
+            }
+            _ => return fail("it has either a swing or a sweep".into()),
+        };
+        if e.centre.len() != n || self.sample_time_s.is_nan() || self.sample_time_s <= 0.0 {
+            return fail(format!("the centre has {n} angles and the sample time is positive"));
+        }
+        Ok(ExcitingTrajectory {
+            kind,
+            fast: place(&e.fast)?,
+            slow: e.slow.iter().map(place).collect::<Result<_, _>>()?,
+            centre: e.centre.clone(),
+            sample_time: self.sample_time_s,
+            motion,
+        })
+    }
+
+    /// Names of the parameters the plan says nothing about.
+    pub fn unidentifiable(&self) -> Vec<&str> {
+        self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.name.as_str()).collect()
+    }
+
+    /// The text of plan.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the plan cannot be written: {e}")))
+    }
+
+    /// Reads plan.yaml.
+    pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no plan: {e}")))
+    }
+}
+
+fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> PlannedExperiment {
+    let name = |&k: &usize| coordinates[k].clone();
+    let (swing, sweep) = match &t.motion {
+        Motion::Swing { profile, period, half_range, transient_periods, periods } => {
+            let profile = match profile {
+                Profile::BangBang => "bang_bang",
+                Profile::Smooth => "smooth",
+            };
+            let swing = PlannedSwing {
+                profile: profile.into(),
+                period_samples: *period,
+                transient_periods: *transient_periods,
+                periods: *periods,
+                half_range: half_range.clone(),
+            };
+            (Some(swing), None)
+        }
+        Motion::Sweep { range, velocity, acceleration, settling } => {
+            let sweep = PlannedSweep {
+                range_rad: *range,
+                velocity_rad_per_s: *velocity,
+                acceleration_rad_per_s2: *acceleration,
+                settling_s: *settling,
+            };
+            (None, Some(sweep))
+        }
+    };
+    PlannedExperiment {
+        name: format!("e{:02}", index + 1),
+        kind: t.kind.word().into(),
+        fast: name(&t.fast),
+        slow: t.slow.iter().map(name).collect(),
+        centre: t.centre.clone(),
+        swing,
+        sweep,
+        ..PlannedExperiment::default()
+    }
+}
+
+/// Greedy: the experiment that adds the most comes next.
+fn in_order(
+    regressor: &dyn Regressor,
+    candidates: &[Candidate],
+    information: &[Rows],
+    mut left: Vec<usize>,
+) -> Vec<PlannedExperiment> {
+    let p = regressor.parameters().len();
+    let scale = scales(p, left.iter().map(|&i| &information[i]));
+    let value = |chosen: &[usize]| {
+        let rows: Vec<Rows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
+        // The ridge stands for experiments still to come; it only orders.
+        let f = InformationMatrix::sum(p, 1e-6, rows.iter().map(|r| (r, 1.0)));
+        f.factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
+    };
+    let (mut chosen, mut found): (Vec<usize>, Vec<PlannedExperiment>) = (vec![], vec![]);
+    let mut known = vec![false; p];
+    let mut rank = 0;
+    while !left.is_empty() {
+        let with = |i: usize| value(&[chosen.as_slice(), &[i]].concat());
+        let best = (0..left.len()).map(|at| (at, with(left[at]))).reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let at = best.map_or(0, |b| b.0);
+        let before =
+            value_of(&pick(information, &chosen), &(0..chosen.len()).collect::<Vec<_>>(), Criterion::Determinant);
+        chosen.push(left.remove(at));
+        let after =
+            value_of(&pick(information, &chosen), &(0..chosen.len()).collect::<Vec<_>>(), Criterion::Determinant);
+        let solution = fit(p, chosen.iter().map(|&i| &information[i]));
+        let last = chosen[chosen.len() - 1];
+        let mut e = planned(found.len(), &candidates[last].trajectory, regressor.coordinates());
+        e.rank = solution.rank;
+        e.adds_log_det = (rank == p).then_some(after - before);
+        rank = solution.rank;
+        let new = |c: &usize| solution.determined[*c] && !known[*c];
+        e.adds = (0..p).filter(new).map(|c| regressor.parameters()[c].clone()).collect();
+        known = solution.determined;
+        found.push(e);
+    }
+    found
+}
+
+fn pick(blocks: &[Rows], chosen: &[usize]) -> Vec<Rows> {
+    chosen.iter().map(|&i| blocks[i].clone()).collect()
+}
+
+fn fit<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Solution {
+    let (mut triangle, mut block) = (Triangle::new(p), Block::new(p));
+    for row in blocks.flat_map(|b| b.iter().collect::<Vec<_>>()) {
+        if block.is_full() {
+            triangle.fold(&mut block);
+        }
+        block.push(row, 0.0);
+    }
+    triangle.fold(&mut block);
+    solve(&triangle)
+}
+
+impl fmt::Display for ExperimentPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, p) = (self.experiments.len(), self.parameters.len());
+        writeln!(f, "{}: {count} of {} experiments, rank {} of {p}", self.model.name, self.candidates, self.rank)?;
+        writeln!(
+            f,
+            "D-efficiency at least {:.3}; cond_fro {:.1}, of no plan below {:.1}\n",
+            self.d_efficiency_at_least, self.cond_fro, self.cond_fro_at_least
+        )?;
+        for e in &self.experiments {
+            let slow = if e.slow.is_empty() { String::new() } else { format!(" with {}", e.slow.join(", ")) };
+            let centre: Vec<String> = e.centre.iter().map(|q| format!("{q:.2}")).collect();
+            write!(f, "{} {:<11} {}{slow} about ({}), rank {}", e.name, e.kind, e.fast, centre.join(", "), e.rank)?;
+            match e.adds_log_det {
+                Some(gain) => writeln!(f, ", log det +{gain:.2}")?,
+                None if e.adds.is_empty() => writeln!(f)?,
+                None => writeln!(f, ", adds {}", e.adds.join(" "))?,
+            }
+        }
+        match self.unidentifiable().as_slice() {
+            [] => Ok(()),
+            names => writeln!(f, "\nnot identifiable with this plan: {}", names.join(" ")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot_candidates::benchmark_candidates;
+    use crate::tree_robot::{NOISE, TreeRobot};
+
+    fn plan(count: usize) -> ExperimentPlan {
+        let robot = TreeRobot::r3(true);
+        let model = ModelReference { name: "R3G".into(), fingerprint: "0123".into() };
+        let candidates: Vec<Candidate> = benchmark_candidates(&robot, true).into_iter().step_by(3).collect();
+        let search = Search { starts: 4, ..Search::default() };
+        let quiet = |_: usize, _: usize, _: f64| ();
+        let criterion = Criterion::Determinant;
+        ExperimentPlan::choose(model, &robot, &candidates, &NOISE, count, criterion, &search, &quiet)
+    }
+
+    #[test]
+    fn a_plan_survives_its_file() {
+        let plan = plan(8);
+        assert_eq!((plan.rank, plan.unidentifiable().len()), (15, 0));
+        assert!(plan.d_efficiency_at_least > 0.7 && plan.cond_fro >= plan.cond_fro_at_least);
+        let text = plan.to_yaml().unwrap();
+        let read = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
+        assert_eq!(plan, read, "{text}");
+        let trajectories = read.trajectories("plan.yaml").unwrap();
+        assert_eq!(trajectories.len(), 8);
+        let ranks: Vec<usize> = plan.experiments.iter().map(|e| e.rank).collect();
+        assert!(ranks.is_sorted() && ranks[7] == 15);
+    }
+
+    #[test]
+    fn a_poor_plan_names_what_it_cannot_tell() {
+        let plan = plan(2);
+        assert!(plan.rank < 15 && !plan.unidentifiable().is_empty());
+        assert!(plan.to_string().contains("not identifiable with this plan: "), "{plan}");
+    }
+
+    #[test]
+    fn a_broken_file_is_told_where() {
+        let mut plan = plan(3);
+        plan.experiments[1].fast = "q9".into();
+        let error = plan.trajectories("plan.yaml").unwrap_err();
+        assert!(error.to_string().contains("experiment e02: there is no coordinate `q9`"), "{error}");
+        assert!(ExperimentPlan::from_yaml("plan.yaml", "experiments: 3").is_err());
+    }
+}

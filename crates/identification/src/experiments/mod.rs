@@ -1,0 +1,13 @@
+//! Exciting experiments: trajectories, candidates, the choice among them and what was recorded.
+
+pub mod candidates;
+pub mod certificate;
+pub mod exchange;
+pub mod exciting_trajectory;
+pub mod experiment_plan;
+pub mod measured_motion;
+pub mod paper_rows;
+pub mod point_to_point;
+pub mod profile;
+pub mod record;
+pub mod trajectory_file;

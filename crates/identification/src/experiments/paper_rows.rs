@@ -1,0 +1,220 @@
+//! The paper's rows: one equation a harmonic, and the centred equations of gravity.
+//!
+//! (8), (11)  Sp(D_j, ddq_k, f_P) X = Sp(tau_j, ddq_k, f_P)       (j = k or a slow joint)
+//! (10)       Sp(D_j, dq_k^2, 2 f_P) X = Sp(tau_j, dq_k^2, 2 f_P)
+//! (13)       (D - mean D) X = tau - mean tau, each direction on its own, columns at dq = ddq = 0
+//!
+//! The variance of Sp(tau) for white noise sigma a sample is sigma^2 N / (2 |v(f)|^2). The gravity
+//! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank:
+//! the information of (13) without the squared condition of the normal equations (14).
+//!
+//! [Vandanjon, Gautier, Desbats 1995], sections 3.1 and 3.2; locked joints give no equation.
+
+use crate::experiments::measured_motion::MeasuredMotion;
+use nalgebra::{DMatrix, DVector};
+
+use crate::algebra::fourier::{Bins, sp};
+use crate::algebra::information_matrix::Rows;
+use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
+use crate::model::regressor::Regressor;
+
+/// Rows of W with their right-hand sides.
+#[derive(Clone, Debug)]
+pub struct EquationBlock {
+    /// N m per unit of parameter.
+    pub rows: Rows,
+    /// Torque of what is known, a load, N m: rows X + known = right.
+    pub known: Vec<f64>,
+    /// N m.
+    pub right: Vec<f64>,
+    /// Standard deviation of each right-hand side, N m.
+    pub deviation: Vec<f64>,
+    /// Coordinate of each row.
+    pub joint: Vec<usize>,
+}
+
+/// Rows (8), (10), (11) of a periodic experiment over `periods` whole periods of samples.
+///
+/// `torque[j]` in N m, `noise[j]` its standard deviation a sample. A row whose projector is not above
+/// its own noise is left out.
+pub fn spectral_rows(
+    trajectory: &ExcitingTrajectory,
+    regressor: &dyn Regressor,
+    motion: &MeasuredMotion,
+    torque: &[Vec<f64>],
+    noise: &[f64],
+) -> EquationBlock {
+    let mut block = EquationBlock::new(regressor.parameters().len());
+    let Motion::Swing { period, .. } = &trajectory.motion else { return block };
+    let count = motion.len();
+    let periods = count / period;
+    if periods == 0 {
+        return block;
+    }
+    let columns = motion.regressor_columns(regressor);
+    let bins = Bins::new(count);
+    for equation in trajectory.equations() {
+        let (k, j) = (trajectory.fast, equation.joint);
+        let bin = equation.projector.harmonic() * periods;
+        let v = match equation.projector {
+            Projector::Acceleration => bins.of(&motion.ddq[k], bin),
+            Projector::SquaredVelocity => bins.of(&motion.dq[k].iter().map(|v| v * v).collect::<Vec<_>>(), bin),
+        };
+        if v.norm() == 0.0 {
+            continue;
+        }
+        let row: Vec<f64> = columns[j].iter().map(|d| sp(bins.of(d, bin), v)).collect();
+        let deviation = noise[j] * (count as f64 / 2.0).sqrt() / v.norm();
+        block.push(&row, sp(bins.of(&torque[j], bin), v), deviation, j);
+    }
+    block
+}
+
+/// Rows (13) of a sweep, reduced. `directions`: the number of samples forth and back.
+pub fn gravity_rows(
+    trajectory: &ExcitingTrajectory,
+    regressor: &dyn Regressor,
+    q: &[Vec<f64>],
+    torque: &[Vec<f64>],
+    noise: &[f64],
+    directions: &[usize],
+) -> EquationBlock {
+    let (n, p, k) = (q.len(), regressor.parameters().len(), trajectory.fast);
+    let count = directions.iter().sum::<usize>().min(q.first().map_or(0, Vec::len));
+    let mut block = EquationBlock::new(p);
+    if count == 0 {
+        return block;
+    }
+    // One row an instant: D at rest, and the torque.
+    let mut w = DMatrix::<f64>::zeros(count, p + 1);
+    let (mut at, zero, mut y) = (vec![0.0; n], vec![0.0; n], vec![0.0; n * p]);
+    for i in 0..count {
+        (0..n).for_each(|j| at[j] = q[j][i]);
+        regressor.fill(&at, &zero, &zero, &mut y);
+        (0..p).for_each(|c| w[(i, c)] = y[k * p + c]);
+        w[(i, p)] = torque[k][i];
+    }
+    let mut first = 0;
+    for &length in directions {
+        let length = length.min(count - first);
+        for c in 0..=p {
+            let mean = w.column(c).rows(first, length).sum() / length.max(1) as f64;
+            w.column_mut(c).rows_mut(first, length).add_scalar_mut(-mean);
+        }
+        first += length;
+    }
+    let (reduced, right) = reduce(w, p);
+    for (row, right) in reduced.iter().zip(right) {
+        block.push(row, right, noise[k], k);
+    }
+    block
+}
+
+/// [A y] to the triangle of A's column-pivoted QR, cut where a row falls below 1e-9 of the first.
+fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let triangle = w.qr().unpack_r();
+    let a = triangle.columns(0, p).into_owned();
+    let y: DVector<f64> = triangle.column(p).into_owned();
+    let pivoted = a.col_piv_qr();
+    let mut rotated = y;
+    pivoted.q_tr_mul(&mut rotated);
+    let mut r = pivoted.r();
+    let first = r.diagonal().amax();
+    let rank = r.diagonal().iter().take_while(|d| d.abs() > 1e-9 * first.max(1.0)).count();
+    pivoted.p().inv_permute_columns(&mut r);
+    let rows = (0..rank).map(|i| r.row(i).iter().copied().collect()).collect();
+    (rows, rotated.iter().take(rank).copied().collect())
+}
+
+impl EquationBlock {
+    /// No equation in `p` parameters.
+    pub fn new(p: usize) -> EquationBlock {
+        EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
+    }
+
+    pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
+        self.rows.push(row);
+        self.known.push(0.0);
+        self.right.push(right);
+        self.deviation.push(deviation);
+        self.joint.push(joint);
+    }
+
+    /// The torque of what adds `parameters` to X is known.
+    pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
+        let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
+        self.known = self.rows.iter().map(torque).collect();
+        self
+    }
+
+    /// Rows over their deviations: the information of the block is W'W.
+    pub fn weighted(&self) -> Rows {
+        let mut rows = Rows::new(self.rows.width());
+        for (row, s) in self.rows.iter().zip(&self.deviation) {
+            rows.push(&row.iter().map(|x| x / s).collect::<Vec<_>>());
+        }
+        rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::exciting_trajectory::MotionKind;
+    use crate::experiments::profile::Profile;
+    use crate::tree_robot::TreeRobot;
+
+    fn torque(columns: &[Vec<Vec<f64>>], x: &[f64]) -> Vec<Vec<f64>> {
+        let one = |d: &Vec<Vec<f64>>| (0..d[0].len()).map(|i| d.iter().zip(x).map(|(d, x)| d[i] * x).sum()).collect();
+        columns.iter().map(one).collect()
+    }
+
+    #[test]
+    fn exact_motion_gives_exact_equations() {
+        let robot = TreeRobot::r3(true);
+        let centre = [0.0, 0.3, -0.7];
+        let swing = ExcitingTrajectory::swing(
+            MotionKind::Mixed,
+            0,
+            &[1, 2],
+            &centre,
+            Profile::BangBang,
+            500,
+            30.0,
+            &[0.5; 3],
+            4.0,
+            1e-3,
+        );
+        let motion = MeasuredMotion::of_reference(&swing.reference());
+        let tau = torque(&motion.regressor_columns(&robot), &robot.truth);
+        let block = spectral_rows(&swing, &robot, &motion, &tau, &[0.2, 0.15, 0.1]);
+        assert_eq!(block.joint, [0, 1, 1, 2, 2]);
+        for (row, y) in block.rows.iter().zip(&block.right) {
+            let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
+            // Sp is linear: rounding only.
+            assert!((x - y).abs() < 1e-12, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn gravity_rows_keep_the_information_of_the_centred_equations() {
+        let robot = TreeRobot::r3(true);
+        let sweep = ExcitingTrajectory::sweep(1, &[0.0, 0.0, -2.2], 2.0, 1.0, 1e-3);
+        let reference = sweep.reference();
+        let motion = MeasuredMotion::of_reference(&reference);
+        let mut tau = torque(&motion.regressor_columns(&robot), &robot.truth);
+        let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
+        // A friction that depends on the direction alone must not be seen.
+        for i in 0..tau[1].len() {
+            tau[1][i] += if i < directions[0] { 0.6 } else { -0.75 };
+        }
+        let block = gravity_rows(&sweep, &robot, &motion.q, &tau, &[0.2, 0.15, 0.1], &directions);
+        // At rest joint 2 carries two lumps: along and across its link.
+        assert_eq!(block.right.len(), 2);
+        for (row, y) in block.rows.iter().zip(&block.right) {
+            let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
+            // Sums of 1800 torques of 10 N m.
+            assert!((x - y).abs() < 1e-10, "{x} {y}");
+        }
+    }
+}

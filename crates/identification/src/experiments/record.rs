@@ -1,0 +1,24 @@
+//! What an experiment leaves behind: sampled positions and efforts.
+
+/// What was recorded: `q[k][i]` in rad, `current[k][i]` in A, of coordinate k at instant i.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// s.
+    pub sample_time: f64,
+    pub q: Vec<Vec<f64>>,
+    pub current: Vec<Vec<f64>>,
+}
+
+impl Record {
+    /// The samples of some windows, one after another.
+    pub fn cut(&self, windows: &[std::ops::Range<usize>]) -> Record {
+        let take = |x: &Vec<f64>| {
+            windows.iter().flat_map(|w| x.get(w.clone()).unwrap_or_default().iter().copied()).collect::<Vec<f64>>()
+        };
+        Record {
+            sample_time: self.sample_time,
+            q: self.q.iter().map(take).collect(),
+            current: self.current.iter().map(take).collect(),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! A motor that also turns with a joint beside its own: its inertia and friction act on both.
+//!
+//! With c = R_mk / R_mm, beyond the columns that the joints have anyway:
+//!   tau_k += c (IAM ddq_m + FVM dq_m + FSM sign(dq_m + c dq_k))
+//!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
+//! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
+
+use crate::model::friction::terms::sign;
+
+/// Motor m turned by joint k beside its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    pub motor: usize,
+    pub joint: usize,
+    /// R_mk / R_mm.
+    pub ratio: f64,
+}
+
+impl Coupling {
+    /// Names without their joint, with units.
+    pub const PARAMETERS: &'static [(&'static str, &'static str)] =
+        &[("IAM", "kg m^2"), ("FVM", "N m s/rad"), ("FSM", "N m")];
+
+    /// The direction in which the motor turns: sign(dq_m + c dq_k).
+    pub fn direction(&self, dq_motor: f64, dq_joint: f64) -> f64 {
+        sign(dq_motor + self.ratio * dq_joint)
+    }
+
+    /// Writes the three columns from `column` on into the n x p rows `w`; `motor` is the direction in
+    /// which the motor turns.
+    pub fn fill(&self, dq: &[f64], ddq: &[f64], motor: f64, w: &mut [f64], p: usize, column: usize) {
+        let (m, k, c) = (self.motor, self.joint, self.ratio);
+        w[k * p + column..k * p + column + 3].copy_from_slice(&[c * ddq[m], c * dq[m], c * motor]);
+        w[m * p + column..m * p + column + 3].copy_from_slice(&[c * ddq[k], c * dq[k], motor]);
+    }
+}

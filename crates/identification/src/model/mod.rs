@@ -1,0 +1,13 @@
+//! What is linear in the parameters: tau = Y X + friction + couplings.
+
+pub mod compiled;
+pub mod coupling;
+pub mod friction;
+pub mod known_load;
+pub mod linear_model;
+pub mod parameter;
+pub mod pseudo_inertia;
+pub mod reference;
+pub mod regressor;
+pub mod standard_map;
+pub mod states;

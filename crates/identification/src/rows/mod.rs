@@ -1,0 +1,3 @@
+//! From states to triangles: the observation matrix, streamed.
+
+pub mod observation;

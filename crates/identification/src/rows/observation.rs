@@ -1,0 +1,240 @@
+//! The observation matrix, streamed: the rows of many instants go into one triangle a joint.
+//!
+//! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j; the parameters are those of the
+//! regressor, then the friction of each joint, then the couplings of the transmission. W is never
+//! held. Rows are kept apart by joint, so that weights by joint need no second pass, and by
+//! contiguous parts of the record, so that leaving parts out (validation) needs none either.
+
+use crate::algebra::vector::dot;
+use crate::model::linear_model::Model;
+use std::ops::Range;
+
+use crate::algebra::triangle::{Block, Triangle};
+use crate::model::states::States;
+use crate::signals::records::Records;
+use logs::Error;
+
+/// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
+#[derive(Clone, Copy)]
+pub struct RowWeight<'a> {
+    pub x: &'a [f64],
+    pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
+}
+
+/// Fewer samples than this are not worth a thread.
+const PARALLEL: usize = 20_000;
+
+/// One triangle a joint of the samples in a range.
+fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
+    let (n, p) = (model.n(), model.p());
+    let mut blocks = vec![Block::new(p); n];
+    let mut triangles = vec![Triangle::new(p); n];
+    model.rows(states, range, |r, w| {
+        for j in (0..n).filter(|&j| states.used[r * n + j]) {
+            let (row, tau) = (&mut w[j * p..(j + 1) * p], states.tau[r * n + j]);
+            let factor = weight.map_or(1.0, |by| (by.weight)(j, tau - dot(row, by.x)));
+            if factor != 1.0 {
+                row.iter_mut().for_each(|x| *x *= factor);
+            }
+            blocks[j].push(row, factor * tau);
+            if blocks[j].is_full() {
+                triangles[j].fold(&mut blocks[j]);
+            }
+        }
+    });
+    for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
+        triangle.fold(block);
+    }
+    triangles
+}
+
+/// The triangles of the rows, by part of the record and by joint.
+#[derive(Clone, Debug, Default)]
+pub struct Observation {
+    /// `parts[k][j]`: part k, joint j.
+    pub parts: Vec<Vec<Triangle>>,
+    /// rad (m): smallest and largest position of each coordinate.
+    pub range: Vec<(f64, f64)>,
+    /// rad/s: the largest speed of each coordinate.
+    pub speed: Vec<f64>,
+    /// N m (N): the largest torque of each coordinate.
+    pub effort: Vec<f64>,
+    /// Hz: 95 % of the energy of each coordinate's velocity lies below, in the fastest record.
+    pub f95: Vec<f64>,
+    /// Samples of each coordinate that are no rows: it stands still there.
+    pub still: Vec<usize>,
+    /// Hz, of the first record.
+    pub cutoff: f64,
+}
+
+/// More parts than this are merged by twos.
+const MOST_PARTS: usize = 64;
+
+impl Observation {
+    /// Streams the samples through the model, in `parts` contiguous parts of equal length.
+    pub fn of(model: &Model, states: &States, parts: usize) -> Observation {
+        Observation::of_rows(model, states, parts, None)
+    }
+
+    /// All records, the rows weighted where a weight is given.
+    ///
+    /// Fails when there is no record, or when one cannot be read.
+    pub fn of_records<R: Records + ?Sized>(
+        model: &Model,
+        records: &R,
+        weight: Option<RowWeight>,
+    ) -> Result<Observation, Error> {
+        let mut all: Option<Observation> = None;
+        records.each(&mut |states| {
+            let one = Observation::of_rows(model, states, records.parts(), weight);
+            match &mut all {
+                Some(all) => all.append(one),
+                None => all = Some(one),
+            }
+        })?;
+        all.ok_or_else(|| Error::new("no log is given; at least one is needed"))
+    }
+
+    /// As `of`, the rows weighted where a weight is given.
+    fn of_rows(model: &Model, states: &States, parts: usize, weight: Option<RowWeight>) -> Observation {
+        let (n, len) = (model.n(), states.len());
+        let parts = parts.clamp(1, len.max(1));
+        let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
+        // Parts are independent: who computes one changes no bit of it.
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(parts);
+        let triangles = if threads < 2 || len < PARALLEL {
+            (0..parts).map(part).collect()
+        } else {
+            std::thread::scope(|scope| {
+                let share = |t: usize| (t * parts / threads..(t + 1) * parts / threads).map(part).collect::<Vec<_>>();
+                let workers: Vec<_> = (1..threads).map(|t| scope.spawn(move || share(t))).collect();
+                let mut all = share(0);
+                for (worker, t) in workers.into_iter().zip(1..) {
+                    // A worker that died has computed nothing; its share is done again here.
+                    all.extend(worker.join().unwrap_or_else(|_| share(t)));
+                }
+                all
+            })
+        };
+        let over = |x: &[f64], f: &dyn Fn(f64, f64) -> f64, start: f64| -> Vec<f64> {
+            (0..n).map(|j| x.iter().skip(j).step_by(n).fold(start, |a, &b| f(a, b))).collect()
+        };
+        let (low, high) = (over(&states.q, &f64::min, f64::MAX), over(&states.q, &f64::max, f64::MIN));
+        let largest = |x: &[f64]| over(x, &|a, b| a.max(b.abs()), 0.0);
+        let (speed, effort) = (largest(&states.dq), largest(&states.tau));
+        let range = low.into_iter().zip(high).collect();
+        let still = (0..n).map(|j| states.used.iter().skip(j).step_by(n).filter(|used| !**used).count()).collect();
+        Observation { parts: triangles, range, speed, effort, f95: states.f95.clone(), still, cutoff: states.cutoff }
+    }
+
+    /// Takes the parts of another record.
+    pub fn append(&mut self, other: Observation) {
+        self.parts.extend(other.parts);
+        while self.parts.len() > MOST_PARTS {
+            let mut parts = std::mem::take(&mut self.parts).into_iter();
+            while let Some(mut first) = parts.next() {
+                for (a, b) in first.iter_mut().zip(parts.next().into_iter().flatten()) {
+                    a.merge(&b, 1.0);
+                }
+                self.parts.push(first);
+            }
+        }
+        for (a, b) in self.range.iter_mut().zip(other.range) {
+            *a = (a.0.min(b.0), a.1.max(b.1));
+        }
+        let largest = self.speed.iter_mut().chain(&mut self.effort).zip(other.speed.into_iter().chain(other.effort));
+        largest.for_each(|(a, b)| *a = a.max(b));
+        self.f95.iter_mut().zip(other.f95).for_each(|(a, b)| *a = a.max(b));
+        self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
+    }
+
+    /// One triangle a joint, of all parts for which `take` says so.
+    pub fn joints(&self, take: impl Fn(usize) -> bool) -> Vec<Triangle> {
+        let mut chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
+        let Some(first) = chosen.next() else {
+            return self.parts.first().map_or(Vec::new(), |p| p.iter().map(|t| Triangle::new(t.columns())).collect());
+        };
+        let mut joints = first.clone();
+        for part in chosen {
+            for (joint, triangle) in joints.iter_mut().zip(part) {
+                joint.merge(triangle, 1.0);
+            }
+        }
+        joints
+    }
+}
+
+/// The triangle of all joints, the rows of joint j multiplied by `weights[j]`.
+pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
+    let mut total = Triangle::new(joints.first().map_or(0, Triangle::columns));
+    for (joint, &weight) in joints.iter().zip(weights) {
+        total.merge(joint, weight);
+    }
+    total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::model::regressor::Regressor;
+    use crate::test_arm::Pendulum;
+
+    /// Threads share the parts out; the triangles are those of one thread, bit for bit.
+    #[test]
+    fn threads_change_no_bit() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let states = arm.states(PARALLEL + 1);
+        let threaded = Observation::of(&model, &states, 7);
+        for (k, part) in threaded.parts.iter().enumerate() {
+            let range = k * states.len() / 7..(k + 1) * states.len() / 7;
+            assert_eq!(*part, part_of_rows(&model, &states, range, None));
+        }
+        assert_eq!(threaded.joints(|_| true)[0].rows, states.len());
+    }
+
+    /// The pendulum's columns on a joint that slides.
+    struct Slide(Pendulum);
+
+    impl Regressor for Slide {
+        fn coordinates(&self) -> &[String] {
+            self.0.coordinates()
+        }
+
+        fn parameters(&self) -> &[String] {
+            self.0.parameters()
+        }
+
+        fn is_prismatic(&self, _: usize) -> bool {
+            true
+        }
+
+        fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+            self.0.fill(q, dq, ddq, y);
+        }
+    }
+
+    #[test]
+    fn a_prismatic_joint_has_units_and_distances_of_its_own() {
+        let (arm, slide) = (Pendulum::new(), Slide(Pendulum::new()));
+        let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Rotor];
+        let model = Model::new(&slide, &friction, &[]);
+        let units: Vec<&str> = model.parameters[3..].iter().map(|p| p.unit).collect();
+        assert_eq!(units, ["N s/m", "N", "kg"]);
+        // 0.2 m are a stroke, 0.2 rad are little; slow beside nothing else.
+        let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
+        assert_eq!(crate::estimate::remarks::little_motion(&model, &observation), [false]);
+        assert_eq!(crate::estimate::remarks::little_motion(&Model::new(&arm, &[], &[]), &observation), [true]);
+    }
+
+    #[test]
+    fn names_and_units() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let names: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["ZZ1", "MX1", "MY1", "FV1", "FS1", "OFF1"]);
+        let units: Vec<&str> = model.parameters.iter().map(|p| p.unit).collect();
+        assert_eq!(units, ["kg m^2", "kg m", "kg m", "N m s/rad", "N m", "N m"]);
+    }
+}

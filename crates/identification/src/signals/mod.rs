@@ -1,0 +1,12 @@
+//! From a log to states: transmission, filters, derivatives, the rows that count.
+
+pub mod butterworth;
+pub mod cutoff;
+pub mod joint_signals;
+pub mod preparation;
+pub mod records;
+pub mod resample;
+pub mod signal_options;
+pub mod standstill;
+pub mod transmission;
+pub mod velocity_check;

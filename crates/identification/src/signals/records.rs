@@ -1,0 +1,209 @@
+//! The records of an identification: states held in memory, or made anew at every pass over a file.
+
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
+use crate::signals::preparation::{Preparation, states, states_or_none};
+use logs::{Error, Log, LogSource, LogStream};
+
+/// Records in a fixed order, to be gone through as often as an estimator needs.
+pub trait Records {
+    /// Hands over the states of one record after the other.
+    ///
+    /// Fails when they cannot be had (again): a file that has gone, a number out of range.
+    fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error>;
+
+    /// Contiguous parts that a record is kept in, for leaving parts out.
+    fn parts(&self) -> usize {
+        10
+    }
+}
+
+impl Records for [States] {
+    fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
+        self.iter().for_each(take);
+        Ok(())
+    }
+}
+
+/// The records of logs, of which some may be too long to be held.
+pub struct SourceRecords<'a> {
+    regressor: &'a dyn Regressor,
+    sources: Vec<Source<'a>>,
+}
+
+enum Source<'a> {
+    Held(Vec<States>),
+    Streamed { stream: &'a LogStream, preparation: Box<Preparation>, overlap: f64 },
+}
+
+impl<'a> SourceRecords<'a> {
+    /// Fails when a log does not fit the robot, the transmission or the signal preparation.
+    pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], preparation: &Preparation) -> Result<Self, Error> {
+        let source = |log: &'a LogSource| match log {
+            LogSource::Held(log) => states(regressor, log, preparation).map(Source::Held),
+            LogSource::Streamed(stream) => streamed(stream, preparation),
+        };
+        Ok(SourceRecords { regressor, sources: logs.iter().map(source).collect::<Result<_, _>>()? })
+    }
+}
+
+/// A stream with the cut-off and the decimation of the whole log settled.
+fn streamed<'a>(stream: &'a LogStream, preparation: &Preparation) -> Result<Source<'a>, Error> {
+    let mut preparation = Box::new(preparation.clone());
+    let mut period = preparation.signal.rate.map_or(stream.report().period, |rate| 1.0 / rate);
+    if preparation.signal.order > 0 && preparation.signal.cutoff.is_none() {
+        let mut content = None;
+        stream.blocks(0.0, &mut |block| {
+            if block.len() > 1 {
+                let (found, step) = preparation.transmission.apply(&block)?.content(&preparation.signal)?;
+                period = step;
+                content = Some(match content.take() {
+                    None => found,
+                    Some(content) => found.faster(content, step),
+                });
+            }
+            Ok(())
+        })?;
+        preparation.signal.cutoff = content.map(|c| c.cutoff);
+    }
+    let signal = &mut preparation.signal;
+    let cutoff = if signal.order > 0 { signal.cutoff.unwrap_or(0.0) } else { 0.0 };
+    signal.decimate = Some(signal.decimation(cutoff, period));
+    let overlap = signal.memory(cutoff, period);
+    Ok(Source::Streamed { stream, preparation, overlap })
+}
+
+impl Records for SourceRecords<'_> {
+    fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
+        for source in &self.sources {
+            match source {
+                Source::Held(records) => records.iter().for_each(&mut *take),
+                Source::Streamed { stream, preparation, overlap } => {
+                    let mut any = false;
+                    stream.blocks(*overlap, &mut |block: Log| {
+                        let records = states_or_none(self.regressor, &block, preparation)?;
+                        any |= !records.is_empty();
+                        records.iter().for_each(&mut *take);
+                        Ok(())
+                    })?;
+                    if !any {
+                        return Err(Error::new("no sample is left of the log between its ends and the window"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use identification::algebra::random::Random;
+    use identification::estimate::identify::Fit;
+    use identification::estimate::options::Options;
+    use identification::estimators::weighted::Weights;
+    use identification::model::friction::terms::FrictionTerm;
+    use identification::signals::records::SourceRecords;
+    use identification::test_arm::Pendulum;
+    use logs::{ColumnNames, LogReport};
+    use std::path::{Path, PathBuf};
+
+    /// A pendulum's log of `rows` rows, each as `row` makes it of t, q and tau.
+    fn write(name: &str, rows: usize, row: impl Fn(usize, [f64; 3]) -> String) -> PathBuf {
+        let states = Pendulum::new().states(rows);
+        let mut random = Random::new(5);
+        let mut text = "t,q1,tau1\n".to_string();
+        for r in 0..rows {
+            text += &row(r, [states.t[r], states.q[r], states.tau[r] + 0.05 * random.normal()]);
+        }
+        let path = std::env::temp_dir().join(format!("rist-stream-{}-{name}.csv", std::process::id()));
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn open(path: &Path, held: usize) -> LogSource {
+        LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, 2000).unwrap().0
+    }
+
+    fn fit(path: &Path, held: usize, options: &Options) -> Fit {
+        let arm = Pendulum::new();
+        let logs = [open(path, held)];
+        assert_eq!(matches!(logs[0], LogSource::Streamed(_)), held < 20_000);
+        let records = SourceRecords::new(&arm, &logs, &options.preparation()).unwrap();
+        Fit::of_records(&arm, &records, vec![logs[0].name()], options).unwrap()
+    }
+
+    fn plain(_: usize, [t, q, tau]: [f64; 3]) -> String {
+        format!("{t},{q},{tau}\n")
+    }
+
+    /// The rows of a streamed log are those of the held one: the same estimate, residual and row count.
+    #[test]
+    fn streamed_is_held() {
+        let path = write("plain", 20_000, plain);
+        let mut options = Options { friction: vec![FrictionTerm::Viscous], ..Options::default() };
+        options.signal.decimate = Some(1);
+        for cutoff in [Some(3.0), None] {
+            options.signal.cutoff = cutoff;
+            let held = fit(&path, 20_000, &options).estimate;
+            // The rule looks at each block: a cut-off found so is given to the other.
+            let streamed = fit(&path, 1000, &options).estimate;
+            options.signal.cutoff = Some(streamed.cutoff);
+            let held = if cutoff.is_some() { held } else { fit(&path, 20_000, &options).estimate };
+            assert_eq!(streamed.rows, held.rows);
+            for (a, b) in streamed.parameters.iter().zip(&held.parameters) {
+                // The filter has forgotten its start to a part in 1e12.
+                assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
+                assert!((a.sigma.unwrap() / b.sigma.unwrap() - 1.0).abs() < 1e-9);
+            }
+            assert!((streamed.total / held.total - 1.0).abs() < 1e-9);
+        }
+        options.weights = Weights::Huber;
+        let (a, b) = (fit(&path, 1000, &options).estimate, fit(&path, 20_000, &options).estimate);
+        for (a, b) in a.parameters.iter().zip(&b.parameters) {
+            // The iterations end when nothing moves by a thousandth of a sigma.
+            assert!((a.value.unwrap() - b.value.unwrap()).abs() < 2e-3 * b.sigma.unwrap());
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+
+    /// What is wrong with a file is counted alike, wherever the blocks end.
+    #[test]
+    fn the_account_is_that_of_the_whole() {
+        let path = write("broken", 20_000, |r, [t, q, tau]| match r {
+            1999 | 2000 | 7777 => "nan,,1\n".into(),
+            4000 => format!("{},{q},{tau}\n", t - 0.05),
+            5999 => format!("{t},{q}\n"),
+            8000..8100 => String::new(),
+            12_000..14_500 => format!("{t},0.5,0.5\n"),
+            _ => plain(r, [t, q, tau]),
+        });
+        let (held, streamed) = (open(&path, 20_000), open(&path, 1000));
+        let (held, streamed) = (held.report(), streamed.report());
+        // Rest is looked for in steps of 0.05 s, from the start of each block.
+        let close = |a: f64, b: f64| (a - b).abs() < 0.1;
+        assert!(close(streamed.rest, held.rest) && close(streamed.rest_after, held.rest_after), "{streamed}{held}");
+        assert!(close(streamed.duration, held.duration) && close(streamed.rest_before, held.rest_before));
+        // A repeat across the end of a block is not seen: at most one for each of the ten blocks.
+        assert!((0..10).contains(&(held.repeated - streamed.repeated)));
+        let (period, rest_before, rest_after) = (held.period, held.rest_before, held.rest_after);
+        let (rest, duration, repeated) = (held.rest, held.duration, held.repeated);
+        let counts = LogReport { period, rest_before, rest_after, rest, duration, repeated, ..streamed.clone() };
+        assert_eq!(counts, *held);
+        assert_eq!((streamed.gaps, streamed.clock_backwards, streamed.not_finite), (1, 1, 4));
+        std::fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_file_that_changes_is_refused() {
+        let path = write("changing", 20_000, plain);
+        let logs = [open(&path, 1000)];
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, &text[..text.len() / 2]).unwrap();
+        let (arm, options) = (Pendulum::new(), Options::default());
+        let failed = SourceRecords::new(&arm, &logs, &options.preparation()).err().unwrap().to_string();
+        assert!(failed.contains("changes while it is read"), "{failed}");
+        std::fs::remove_file(path).unwrap();
+    }
+}

@@ -1,0 +1,190 @@
+//! From motors to joints.
+//!
+//! q_m = R q + q_0, tau = R' tau_m (power is the same on both sides), tau_m = K i for currents.
+//! R holds gear ratios and signs on its diagonal and couplings beside it: the wrist of a Staubli
+//! TX40 has q_m6 = 32 (q_5 + q_6).
+//!
+//! A motor m that also turns with joint k (c = R_mk / R_mm) brings its own inertia and friction to
+//! both joints; beyond the columns that the joints have anyway these are
+//!   tau_k += c (IAM ddq_m + FVM dq_m + FSM sign(dq_m + c dq_k))
+//!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
+//! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
+
+use crate::model::coupling::Coupling;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use crate::signals::joint_signals::JointSignals;
+use logs::{Effort, Error, Log};
+
+/// What lies between the log and the joints; absent parts change nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Transmission {
+    /// Motor angle per joint angle, with its sign, joint by joint; applies to the torques.
+    pub ratios: Option<Vec<f64>>,
+    /// Entries of R beside the diagonal: (motor, joint, R), counted from 1.
+    pub couplings: Vec<(usize, usize, f64)>,
+    /// The coupled motors have no inertia and friction of their own in the model.
+    pub rigid_couplings: bool,
+    /// The positions and velocities in the log are already on the joint side; only torques are not.
+    pub joint_side_positions: bool,
+    /// rad (m): joint position in the model minus that in the log.
+    pub offsets: Option<Vec<f64>>,
+    /// N m/A at the motor (at the joint without ratios).
+    pub drive_gains: Option<Vec<f64>>,
+}
+
+impl Transmission {
+    /// The coupled motors, for the columns of the model.
+    pub fn coupled(&self) -> Vec<Coupling> {
+        let ratio = |m: usize| self.ratios.as_ref().and_then(|r| r.get(m)).copied().unwrap_or(1.0);
+        let coupling = |&(m, k, r): &(usize, usize, f64)| {
+            let (motor, joint) = (m.checked_sub(1)?, k.checked_sub(1)?);
+            Some(Coupling { motor, joint, ratio: r / ratio(motor) })
+        };
+        self.couplings.iter().filter(|_| !self.rigid_couplings).filter_map(coupling).collect()
+    }
+
+    fn check(&self, n: usize) -> Result<(), Error> {
+        let lists = [("ratios", &self.ratios), ("offsets", &self.offsets), ("drive_gains", &self.drive_gains)];
+        for (name, list) in lists {
+            let Some(list) = list else { continue };
+            if list.len() != n || list.iter().any(|x| !x.is_finite()) {
+                return Err(Error::new(format!(
+                    "transmission: {name} needs {n} finite numbers, one a joint; it has {list:?}"
+                )));
+            }
+            if name != "offsets" && list.contains(&0.0) {
+                return Err(Error::new(format!("transmission: {name} holds a zero: {list:?}")));
+            }
+        }
+        for &(m, k, r) in &self.couplings {
+            let inside = |i: usize| (1..=n).contains(&i);
+            if !inside(m) || !inside(k) || m == k || !r.is_finite() {
+                return Err(Error::new(format!(
+                    "transmission: the coupling ({m}, {k}, {r}) is not of two joints of 1 to {n}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// The signals of a log on the joint side.
+    ///
+    /// Fails when a list is not n long, R is singular, or currents have no drive gains.
+    pub fn apply<'a>(&self, log: &'a Log) -> Result<JointSignals<'a>, Error> {
+        let n = log.coordinates.len();
+        self.check(n)?;
+        let mut matrix = DMatrix::from_diagonal_element(n, n, 1.0);
+        for (j, &ratio) in self.ratios.iter().flatten().enumerate() {
+            matrix[(j, j)] = ratio;
+        }
+        for &(m, k, r) in &self.couplings {
+            matrix[(m - 1, k - 1)] = r;
+        }
+        let inverse = matrix.clone().try_inverse();
+        let inverse = inverse.ok_or_else(|| Error::new("transmission: the matrix of ratios is singular"))?;
+        let to_joint = if self.joint_side_positions { None } else { Some(&inverse) };
+        let positions = |x: &Vec<Vec<f64>>| to_joint.map_or_else(|| x.clone(), |m| product(m, x));
+        let mut q = positions(&log.q);
+        for (q, offset) in q.iter_mut().zip(self.offsets.iter().flatten()) {
+            q.iter_mut().for_each(|q| *q += offset);
+        }
+        let mut motor = log.effort.clone();
+        match (&self.drive_gains, log.effort_is) {
+            (Some(gains), Effort::Current) => {
+                for (x, gain) in motor.iter_mut().zip(gains) {
+                    x.iter_mut().for_each(|x| *x *= gain);
+                }
+            }
+            (None, Effort::Current) => {
+                let message = "the log holds motor currents; drive gains (N m/A) are needed to make torques of them";
+                return Err(Error::at(&log.name, 0, message));
+            }
+            (_, Effort::Torque) => {}
+        }
+        Ok(JointSignals {
+            log,
+            q,
+            dq: log.dq.as_ref().map(positions),
+            ddq: log.ddq.as_ref().map(positions),
+            tau: product(&matrix.transpose(), &motor),
+            couplings: self.coupled(),
+        })
+    }
+}
+
+/// y_i(t) = sum_j m_ij x_j(t).
+fn product(m: &DMatrix<f64>, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let len = x.first().map_or(0, Vec::len);
+    let row = |i: usize| {
+        let mut y = vec![0.0; len];
+        for (j, x) in x.iter().enumerate().filter(|(j, _)| m[(i, *j)] != 0.0) {
+            y.iter_mut().zip(x).for_each(|(y, x)| *y += m[(i, j)] * x);
+        }
+        y
+    };
+    (0..m.nrows()).map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use logs::LogReport;
+
+    fn log(q: Vec<Vec<f64>>, effort: Vec<Vec<f64>>, effort_is: Effort) -> Log {
+        Log {
+            name: "log.csv".into(),
+            coordinates: (1..=q.len()).map(|i| format!("q{i}")).collect(),
+            t: vec![0.0],
+            dq: Some(q.clone()),
+            ddq: None,
+            rows: vec![1],
+            window: None,
+            report: LogReport::default(),
+            q,
+            effort,
+            effort_is,
+        }
+    }
+
+    /// tau' dq = tau_m' dq_m for a coupled transmission: nothing is lost between motors and joints.
+    #[test]
+    fn power_is_the_same_on_both_sides() {
+        let transmission =
+            Transmission { ratios: Some(vec![45.0, -48.0]), couplings: vec![(2, 1, 32.0)], ..Transmission::default() };
+        let log = log(vec![vec![2.0], vec![-3.0]], vec![vec![0.7], vec![0.2]], Effort::Torque);
+        let joints = transmission.apply(&log).unwrap();
+        let dq = joints.dq.unwrap();
+        let joint: f64 = joints.tau.iter().zip(&dq).map(|(t, v)| t[0] * v[0]).sum();
+        assert!((joint - (0.7 * 2.0 + 0.2 * -3.0)).abs() < 1e-12);
+        assert!((45.0 * joints.q[0][0] - 2.0).abs() < 1e-12);
+        assert!((-48.0 * joints.q[1][0] + 32.0 * joints.q[0][0] + 3.0).abs() < 1e-12);
+        assert_eq!(transmission.coupled(), [Coupling { motor: 1, joint: 0, ratio: 32.0 / -48.0 }]);
+    }
+
+    #[test]
+    fn currents_need_gains() {
+        let log = log(vec![vec![1.0]], vec![vec![2.0]], Effort::Current);
+        let message = Transmission::default().apply(&log).err().unwrap().to_string();
+        assert!(message.contains("drive gains"), "{message}");
+        let gains = Transmission { drive_gains: Some(vec![-3.0]), ..Transmission::default() };
+        assert_eq!(gains.apply(&log).unwrap().tau, [[-6.0]]);
+    }
+
+    #[test]
+    fn refusals() {
+        let log = log(vec![vec![1.0], vec![1.0]], vec![vec![2.0], vec![1.0]], Effort::Torque);
+        let broken = [
+            (Transmission { ratios: Some(vec![1.0]), ..Transmission::default() }, "ratios needs 2 finite numbers"),
+            (Transmission { ratios: Some(vec![1.0, 0.0]), ..Transmission::default() }, "ratios holds a zero"),
+            (Transmission { couplings: vec![(3, 1, 1.0)], ..Transmission::default() }, "coupling (3, 1, 1)"),
+            (Transmission { couplings: vec![(1, 2, 1.0), (2, 1, 1.0)], ..Transmission::default() }, "singular"),
+        ];
+        for (transmission, expected) in broken {
+            let message = transmission.apply(&log).err().unwrap().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Whether measured velocities are the slopes of the positions beside them.
+//!
+//! Over spans of the log, a_k = q(end) - q(start) and b_k = integral of dq dt: b = s a, and s = 1 when units,
+//! signs and clock are right. Sums over spans, not samples, so that quantised positions do not matter.
+
+use logs::{Error, GAP};
+
+/// Spans of a log.
+const SPANS: usize = 200;
+
+/// rad (m): joints whose largest change over a span is smaller say nothing.
+const LITTLE: f64 = 0.02;
+
+/// Slopes of velocity on position outside of these are no noise.
+const SLOPES: std::ops::Range<f64> = 0.8..1.25;
+
+/// Where positions explain less than this share of the velocities, there is nothing to compare.
+const RELATED: f64 = 0.8;
+
+/// Fails for the first joint whose velocity is something else than the slope of its position; `period` in s.
+pub fn check_velocity(
+    file: &str,
+    coordinates: &[String],
+    t: &[f64],
+    q: &[Vec<f64>],
+    dq: &[Vec<f64>],
+    period: f64,
+) -> Result<(), Error> {
+    let length = (t.len() / SPANS).max(5);
+    for ((name, q), dq) in coordinates.iter().zip(q).zip(dq) {
+        let (mut aa, mut ab, mut bb, mut largest) = (0.0, 0.0, 0.0, 0.0f64);
+        for start in (0..t.len().saturating_sub(length)).step_by(length) {
+            let span = start..start + length;
+            if span.clone().any(|i| t[i + 1] - t[i] > GAP * period) {
+                continue;
+            }
+            let a = q[span.end] - q[span.start];
+            let b: f64 = span.map(|i| 0.5 * (dq[i] + dq[i + 1]) * (t[i + 1] - t[i])).sum();
+            (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
+        }
+        let slope = ab / aa;
+        if largest < LITTLE || ab * ab < RELATED * aa * bb || SLOPES.contains(&slope) {
+            continue;
+        }
+        let close = |x: f64| (slope / x - 1.0).abs() < 0.05;
+        let degree = 180.0 / std::f64::consts::PI;
+        let guess = match slope {
+            _ if close(degree) => "velocities in degrees a second beside positions in rad?",
+            _ if close(1.0 / degree) => "positions in degrees beside velocities in rad/s?",
+            _ if close(1e3) => "a clock in ms?",
+            _ if close(1e6) => "a clock in us?",
+            _ if close(30.0 / std::f64::consts::PI) => "velocities in revolutions a minute?",
+            _ if slope < 0.0 => "signs that differ?",
+            _ => "a gear ratio, or another unit?",
+        };
+        let message = format!(
+            "the velocity of {name} is {slope:.4} times the slope of its position: {guess} Name the unit in the header \
+             (q1_deg, t_ms, ..) or in the options (columns), or use positions alone (signal: velocity: differentiated)"
+        );
+        return Err(Error::at(file, 0, message));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(position: f64, velocity: f64, clock: f64) -> Result<(), Error> {
+        let t: Vec<f64> = (0..2000).map(|i| 0.001 * f64::from(i)).collect();
+        // An encoder of 1e-3 rad: the slope from sample to sample is all quantisation.
+        let q = t.iter().map(|t| position * ((2.0 * t).sin() * 1e3).round() * 1e-3).collect();
+        let dq = t.iter().map(|t| velocity * 2.0 * (2.0 * t).cos()).collect();
+        let t: Vec<f64> = t.iter().map(|t| clock * t).collect();
+        check_velocity("log.csv", &["q1".into()], &t, &[q], &[dq], 0.001 * clock)
+    }
+
+    #[test]
+    fn units_and_signs() {
+        check(1.0, 1.0, 1.0).unwrap();
+        // Nothing moves: nothing to compare.
+        check(1e-3, 1.0, 1.0).unwrap();
+        for (position, velocity, clock, expected) in [
+            (57.29578, 1.0, 1.0, "positions in degrees"),
+            (1.0, 57.29578, 1.0, "velocities in degrees"),
+            (1.0, 1.0, 1e3, "a clock in ms"),
+            (1.0, 9.5493, 1.0, "revolutions a minute"),
+            (1.0, -1.0, 1.0, "signs that differ"),
+            (1.0, 100.0, 1.0, "a gear ratio"),
+        ] {
+            let message = check(position, velocity, clock).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}

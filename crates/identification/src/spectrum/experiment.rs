@@ -1,0 +1,148 @@
+//! One experiment with the record it gave, cut to what is used of it.
+
+use std::ops::Range;
+
+use crate::algebra::fourier::{fold, scatter};
+use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::experiments::record::Record;
+
+/// A motion and its record inside the windows: whole periods, or forth and back.
+#[derive(Clone, Debug)]
+pub struct SpectralExperiment {
+    pub trajectory: ExcitingTrajectory,
+    /// rad; one series a coordinate.
+    pub q: Vec<Vec<f64>>,
+    /// A, or N m where the log has torques.
+    pub current: Vec<Vec<f64>>,
+    /// Samples of each window.
+    pub windows: Vec<usize>,
+    /// What a known load adds to the base parameters; empty without one.
+    pub load: Vec<f64>,
+}
+
+impl SpectralExperiment {
+    /// Cuts a record that began with the motion; `None` when it is shorter than the motion or of
+    /// another number of coordinates.
+    pub fn new(trajectory: ExcitingTrajectory, record: &Record) -> Option<SpectralExperiment> {
+        let windows: Vec<Range<usize>> = trajectory.windows();
+        let end = windows.iter().map(|w| w.end).max()?;
+        let n = trajectory.centre.len();
+        let series = || record.q.iter().chain(&record.current);
+        if record.q.len() != n || record.current.len() != n || series().any(|s| s.len() < end) {
+            return None;
+        }
+        let cut = record.cut(&windows);
+        let windows = windows.iter().map(Range::len).collect();
+        Some(SpectralExperiment { trajectory, q: cut.q, current: cut.current, windows, load: vec![] })
+    }
+
+    /// The same motion, recorded with a known load that adds this to the base parameters.
+    pub fn loaded(mut self, base_parameters: &[f64]) -> SpectralExperiment {
+        self.load = base_parameters.to_vec();
+        self
+    }
+
+    /// Samples used.
+    pub fn len(&self) -> usize {
+        self.windows.iter().sum()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The period in samples; `None` for a sweep.
+    pub fn period(&self) -> Option<usize> {
+        match self.trajectory.motion {
+            Motion::Swing { period, .. } => Some(period),
+            Motion::Sweep { .. } => None,
+        }
+    }
+
+    /// Currents times the gains, N m.
+    pub fn torque(&self, gain: &[f64]) -> Vec<Vec<f64>> {
+        let times = |(c, g): (&Vec<f64>, &f64)| c.iter().map(|c| c * g).collect();
+        self.current.iter().zip(gain).map(times).collect()
+    }
+}
+
+/// Standard deviations of one sample, one a coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoiseLevels {
+    /// rad.
+    pub position: Vec<f64>,
+    /// In the unit of the record's currents.
+    pub current: Vec<f64>,
+}
+
+impl NoiseLevels {
+    /// The scatter of the samples about their mean period, pooled over the periodic experiments;
+    /// `None` when there are none with two periods.
+    pub fn measured(experiments: &[SpectralExperiment]) -> Option<NoiseLevels> {
+        let n = experiments.first()?.q.len();
+        let pooled = |series: &dyn Fn(&SpectralExperiment) -> &Vec<Vec<f64>>, k: usize| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for e in experiments {
+                let Some(period) = e.period() else { continue };
+                let s = scatter(&series(e)[k], period);
+                if s.is_finite() {
+                    let freedom = (e.len() - period) as f64;
+                    sum += freedom * s * s;
+                    count += freedom;
+                }
+            }
+            (count > 0.0).then(|| (sum / count).sqrt())
+        };
+        Some(NoiseLevels {
+            position: (0..n).map(|k| pooled(&|e| &e.q, k)).collect::<Option<_>>()?,
+            current: (0..n).map(|k| pooled(&|e| &e.current, k)).collect::<Option<_>>()?,
+        })
+    }
+
+    /// N m, with these gains.
+    pub fn torque(&self, gain: &[f64]) -> Vec<f64> {
+        self.current.iter().zip(gain).map(|(c, g)| c * g).collect()
+    }
+}
+
+/// The mean period of each series.
+pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
+    series.iter().map(|s| fold(s, period)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::experiments::exciting_trajectory::MotionKind;
+    use crate::experiments::profile::Profile;
+
+    fn noisy(count: usize) -> Record {
+        let mut random = Random::new(2);
+        let mut wave = |scale: f64| -> Vec<f64> {
+            let angle = |i: usize| std::f64::consts::TAU * i as f64 / 400.0;
+            (0..count).map(|i| angle(i).sin() + scale * random.normal()).collect()
+        };
+        Record { sample_time: 1e-3, q: vec![wave(1e-3)], current: vec![wave(0.2)] }
+    }
+
+    fn swing() -> ExcitingTrajectory {
+        ExcitingTrajectory::swing(MotionKind::Inertial, 0, &[], &[0.0], Profile::BangBang, 400, 10.0, &[0.0], 4.0, 1e-3)
+    }
+
+    #[test]
+    fn transients_are_dropped_and_noise_is_measured() {
+        let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
+        assert_eq!(experiment.len(), 4000);
+        let levels = NoiseLevels::measured(&[experiment]).unwrap();
+        // 3600 degrees of freedom: five standard errors are 6 %.
+        assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
+        assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
+    }
+
+    #[test]
+    fn a_short_record_is_refused() {
+        assert!(SpectralExperiment::new(swing(), &noisy(4799)).is_none());
+        assert!(NoiseLevels::measured(&[]).is_none());
+    }
+}

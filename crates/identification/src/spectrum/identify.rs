@@ -1,0 +1,290 @@
+//! From the records of a plan to an estimate: the paper's rows or RIST-MH, gains known or not.
+//!
+//! Gains that are not known are estimated with the parameters from the currents (`drive_gains`), and
+//! everything stands on the known ones or on a known load. A parameter whose interval contains zero is
+//! said to be not significant; one that the rows do not determine has no value.
+
+use crate::estimate::artefact::{Estimate, Identified, JointResidual, Status};
+use crate::estimators::drive_gains::equations::JointEquations;
+use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
+use crate::experiments::paper_rows::EquationBlock;
+use crate::model::parameter::{label, unit_of_inertial};
+use crate::model::reference::ModelReference;
+use crate::model::regressor::Regressor;
+use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
+use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
+use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::search::HarmonicEstimate;
+use logs::Error;
+
+/// Which equations are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpectralMethod {
+    /// One harmonic, one quadrature, no friction.
+    Paper,
+    /// All harmonics, friction as nuisance.
+    Harmonic,
+}
+
+/// The parameters from the experiments of one robot.
+///
+/// `gains`: one a coordinate, N m per unit of the records; known ones of one where the records are torques. Fails
+/// without a periodic experiment of two periods, when nothing tells the noise, and as [`drive_gains`] does.
+pub fn identify_spectrum(
+    model: &ModelReference,
+    regressor: &dyn Regressor,
+    experiments: &[SpectralExperiment],
+    method: SpectralMethod,
+    gains: &[Gain],
+    options: &HarmonicOptions,
+) -> Result<Estimate, Error> {
+    let Some(noise) = NoiseLevels::measured(experiments) else {
+        return Err(Error::new("no experiment has two whole periods: the noise cannot be measured from their scatter"));
+    };
+    let mut estimate = Estimate {
+        model: model.name.clone(),
+        fingerprint: model.fingerprint.clone(),
+        method: match method {
+            SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise".into(),
+            SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance".into(),
+        },
+        rows: 0,
+        cutoff: options.band.equations,
+        ..Estimate::default()
+    };
+    let known = |g: &Gain| if let Gain::Known(k) = g { Some(*k) } else { None };
+    if let Some(gain) = gains.iter().map(known).collect::<Option<Vec<f64>>>() {
+        match method {
+            SpectralMethod::Paper => with_paper_rows(&mut estimate, regressor, experiments, &gain, &noise),
+            SpectralMethod::Harmonic => with_harmonics(&mut estimate, regressor, experiments, &gain, &noise, options)?,
+        }
+        return Ok(estimate);
+    }
+    let one = vec![1.0; regressor.coordinates().len()];
+    match method {
+        SpectralMethod::Paper => {
+            let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
+            let found = drive_gains(&paper_equations(&blocks, one.len()), gains)?;
+            with_gains(&mut estimate, regressor, &found);
+            paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
+        }
+        SpectralMethod::Harmonic => {
+            let mut data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
+            let found = data.estimate_with_gains(gains, options)?;
+            with_gains(&mut estimate, regressor, &found.gains);
+            if found.rounds.is_none() {
+                estimate.remarks.push("the choice of the friction did not settle with the gains".into());
+            }
+            if let Some(friction) = found.friction {
+                harmonic_residuals(&mut estimate, regressor, &data, &friction);
+                estimate.remarks.push(describe(&friction));
+            }
+        }
+    }
+    estimate.rows = estimate.joints.iter().map(|j| j.rows).sum();
+    estimate.remarks.push(scale(regressor, experiments, gains));
+    remark_unidentifiable(&mut estimate);
+    Ok(estimate)
+}
+
+fn identified(name: String, unit: &str, value: f64, sigma: f64, determined: bool) -> Identified {
+    let relative = 100.0 * sigma / value.abs();
+    Identified {
+        name,
+        unit: unit.into(),
+        value: determined.then_some(value),
+        sigma: determined.then_some(sigma),
+        robust_sigma: None,
+        relative_sigma: (determined && relative.is_finite()).then_some(relative),
+        status: match determined {
+            false => Status::NotIdentifiable,
+            true if value.abs() <= 1.96 * sigma => Status::NotSignificant,
+            true => Status::Identified,
+        },
+    }
+}
+
+fn remark_unidentifiable(estimate: &mut Estimate) {
+    let lost: Vec<&str> = estimate.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
+    if !lost.is_empty() {
+        let remark = format!("not identifiable from these experiments (infinite interval): {}", lost.join(" "));
+        estimate.remarks.push(remark);
+    }
+}
+
+fn with_paper_rows(
+    estimate: &mut Estimate,
+    regressor: &dyn Regressor,
+    experiments: &[SpectralExperiment],
+    gain: &[f64],
+    noise: &NoiseLevels,
+) {
+    let torque_noise = noise.torque(gain);
+    let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, gain, &torque_noise)).collect();
+    let periodic: Vec<bool> = experiments.iter().map(|e| e.period().is_some()).collect();
+    let samples: Vec<usize> = experiments.iter().map(SpectralExperiment::len).collect();
+    let solution = paper_estimate(&blocks, &periodic, &samples, PaperWeights::Noise);
+    estimate.rows = blocks.iter().map(|b| b.right.len()).sum();
+    // Friction that leaks into the rows shows in their residual: it widens the intervals.
+    let scale = if estimate.rows > solution.rank { solution.variance.max(1.0) } else { 1.0 };
+    for (i, name) in regressor.parameters().iter().enumerate() {
+        let sigma = (scale * solution.inverse[(i, i)].max(0.0)).sqrt();
+        let unit = unit_of_inertial(name);
+        estimate.parameters.push(identified(name.clone(), unit, solution.x[i], sigma, solution.determined[i]));
+    }
+    estimate.rank = solution.rank;
+    estimate.condition_number = solution.condition_number;
+    let one = vec![1.0; gain.len()];
+    paper_residuals(estimate, regressor, &blocks, &one, &solution.x);
+    estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
+    remark_unidentifiable(estimate);
+}
+
+fn with_harmonics(
+    estimate: &mut Estimate,
+    regressor: &dyn Regressor,
+    experiments: &[SpectralExperiment],
+    gain: &[f64],
+    noise: &NoiseLevels,
+    options: &HarmonicOptions,
+) -> Result<(), Error> {
+    let data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
+    let found = data.estimate(options).ok_or_else(|| Error::new("the experiments give no equation"))?;
+    let p = found.parameters;
+    let sigma = |i: usize| found.solution.inverse[(i, i)].max(0.0).sqrt();
+    let value = |i: usize| (found.solution.x[i], sigma(i), found.solution.determined[i]);
+    for (i, name) in regressor.parameters().iter().enumerate() {
+        let (x, s, determined) = value(i);
+        estimate.parameters.push(identified(name.clone(), unit_of_inertial(name), x, s, determined));
+    }
+    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
+        for (c, (letters, unit)) in found.shape.names().into_iter().enumerate() {
+            let (x, s, determined) = value(p + j * found.shape.columns() + c);
+            estimate.parameters.push(identified(format!("{letters}{}", label(coordinate)), unit, x, s, determined));
+        }
+    }
+    estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
+    estimate.condition_number = found.solution.condition_number;
+    estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
+    harmonic_residuals(estimate, regressor, &data, &found);
+    estimate.remarks.push(describe(&found));
+    remark_unidentifiable(estimate);
+    Ok(())
+}
+
+fn describe(found: &HarmonicEstimate) -> String {
+    let mut text = format!("friction of equation (5), its sign turning over {} rad/s", found.shape.rest_velocity);
+    if found.shape.load {
+        text.push_str(", growing with the load");
+    }
+    if let Some(speed) = found.shape.stribeck {
+        text.push_str(&format!(", with a Stribeck term at {speed} rad/s"));
+    }
+    if found.drift_spread > 0.0 {
+        text.push_str(&format!(", drifting by {:.1} % between experiments", 100.0 * found.drift_spread));
+    }
+    text
+}
+
+fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveGains) {
+    for (i, name) in regressor.parameters().iter().enumerate() {
+        let (x, s) = (found.parameters[i], found.deviation[i]);
+        estimate.parameters.push(identified(name.clone(), unit_of_inertial(name), x, s, found.determined[i]));
+    }
+    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
+        let name = format!("KT{}", label(coordinate));
+        let determined = found.gain_determined[j];
+        estimate.parameters.push(identified(name, "N m/A", found.gain[j], found.gain_deviation[j], determined));
+    }
+    let determined = || found.determined.iter().chain(&found.gain_determined);
+    estimate.rank = determined().filter(|d| **d).count();
+    estimate.condition_number = found.condition_number;
+    if found.steps.is_none() {
+        estimate.remarks.push("the gains did not converge".into());
+    }
+}
+
+/// What all of an estimate with unknown gains stands on.
+fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
+    let given = |(c, g): (&String, &Gain)| match g {
+        Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
+        Gain::Expected(k, s) => Some(format!("the gain of {c}, expected to be {k} +- {s} N m/A")),
+        Gain::Free => None,
+    };
+    let mut on: Vec<String> = regressor.coordinates().iter().zip(gains).filter_map(given).collect();
+    let loaded = experiments.iter().filter(|e| !e.load.is_empty()).count();
+    if loaded > 0 {
+        on.push(format!("the known load of {loaded} of {} experiments", experiments.len()));
+    }
+    format!("all of it stands on {}: if that is wrong by a factor, everything is", on.join(", and on "))
+}
+
+/// The rows of blocks in currents, joint by joint.
+fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
+    let mut equations = vec![JointEquations::default(); n];
+    for b in blocks {
+        for (i, d) in b.rows.iter().enumerate() {
+            let e = &mut equations[b.joint[i]];
+            e.rows.push(d.iter().map(|d| d / b.deviation[i]).collect());
+            e.known.push(b.known[i] / b.deviation[i]);
+            e.current.push(b.right[i] / b.deviation[i]);
+        }
+    }
+    equations
+}
+
+/// What parameters leave of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+fn paper_residuals(
+    estimate: &mut Estimate,
+    regressor: &dyn Regressor,
+    blocks: &[EquationBlock],
+    gain: &[f64],
+    x: &[f64],
+) {
+    let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
+    for b in blocks {
+        for (i, d) in b.rows.iter().enumerate() {
+            rows[b.joint[i]].push((d.to_vec(), gain[b.joint[i]] * b.right[i] - b.known[i]));
+        }
+    }
+    residuals(estimate, regressor, &rows, x);
+}
+
+/// What parameters leave of the rows of each joint, N m.
+fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
+    let (mut all, mut all_left) = (0.0, 0.0);
+    for (coordinate, rows) in regressor.coordinates().iter().zip(rows) {
+        let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
+        let total: f64 = rows.iter().map(|(_, y)| y * y).sum();
+        let left: f64 = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
+        all += total;
+        all_left += left;
+        estimate.joints.push(JointResidual {
+            coordinate: coordinate.clone(),
+            rms: (left / rows.len().max(1) as f64).sqrt(),
+            relative: if total > 0.0 { (left / total).sqrt() } else { 0.0 },
+            rows: rows.len(),
+            ..JointResidual::default()
+        });
+    }
+    estimate.total = if all > 0.0 { (all_left / all).sqrt() } else { 0.0 };
+}
+
+fn harmonic_residuals(
+    estimate: &mut Estimate,
+    regressor: &dyn Regressor,
+    data: &HarmonicData,
+    found: &HarmonicEstimate,
+) {
+    let gain = &data.gain;
+    let drift = |e: usize| found.drift.get(e).map_or(1.0, |d| 1.0 + d.2);
+    let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
+    for (e, s) in data.spectra().iter().enumerate() {
+        let friction = s.friction_rows(&found.shape, gain[s.joint]);
+        for r in 0..s.rows.len() {
+            let f: f64 = friction[r].iter().zip(found.friction(s.joint)).map(|(c, f)| c * f).sum();
+            rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f));
+        }
+    }
+    residuals(estimate, regressor, &rows, found.values());
+}

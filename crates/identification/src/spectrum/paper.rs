@@ -1,0 +1,72 @@
+//! The paper's estimator: least squares on the rows of Sp.
+//!
+//! W X = Y with one row a harmonic, one quadrature, and the centred rows of gravity. Unweighted, the
+//! rows are as the paper has them (each 1/|v|) and the gravity rows of e samples are brought to the
+//! same kind of mean by 1/sqrt(e); weighted, each row is divided by the standard deviation of its
+//! right-hand side.
+//!
+//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p). [Vandanjon, Gautier, Desbats 1995], section 3.3.
+//!
+//! Friction has no column here: the rows are meant to be orthogonal to it, and are so only as far as
+//! the motion follows its reference. `harmonic_estimation` does not rely on that.
+
+use crate::algebra::least_squares::{Solution, solve};
+use crate::algebra::triangle::{Block, Triangle};
+use crate::experiments::measured_motion::MeasuredMotion;
+use crate::experiments::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
+use crate::model::regressor::Regressor;
+use crate::spectrum::experiment::SpectralExperiment;
+
+/// How the rows count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaperWeights {
+    /// As they are.
+    Equal,
+    /// Each over its standard deviation.
+    Noise,
+}
+
+/// The paper's rows of an experiment. `gain` in N m per unit of the record's currents, `noise` in N m.
+pub fn paper_rows(
+    experiment: &SpectralExperiment,
+    regressor: &dyn Regressor,
+    gain: &[f64],
+    noise: &[f64],
+) -> EquationBlock {
+    let torque = experiment.torque(gain);
+    let trajectory = &experiment.trajectory;
+    let block = if experiment.period().is_none() {
+        gravity_rows(trajectory, regressor, &experiment.q, &torque, noise, &experiment.windows)
+    } else {
+        let motion = MeasuredMotion::by_differences(&experiment.q, trajectory.sample_time);
+        spectral_rows(trajectory, regressor, &motion, &torque, noise)
+    };
+    block.with_known(&experiment.load)
+}
+
+/// Least squares on the rows of several experiments; `samples[i]` is the length of experiment i.
+pub fn paper_estimate(
+    blocks: &[EquationBlock],
+    periodic: &[bool],
+    samples: &[usize],
+    weights: PaperWeights,
+) -> Solution {
+    let p = blocks.first().map_or(0, |b| b.rows.width());
+    let mut triangle = Triangle::new(p);
+    let mut rows = Block::new(p);
+    for (e, block) in blocks.iter().enumerate() {
+        let mean = if periodic[e] { 1.0 } else { 1.0 / (samples[e].max(1) as f64).sqrt() };
+        for (i, row) in block.rows.iter().enumerate() {
+            let factor = match weights {
+                PaperWeights::Equal => mean,
+                PaperWeights::Noise => 1.0 / block.deviation[i],
+            };
+            if rows.is_full() {
+                triangle.fold(&mut rows);
+            }
+            rows.push(&row.iter().map(|x| factor * x).collect::<Vec<_>>(), factor * (block.right[i] - block.known[i]));
+        }
+    }
+    triangle.fold(&mut rows);
+    solve(&triangle)
+}

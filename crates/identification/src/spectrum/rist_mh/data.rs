@@ -1,0 +1,66 @@
+//! What RIST-MH works on: the spectra of every experiment and joint, and the choices open to the search.
+
+use crate::experiments::paper_rows::EquationBlock;
+use crate::spectrum::experiment::NoiseLevels;
+use crate::spectrum::harmonics::{Band, JointSpectrum};
+
+/// What is estimated beside the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HarmonicOptions {
+    pub band: Band,
+    /// Velocities over which the sign of friction may turn, rad/s; the best by BIC is used.
+    pub rest_velocities: Vec<f64>,
+    /// Stribeck velocities tried, rad/s.
+    pub stribeck_velocities: Vec<f64>,
+    /// Coulomb friction that grows with the load is tried.
+    pub load: bool,
+    /// Friction may differ from experiment to experiment.
+    pub drift: bool,
+    /// Weights count the noise of the position, and what each joint's rows leave unexplained.
+    pub weights: bool,
+    /// The motion may end otherwise than it began.
+    pub ends: bool,
+    /// Estimate what is left of the delay between current and position.
+    pub delay: bool,
+}
+
+impl Default for HarmonicOptions {
+    fn default() -> HarmonicOptions {
+        HarmonicOptions {
+            band: Band::default(),
+            rest_velocities: vec![0.005, 0.02, 0.05, 0.1],
+            stribeck_velocities: vec![0.05, 0.1, 0.2],
+            load: true,
+            drift: true,
+            weights: true,
+            ends: true,
+            delay: false,
+        }
+    }
+}
+
+impl HarmonicOptions {
+    /// Equation (5) alone, the same in all experiments, weights of the torque noise.
+    pub fn plain() -> HarmonicOptions {
+        HarmonicOptions {
+            rest_velocities: vec![0.005],
+            stribeck_velocities: vec![],
+            load: false,
+            drift: false,
+            weights: false,
+            ends: false,
+            ..HarmonicOptions::default()
+        }
+    }
+}
+
+/// The spectra of the experiments, computed once.
+pub struct HarmonicData {
+    pub(crate) p: usize,
+    pub(crate) n: usize,
+    pub(crate) spectra: Vec<JointSpectrum>,
+    /// In currents.
+    pub(crate) sweeps: Vec<EquationBlock>,
+    pub(crate) noise: NoiseLevels,
+    pub(crate) gain: Vec<f64>,
+}

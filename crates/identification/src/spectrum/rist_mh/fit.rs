@@ -1,0 +1,248 @@
+//! Gauss-Newton of RIST-MH for one shape of friction: rows, weights, drift.
+//!
+//! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise about the present u and f:
+//! tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u', each u' held to zero by 1/s. See
+//! `harmonic_estimation` for what is estimated and why.
+
+use crate::algebra::triangle::{Block, Triangle};
+use crate::model::friction::periodic::FrictionShape;
+use crate::spectrum::harmonics::JointSpectrum;
+use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+
+/// The evidence iteration contracts by about half each time; its last steps change nothing.
+const DRIFT_ITERATIONS: usize = 12;
+/// A relative spread below this is no drift.
+const LEAST_SPREAD: f64 = 2e-3;
+
+/// The state of the iteration for one shape.
+pub(crate) struct Fit {
+    pub shape: FrictionShape,
+    /// Rows of the friction columns of each spectrum.
+    friction: Vec<Vec<Vec<f64>>>,
+    pub deviation: Vec<Vec<f64>>,
+    pub x: Vec<f64>,
+    drift: Vec<f64>,
+    spread: f64,
+    /// Weighted squares each spectrum leaves.
+    squares: Vec<f64>,
+    pub chi_square: f64,
+    pub rows: usize,
+    /// Unknowns that count: drifts by the share the data decide.
+    effective: f64,
+}
+
+impl Fit {
+    /// Iterates to the end for one shape; `deviation`: of each row of each spectrum.
+    pub fn new(data: &HarmonicData, shape: &FrictionShape, options: &HarmonicOptions, deviation: Vec<Vec<f64>>) -> Fit {
+        let friction = data.spectra.iter().map(|s| s.friction_rows(shape, data.gain[s.joint])).collect();
+        let mut fit = Fit {
+            shape: *shape,
+            friction,
+            deviation,
+            x: vec![],
+            drift: vec![0.0; data.spectra.len()],
+            spread: 0.0,
+            squares: vec![],
+            chi_square: 0.0,
+            rows: 0,
+            effective: 0.0,
+        };
+        fit.solve(data, options);
+        if options.drift {
+            fit.spread = 0.1;
+            for _ in 0..DRIFT_ITERATIONS {
+                let before = fit.spread;
+                fit.solve(data, options);
+                if fit.spread < LEAST_SPREAD || (fit.spread - before).abs() < 1e-3 * before {
+                    break;
+                }
+            }
+            if !fit.has_drift() {
+                fit.drift.fill(0.0);
+                fit.solve(data, options);
+            }
+        }
+        fit
+    }
+
+    pub fn has_drift(&self) -> bool {
+        self.spread >= LEAST_SPREAD
+    }
+
+    /// s; zero where there is no drift.
+    pub fn drift_spread(&self) -> f64 {
+        if self.has_drift() { self.spread } else { 0.0 }
+    }
+
+    pub fn criterion(&self) -> f64 {
+        self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
+    }
+
+    /// Deviations scaled, joint by joint, to what the rows leave unexplained.
+    pub fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
+        let share = 1.0 - self.effective / self.rows.max(1) as f64;
+        let factor = |joint: usize| {
+            let of_joint = || data.spectra.iter().zip(&self.squares).filter(|(s, _)| s.joint == joint);
+            let count: usize = of_joint().map(|(s, _)| s.rows.len()).sum();
+            let squares: f64 = of_joint().map(|(_, q)| q).sum();
+            let mean = squares / (count.max(1) as f64 * share.max(0.1));
+            if mean > 0.0 { mean.sqrt() } else { 1.0 }
+        };
+        let factors: Vec<f64> = (0..data.n).map(factor).collect();
+        let scaled = |(s, d): (&JointSpectrum, &Vec<f64>)| d.iter().map(|d| d * factors[s.joint]).collect();
+        data.spectra.iter().zip(&self.deviation).map(scaled).collect()
+    }
+
+    /// Weighted squares of the residuals, spectrum by spectrum.
+    fn residuals(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<f64> {
+        let (p, m) = (data.p, self.shape.columns());
+        let unknowns = self.unknowns(data, options);
+        let first_end = unknowns.saturating_sub(usize::from(options.delay) + 2 * data.spectra.len());
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let of = |(e, s): (usize, &JointSpectrum)| {
+            let friction = &self.x[p + s.joint * m..p + (s.joint + 1) * m];
+            let ends = s.end_columns();
+            let delays = if options.delay { s.delay_column() } else { vec![] };
+            let square = |r: usize| {
+                let mut model = s.known[r] + dot(&s.rows[r], &self.x[..p]);
+                model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
+                if options.ends {
+                    model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
+                }
+                if options.delay {
+                    model -= data.gain[s.joint] * delays[r] * self.x[unknowns - 1];
+                }
+                ((data.gain[s.joint] * s.current[r] - model) / self.deviation[e][r]).powi(2)
+            };
+            (0..s.rows.len()).map(square).sum()
+        };
+        data.spectra.iter().enumerate().map(of).collect()
+    }
+
+    fn unknowns(&self, data: &HarmonicData, options: &HarmonicOptions) -> usize {
+        let drifts = if self.has_drift() { self.drift.len() } else { 0 };
+        let ends = if options.ends { 2 * data.spectra.len() } else { 0 };
+        data.p + data.n * self.shape.columns() + drifts + ends + usize::from(options.delay)
+    }
+
+    /// The linearised, weighted rows about the present friction and drift.
+    pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
+        let unknowns = self.unknowns(data, options);
+        let mut triangle = Triangle::new(unknowns);
+        let mut block = Block::new(unknowns);
+        self.each_equation(data, options, |_, row, known, y| {
+            if block.is_full() {
+                triangle.fold(&mut block);
+            }
+            block.push(row, y - known);
+        });
+        triangle.fold(&mut block);
+        triangle
+    }
+
+    /// The same rows one by one: joint, coefficients, known torque, and the torque that they explain together.
+    pub fn each_equation(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        mut take: impl FnMut(usize, &[f64], f64, f64),
+    ) {
+        let (p, m) = (data.p, self.shape.columns());
+        let unknowns = self.unknowns(data, options);
+        let first_drift = p + data.n * m;
+        let mut row = vec![0.0; unknowns];
+        let mut push = |joint: usize, row: &mut Vec<f64>, known: f64, y: f64| {
+            take(joint, row, known, y);
+            row.fill(0.0);
+        };
+        for (e, s) in data.spectra.iter().enumerate() {
+            let gain = data.gain[s.joint];
+            let first = p + s.joint * m;
+            let ends = s.end_columns();
+            let delay = if options.delay { s.delay_column() } else { vec![] };
+            for r in 0..s.rows.len() {
+                let w = 1.0 / self.deviation[e][r];
+                let c = &self.friction[e][r];
+                let mut y = gain * s.current[r];
+                row[..p].iter_mut().zip(&s.rows[r]).for_each(|(x, d)| *x = w * d);
+                let scale = 1.0 + self.drift[e];
+                row[first..first + m].iter_mut().zip(c).for_each(|(x, c)| *x = w * scale * c);
+                if self.has_drift() && !self.x.is_empty() {
+                    let now: f64 = c.iter().zip(&self.x[first..first + m]).map(|(c, f)| c * f).sum();
+                    row[first_drift + e] = w * now;
+                    y += self.drift[e] * now;
+                }
+                if options.ends {
+                    let first = unknowns - usize::from(options.delay) - 2 * data.spectra.len() + 2 * e;
+                    row[first] = w * ends[r][0];
+                    row[first + 1] = w * ends[r][1];
+                }
+                if options.delay {
+                    row[unknowns - 1] = -w * gain * delay[r];
+                }
+                push(s.joint, &mut row, w * s.known[r], w * y);
+            }
+        }
+        for sweep in &data.sweeps {
+            for (i, d) in sweep.rows.iter().enumerate() {
+                let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
+                let w = 1.0 / (gain * sweep.deviation[i]);
+                row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
+                push(joint, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
+            }
+        }
+        if self.has_drift() {
+            for (e, s) in data.spectra.iter().enumerate() {
+                row[first_drift + e] = 1.0 / self.spread;
+                push(s.joint, &mut row, 0.0, 0.0);
+            }
+        }
+    }
+
+    /// One Gauss-Newton step and one step of the spread.
+    pub fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
+        let triangle = self.triangle(data, options);
+        let unknowns = triangle.columns();
+        let (x, variances) = back_substitute(&triangle);
+        self.chi_square = triangle.squares(&x).1;
+        self.rows = triangle.rows;
+        self.effective = unknowns as f64 + if self.shape.stribeck.is_some() { 1.0 } else { 0.0 };
+        if self.has_drift() {
+            let first = data.p + data.n * self.shape.columns();
+            let drifts = first..first + self.drift.len();
+            let decided: f64 = drifts.clone().map(|i| 1.0 - variances[i] / self.spread.powi(2)).sum();
+            self.drift.copy_from_slice(&x[drifts]);
+            self.rows -= self.drift.len();
+            self.effective -= self.drift.len() as f64 - decided;
+            let squares: f64 = self.drift.iter().map(|u| u * u).sum();
+            self.spread = (squares / decided.max(1e-3)).sqrt();
+        }
+        self.x = x;
+        self.squares = self.residuals(data, options);
+    }
+}
+
+/// R x = z and the diagonal of (R'R)^-1; a column without information gets zero.
+fn back_substitute(triangle: &Triangle) -> (Vec<f64>, Vec<f64>) {
+    let p = triangle.columns();
+    // Relative to the column: what is left of it after those before.
+    let void: Vec<bool> = (0..p).map(|c| triangle.at(c, c).abs() <= 1e-10 * triangle.column_norm(c)).collect();
+    let solve = |right: &dyn Fn(usize) -> f64| {
+        let mut x = vec![0.0; p];
+        for i in (0..p).rev() {
+            if !void[i] {
+                let tail: f64 = (i + 1..p).map(|j| triangle.at(i, j) * x[j]).sum();
+                x[i] = (right(i) - tail) / triangle.at(i, i);
+            }
+        }
+        x
+    };
+    let x = solve(&|i| triangle.at(i, p));
+    let mut variances = vec![0.0; p];
+    for k in 0..p {
+        // Column k of R^-1.
+        let column = solve(&|i| if i == k { 1.0 } else { 0.0 });
+        variances.iter_mut().zip(column).for_each(|(v, c)| *v += c * c);
+    }
+    (x, variances)
+}

@@ -1,0 +1,87 @@
+//! Drive gains by RIST-MH: friction and its drift chosen as with known gains, the gains as in `drive_gains`.
+//!
+//! Which friction a joint has, how it drifts and what its rows are worth is found by `harmonic_estimation` with the
+//! gains at hand; those rows, friction, drift and ends projected out, then give the gains again. The first gains
+//! come from equation (5). It ends when the friction stays and no gain moves by more than a hundredth of its
+//! deviation, which no figure shows.
+//!
+//! A row of `harmonic_fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), its right-hand side
+//! but for u proportional to k: with D and t times k it is the row in currents that `drive_gains` asks for.
+
+use crate::estimators::drive_gains::equations::JointEquations;
+use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
+use crate::model::friction::periodic::FrictionShape;
+use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::search::HarmonicEstimate;
+use logs::Error;
+
+/// Gains and parameters, and the friction they stand beside.
+#[derive(Clone, Debug)]
+pub struct HarmonicGains {
+    pub gains: DriveGains,
+    /// The equations behind them, friction projected out.
+    pub equations: Vec<JointEquations>,
+    /// The estimate with these gains, from which the friction is; `None` where they are not determined or not
+    /// positive, and the friction is that of equation (5).
+    pub friction: Option<HarmonicEstimate>,
+    /// Times the friction was chosen; `None`: it did not settle.
+    pub rounds: Option<usize>,
+}
+
+/// Choices of the friction that are tried.
+const ROUNDS: usize = 8;
+
+impl HarmonicData {
+    /// The gains, where not all are known; the data have them afterwards.
+    ///
+    /// Fails as [`drive_gains`] does.
+    pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {
+        let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
+        let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
+        let equations = fit.current_equations(self, &plain);
+        let gains = drive_gains(&equations, known)?;
+        let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
+        for round in 0..ROUNDS {
+            let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
+            if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
+                found.friction = None;
+                break;
+            }
+            self.gain = found.gains.gain.clone();
+            let Some((fit, criteria)) = self.best_fit(options) else { break };
+            let equations = fit.current_equations(self, options);
+            let gains = drive_gains(&equations, known)?;
+            let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
+            let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
+            let is_settled = is_same && !(0..self.n).any(moved);
+            let friction = Some(self.finished(&fit, options, criteria));
+            found = HarmonicGains { gains, equations, friction, rounds: is_settled.then_some(round + 1) };
+            if is_settled {
+                break;
+            }
+        }
+        Ok(found)
+    }
+}
+
+impl Fit {
+    /// The equations of each joint in currents, all but the parameters projected out.
+    fn current_equations(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<JointEquations> {
+        let p = data.p;
+        let mut of_joint = vec![(vec![], vec![], vec![]); data.n];
+        let mut nuisance = 0;
+        self.each_equation(data, options, |j, row, known, y| {
+            nuisance = row.len() - p;
+            let mut turned = row[p..].to_vec();
+            turned.extend(row[..p].iter().map(|d| data.gain[j] * d));
+            of_joint[j].0.push(turned);
+            of_joint[j].1.push(data.gain[j] * known);
+            of_joint[j].2.push(y);
+        });
+        let equations = |(rows, known, current): &(Vec<Vec<f64>>, Vec<f64>, Vec<f64>)| {
+            JointEquations::without_nuisance(rows, known, current, nuisance)
+        };
+        of_joint.iter().map(equations).collect()
+    }
+}

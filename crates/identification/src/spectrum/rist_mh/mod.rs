@@ -1,0 +1,6 @@
+//! RIST-MH: all harmonics, friction as nuisance.
+
+pub mod data;
+pub mod fit;
+pub mod gains;
+pub mod search;

@@ -1,0 +1,319 @@
+//! Measured and predicted torque on motions that no experiment used.
+//!
+//! tau = kt I against Y X (rigid) and against Y X + friction, the four coefficients of equation (5) fitted again to
+//! these motions, because the paper's rows estimate none. Position and torque go through the same
+//! zero-phase low-pass. The residual is white when its autocorrelations at lags 1 .. 50 (of samples
+//! far enough apart for the filter) stay within 1.96/sqrt(N) for 95 of 100.
+//!
+//! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::fourier::circular_differences;
+use crate::algebra::least_squares::solve;
+use crate::algebra::triangle::{Block, Triangle};
+use crate::experiments::measured_motion::MeasuredMotion;
+use crate::experiments::record::Record;
+use crate::model::friction::periodic::FrictionShape;
+use crate::model::reference::ModelReference;
+use crate::model::regressor::Regressor;
+use crate::signals::butterworth::Butterworth;
+use logs::Error;
+
+/// The artefact of validation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ValidationReport {
+    pub model: ModelReference,
+    /// The estimate that predicts.
+    pub method: String,
+    /// Cut-off of the low-pass, Hz.
+    pub cutoff_hz: f64,
+    pub joints: Vec<JointValidation>,
+    /// Over all joints and motions.
+    pub total: f64,
+    pub motions: Vec<MotionValidation>,
+    /// Torques over time of the first motion, one a joint.
+    pub pictures: Vec<TorquePicture>,
+}
+
+/// One joint over all motions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointValidation {
+    pub coordinate: String,
+    /// |tau - tau_predicted| / |tau|, friction fitted.
+    pub relative: f64,
+    /// The same without friction.
+    pub relative_rigid: f64,
+    /// Root mean square of the residual, N m.
+    pub rms: f64,
+    /// Share of autocorrelations outside the 95 % band of white noise.
+    pub not_white: f64,
+    /// FVP FSP FVN FSN, N m s/rad and N m.
+    pub friction: Vec<f64>,
+}
+
+/// One motion over all joints.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MotionValidation {
+    pub name: String,
+    pub relative: f64,
+}
+
+/// What figure 2 shows of one joint: s and N m.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TorquePicture {
+    pub coordinate: String,
+    pub t: Vec<f64>,
+    pub measured: Vec<f64>,
+    pub predicted: Vec<f64>,
+}
+
+/// Samples dropped at both ends of a motion, where the differences wrap around.
+const BORDER: usize = 30;
+/// Instants in a picture.
+const PICTURE: usize = 400;
+
+/// Torques of one joint in one motion.
+struct Compared {
+    t: Vec<f64>,
+    tau: Vec<f64>,
+    rigid: Vec<f64>,
+    friction: Vec<Vec<f64>>,
+}
+
+/// Compares the torques of `records` (named) with those of `parameters`; `gain`: N m per unit of the record.
+///
+/// Fails when a record is too short or too slow for the low-pass.
+pub fn validate_motions(
+    model: &ModelReference,
+    method: &str,
+    regressor: &dyn Regressor,
+    parameters: &[f64],
+    gain: &[f64],
+    records: &[(String, Record)],
+    cutoff: f64,
+) -> Result<ValidationReport, Error> {
+    let n = regressor.coordinates().len();
+    let compared: Vec<Vec<Compared>> = records
+        .iter()
+        .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
+        .collect::<Result<_, _>>()?;
+    let mut report = ValidationReport {
+        model: model.clone(),
+        method: method.into(),
+        cutoff_hz: cutoff,
+        ..ValidationReport::default()
+    };
+    let mut left = vec![0.0; records.len()];
+    let mut whole = vec![0.0; records.len()];
+    for j in 0..n {
+        let of_joint: Vec<&Compared> = compared.iter().map(|m| &m[j]).collect();
+        let friction = fit_friction(&of_joint);
+        let (mut squares, mut rigid, mut total, mut count) = (0.0, 0.0, 0.0, 0);
+        let mut outside = Vec::new();
+        for (m, c) in of_joint.iter().enumerate() {
+            let predicted = predicted(c, &friction);
+            let residual: Vec<f64> = c.tau.iter().zip(&predicted).map(|(a, b)| a - b).collect();
+            let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+            let (r, t) = (sum(&residual), sum(&c.tau));
+            squares += r;
+            total += t;
+            rigid += c.tau.iter().zip(&c.rigid).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            count += residual.len();
+            left[m] += r;
+            whole[m] += t;
+            // A sample each half period of the cut-off: closer ones are alike because of the filter.
+            let step = (0.5 / (cutoff * records[m].1.sample_time)).ceil() as usize;
+            outside.extend(not_white(&residual.into_iter().step_by(step.max(1)).collect::<Vec<_>>()));
+            if m == 0 {
+                report.pictures.push(picture(&regressor.coordinates()[j], c, &predicted));
+            }
+        }
+        let share = outside.iter().sum::<f64>() / outside.len().max(1) as f64;
+        report.joints.push(JointValidation {
+            coordinate: regressor.coordinates()[j].clone(),
+            relative: (squares / total).sqrt(),
+            relative_rigid: (rigid / total).sqrt(),
+            rms: (squares / count.max(1) as f64).sqrt(),
+            not_white: share,
+            friction,
+        });
+    }
+    let relative = |m: usize| (left[m] / whole[m]).sqrt();
+    let motion =
+        |(m, (name, _)): (usize, &(String, Record))| MotionValidation { name: name.clone(), relative: relative(m) };
+    report.motions = records.iter().enumerate().map(motion).collect();
+    report.total = (left.iter().sum::<f64>() / whole.iter().sum::<f64>()).sqrt();
+    Ok(report)
+}
+
+fn compare(
+    name: &str,
+    record: &Record,
+    regressor: &dyn Regressor,
+    parameters: &[f64],
+    gain: &[f64],
+    cutoff: f64,
+) -> Result<Vec<Compared>, Error> {
+    let (n, h) = (gain.len(), record.sample_time);
+    let count = record.q.first().map_or(0, Vec::len);
+    let Some(filter) = Butterworth::low_pass(4, cutoff, 1.0 / h) else {
+        return Err(Error::at(name, 0, format!("a sample time of {h} s is too long for a cut-off of {cutoff} Hz")));
+    };
+    if count < 4 * BORDER || record.q.len() != n || record.current.len() != n {
+        let found = format!("{count} samples of {} joints; at least {} of {n} are needed", record.q.len(), 4 * BORDER);
+        return Err(Error::at(name, 0, found));
+    }
+    let smooth: Vec<Vec<f64>> = record.q.iter().map(|q| filter.zero_phase(q)).collect();
+    let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
+    let cut = |x: &[f64]| x[BORDER..count - BORDER].to_vec();
+    let cut_all = |x: &[Vec<f64>]| x.iter().map(|x| cut(x)).collect::<Vec<_>>();
+    let motion = MeasuredMotion { q: cut_all(&smooth), dq: cut_all(&dq), ddq: cut_all(&ddq) };
+    let columns = motion.regressor_columns(regressor);
+    let joint = |j: usize| Compared {
+        t: (BORDER..count - BORDER).map(|i| i as f64 * h).collect(),
+        tau: cut(&filter.zero_phase(&record.current[j].iter().map(|c| c * gain[j]).collect::<Vec<_>>())),
+        rigid: (0..motion.len()).map(|i| columns[j].iter().zip(parameters).map(|(d, x)| d[i] * x).sum()).collect(),
+        friction: FrictionShape::ASYMMETRIC.fill(&motion.dq[j], &motion.ddq[j], &[], h),
+    };
+    Ok((0..n).map(joint).collect())
+}
+
+fn fit_friction(motions: &[&Compared]) -> Vec<f64> {
+    let (mut triangle, mut block) = (Triangle::new(4), Block::new(4));
+    for c in motions {
+        for i in 0..c.tau.len() {
+            if block.is_full() {
+                triangle.fold(&mut block);
+            }
+            block.push(&c.friction.iter().map(|f| f[i]).collect::<Vec<_>>(), c.tau[i] - c.rigid[i]);
+        }
+    }
+    triangle.fold(&mut block);
+    solve(&triangle).x
+}
+
+fn predicted(c: &Compared, friction: &[f64]) -> Vec<f64> {
+    let of = |i: usize| c.rigid[i] + c.friction.iter().zip(friction).map(|(f, x)| f[i] * x).sum::<f64>();
+    (0..c.tau.len()).map(of).collect()
+}
+
+/// 1 for each lag whose autocorrelation is outside the band of white noise, else 0.
+fn not_white(x: &[f64]) -> Vec<f64> {
+    let n = x.len();
+    let mean = x.iter().sum::<f64>() / n.max(1) as f64;
+    let product = |lag: usize| x.iter().zip(&x[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+    let variance = product(0);
+    let band = 1.96 / (n as f64).sqrt();
+    (1..=50.min(n / 4)).map(|lag| f64::from(u8::from((product(lag) / variance).abs() > band))).collect()
+}
+
+fn picture(coordinate: &str, c: &Compared, predicted: &[f64]) -> TorquePicture {
+    let step = c.t.len().div_ceil(PICTURE).max(1);
+    // Four digits behind the point are finer than any screen.
+    let thin = |x: &[f64]| x.iter().step_by(step).map(|x| (x * 1e4).round() / 1e4).collect();
+    TorquePicture { coordinate: coordinate.into(), t: thin(&c.t), measured: thin(&c.tau), predicted: thin(predicted) }
+}
+
+impl ValidationReport {
+    /// The text of validation.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
+    }
+
+    /// Reads validation.yaml.
+    pub fn from_yaml(file: &str, text: &str) -> Result<ValidationReport, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
+    }
+}
+
+impl fmt::Display for ValidationReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{}: {}, {} motions, low-pass {} Hz",
+            self.model.name,
+            self.method,
+            self.motions.len(),
+            self.cutoff_hz
+        )?;
+        writeln!(f, "{:<12} {:>9} {:>12} {:>10} {:>10}", "joint", "error", "no friction", "rms N m", "not white")?;
+        for j in &self.joints {
+            writeln!(
+                f,
+                "{:<12} {:>8.2}% {:>11.2}% {:>10.4} {:>9.0}%",
+                j.coordinate,
+                100.0 * j.relative,
+                100.0 * j.relative_rigid,
+                j.rms,
+                100.0 * j.not_white
+            )?;
+        }
+        writeln!(f, "{:<12} {:>8.2}%", "all", 100.0 * self.total)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::experiments::point_to_point::{ValidationMotion, validation_trajectory};
+    use crate::simulate::dynamics::torque;
+    use crate::tree_robot::TreeRobot;
+
+    fn records(robot: &TreeRobot, noise: f64) -> Vec<(String, Record)> {
+        let mut random = Random::new(4);
+        let limits = [(-1.0, 1.0); 3];
+        let mut one = |i: usize| {
+            let motion = ValidationMotion::default();
+            let r = validation_trajectory(&motion, &limits, &[3.0; 3], &[20.0; 3], 1e-3, &mut random);
+            let mut current = vec![vec![]; 3];
+            for t in 0..r.q[0].len() {
+                let at = |x: &[Vec<f64>]| [x[0][t], x[1][t], x[2][t]];
+                let tau = torque(robot, &robot.truth, &at(&r.q), &at(&r.dq), &at(&r.ddq));
+                for k in 0..3 {
+                    let friction = 0.3 * r.dq[k][t] + 0.5 * f64::from(r.dq[k][t] > 0.0);
+                    current[k].push((tau[k] + friction + noise * random.normal()) / 2.0);
+                }
+            }
+            (format!("v{i}"), Record { sample_time: 1e-3, q: r.q, current })
+        };
+        (0..3).map(&mut one).collect()
+    }
+
+    #[test]
+    fn the_truth_predicts_and_a_wrong_model_does_not() {
+        let robot = TreeRobot::r3(true);
+        let model = ModelReference::default();
+        let records = records(&robot, 0.05);
+        let of = |x: &[f64]| validate_motions(&model, "test", &robot, x, &[2.0; 3], &records, 40.0).unwrap();
+        let right = of(&robot.truth);
+        assert!(right.total < 0.01, "{right}");
+        assert!(right.joints.iter().all(|j| j.relative_rigid > 3.0 * j.relative), "{right}");
+        let wrong: Vec<f64> = robot.truth.iter().map(|x| 1.2 * x).collect();
+        assert!(of(&wrong).total > 0.05);
+        assert_eq!(right.pictures.len(), 3);
+        let text = right.to_yaml().unwrap();
+        assert_eq!(ValidationReport::from_yaml("validation.yaml", &text).unwrap(), right);
+    }
+
+    #[test]
+    fn white_noise_is_white_and_a_wave_is_not() {
+        let mut random = Random::new(8);
+        let noise: Vec<f64> = (0..4000).map(|_| random.normal()).collect();
+        let wave: Vec<f64> = (0..4000).map(|i| (0.05 * i as f64).sin()).collect();
+        let share = |x: &[f64]| not_white(x).iter().sum::<f64>() / 50.0;
+        assert!(share(&noise) < 0.2 && share(&wave) > 0.8);
+    }
+
+    #[test]
+    fn a_short_record_is_refused() {
+        let robot = TreeRobot::r3(true);
+        let short =
+            [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 9]; 3], current: vec![vec![0.0; 9]; 3] })];
+        let error = validate_motions(&ModelReference::default(), "", &robot, &robot.truth, &[1.0; 3], &short, 40.0);
+        assert!(error.unwrap_err().to_string().contains("9 samples of 3 joints"));
+    }
+}

@@ -1,0 +1,185 @@
+//! What was found in a log and what was done about it.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::Error;
+use crate::cleaning::suspects::Suspect;
+
+/// The account of the cleaning of a log.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LogReport {
+    /// Rows of the file and rows kept.
+    pub rows: usize,
+    pub kept: usize,
+    /// Rows left out because a number is missing, NaN or infinite; the first such line.
+    pub not_finite: usize,
+    pub first_not_finite: Option<usize>,
+    /// Rows left out because the clock stands still, or runs backwards.
+    pub clock_repeated: usize,
+    pub clock_backwards: usize,
+    /// The first line on which the clock runs backwards.
+    pub first_backwards: Option<usize>,
+    /// Rows with more or fewer cells than the header.
+    pub ragged: usize,
+    /// Kept rows in which every signal but the time is as in the row before.
+    pub repeated: usize,
+    /// s: first to last sample, median and largest step; `uniform` when no step is 1 % off the median.
+    pub duration: f64,
+    pub period: f64,
+    pub longest_step: f64,
+    pub uniform: bool,
+    /// Steps longer than [`GAP`] periods.
+    pub gaps: usize,
+    /// Jumps by a turn in the positions, taken back.
+    pub wrapped: usize,
+    /// What no robot does, a coordinate.
+    pub suspect: Vec<Suspect>,
+    /// s at rest before the first and after the last motion, and in all.
+    pub rest_before: f64,
+    pub rest_after: f64,
+    pub rest: f64,
+}
+
+/// A step of the clock this many times the median is a gap: nothing is interpolated across it.
+pub const GAP: f64 = 10.0;
+
+/// A log runs backwards in more rows than this share: two runs in one file, not a clock's jitter.
+const BACKWARDS: f64 = 0.01;
+
+/// s: a clock that steps by more is in another unit, unless it says that it is not.
+const SLOW: f64 = 0.5;
+
+/// Fewer samples than this cannot be filtered and differentiated.
+pub const MIN_ROWS: usize = 50;
+
+impl LogReport {
+    /// Adds the next part of the same file, which starts `step` s after the end of this.
+    pub(crate) fn append(&mut self, next: &LogReport, step: f64) {
+        if self.kept < 2 {
+            let counts = std::mem::replace(self, next.clone());
+            return self.count(&counts);
+        }
+        self.uniform &= even(step, self.period) && (next.kept < 2 || (next.uniform && even(next.period, self.period)));
+        self.longest_step = self.longest_step.max(next.longest_step).max(step);
+        self.gaps += next.gaps + usize::from(step > GAP * self.period);
+        // At rest from end to end: the rest goes on in the next part.
+        let resting = |r: &LogReport| r.rest_before >= r.duration;
+        if resting(self) {
+            self.rest_before += step + next.rest_before;
+        }
+        self.rest_after = next.rest_after + if resting(next) { self.rest_after + step } else { 0.0 };
+        self.rest += next.rest;
+        self.duration += step + next.duration;
+        self.count(next);
+    }
+
+    fn count(&mut self, other: &LogReport) {
+        self.rows += other.rows;
+        self.kept += other.kept;
+        self.not_finite += other.not_finite;
+        self.first_not_finite = self.first_not_finite.or(other.first_not_finite);
+        self.clock_repeated += other.clock_repeated;
+        self.clock_backwards += other.clock_backwards;
+        self.first_backwards = self.first_backwards.or(other.first_backwards);
+        self.ragged += other.ragged;
+        self.repeated += other.repeated;
+        self.wrapped += other.wrapped;
+        if self.suspect.is_empty() {
+            self.suspect.clone_from(&other.suspect);
+        } else {
+            self.suspect.iter_mut().zip(&other.suspect).for_each(|(a, b)| a.append(b));
+        }
+    }
+
+    /// Refuses a whole file that is no log; `time` is the header of its clock.
+    pub(crate) fn check(&self, file: &str, time: &str) -> Result<(), Error> {
+        let at = |line: usize, message: String| Err(Error::at(file, line, message));
+        if self.rows == 0 {
+            return at(1, "there is a header but no row of numbers below it".into());
+        }
+        if self.clock_backwards as f64 > BACKWARDS * self.rows as f64 {
+            let message = format!(
+                "column `{time}` runs backwards in {} rows, here first: two runs in one file, or not the time; split the file",
+                self.clock_backwards
+            );
+            return at(self.first_backwards.unwrap_or(0), message);
+        }
+        if self.clock_repeated as f64 > 0.5 * self.rows as f64 {
+            let message = format!(
+                "column `{time}` stands still in {} of {} rows; it is not the time",
+                self.clock_repeated, self.rows
+            );
+            return at(0, message);
+        }
+        if self.ragged > self.rows / 2 {
+            let message =
+                format!("{} of {} rows have more or fewer cells than the header has names", self.ragged, self.rows);
+            return at(0, message);
+        }
+        if self.kept < MIN_ROWS {
+            let message = format!(
+                "{} usable rows of {} ({} with missing or infinite numbers); at least {MIN_ROWS} are needed",
+                self.kept, self.rows, self.not_finite
+            );
+            return at(0, message);
+        }
+        if !(self.period.is_finite() && self.duration.is_finite()) {
+            return at(0, "the clock leaves the range of numbers".into());
+        }
+        let said =
+            ["_s", "(s)", "[s]", "sec", "secs", "seconds"].iter().any(|unit| time.to_lowercase().ends_with(unit));
+        if self.period > SLOW && !said {
+            let message = format!(
+                "column `{time}` steps by {} s: too slow to see dynamics; if it is in ms, name it `{time}_ms`, if in s, \
+                 `{time}_s`",
+                self.period
+            );
+            return at(0, message);
+        }
+        if self.repeated + 1 == self.kept {
+            return at(0, "every row holds the same values: nothing moves and nothing is measured".into());
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for LogReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let clock = if self.uniform { "uniform" } else { "not uniform" };
+        writeln!(
+            f,
+            "{} rows, {} used; {:.3} s, median step {:.6} s ({clock}, longest {:.6} s)",
+            self.rows, self.kept, self.duration, self.period, self.longest_step
+        )?;
+        let line = self.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
+        for (count, what) in [
+            (self.not_finite, format!("rows left out: a number is missing or infinite{line}")),
+            (self.clock_repeated, "rows left out: the clock repeats".into()),
+            (self.clock_backwards, "rows left out: the clock runs backwards".into()),
+            (self.ragged, "rows with more or fewer cells than the header".into()),
+            (self.wrapped, "jumps by a turn in the positions, taken back".into()),
+            (self.repeated, "rows repeat the row before (kept)".into()),
+            (
+                self.gaps,
+                format!("gaps in the clock longer than {GAP} steps (the parts between are filtered by themselves)"),
+            ),
+        ] {
+            if count > 0 {
+                writeln!(f, "{count} {what}")?;
+            }
+        }
+        self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
+        if self.rest > 0.0 {
+            let (before, after) = (self.rest_before, self.rest_after);
+            writeln!(f, "at rest {:.2} s ({before:.2} s at the start, {after:.2} s at the end)", self.rest)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a step of the clock is that of a uniform clock.
+pub(crate) fn even(step: f64, period: f64) -> bool {
+    (step - period).abs() <= 0.01 * period
+}

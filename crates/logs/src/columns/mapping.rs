@@ -1,0 +1,342 @@
+//! Which column of a table is which quantity of which joint, and in which unit.
+//!
+//! Columns are found by what their headers can mean (`header`) or named by the user. Two columns for
+//! one quantity of one joint are refused, not chosen from; the mapping is a value that can be printed.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::columns::words::{Designator, Quantity, Reading, readings, units};
+use crate::table::Table;
+
+use Quantity::*;
+
+/// Names given by the user, for the quantities whose columns cannot be found by their names.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ColumnNames {
+    pub time: Option<String>,
+    pub position: Option<Names>,
+    pub velocity: Option<Names>,
+    pub acceleration: Option<Names>,
+    pub torque: Option<Names>,
+    pub current: Option<Names>,
+}
+
+/// `taum_abs{}`, the braces standing for 1, 2, ..; or one name a joint. A unit at the end of the
+/// name (`_deg`, `_mA`, also before the number) counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Names {
+    Pattern(String),
+    Each(Vec<String>),
+}
+
+/// One column put to use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// Index in the table.
+    pub column: usize,
+    pub header: String,
+    pub unit: &'static str,
+    /// SI per unit of the file.
+    pub factor: f64,
+}
+
+/// The mapping from a table to the quantities of a robot; printing it shows every choice made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    pub coordinates: Vec<String>,
+    pub time: Source,
+    pub position: Vec<Source>,
+    pub velocity: Option<Vec<Source>>,
+    pub acceleration: Option<Vec<Source>>,
+    /// Torque, or current when there is no torque.
+    pub effort: Vec<Source>,
+    pub effort_is: Quantity,
+    /// Headers of the file that are not used.
+    pub unused: Vec<String>,
+    /// What the reader of the file had to say (`Table::notes`).
+    pub notes: Vec<String>,
+}
+
+impl Columns {
+    /// Finds the columns of a robot's coordinates in a table.
+    ///
+    /// Fails when time, a position or an effort is missing, or when two columns claim one place.
+    pub fn find(table: &Table, coordinates: &[String], names: &ColumnNames) -> Result<Columns, Error> {
+        let finder = Finder { table, coordinates, readings: readings(table, coordinates)? };
+        let mut time = match &names.time {
+            Some(name) => finder.named(Time, name)?,
+            None => finder.group(Time, 1)?.and_then(|mut g| g.pop()).ok_or_else(|| {
+                finder.error("no column holds the time; a column `t` in seconds (or time, timestamp, t_ms) is expected")
+            })?,
+        };
+        if time.unit == "s"
+            && let Some((unit, factor)) = epoch_unit(&table.columns[time.column])
+        {
+            (time.unit, time.factor) = (unit, factor);
+        }
+        let quantity = |quantity: Quantity, given: &Option<Names>| match given {
+            Some(given) => finder.given(quantity, given).map(Some),
+            None => finder.group(quantity, coordinates.len()),
+        };
+        let position = quantity(Position, &names.position)?.ok_or_else(|| finder.missing(Position))?;
+        let velocity = quantity(Velocity, &names.velocity)?;
+        let acceleration = quantity(Acceleration, &names.acceleration)?;
+        // A given current is meant, even where torques stand beside it.
+        let torque = if names.current.is_some() { None } else { quantity(Torque, &names.torque)? };
+        let (effort, effort_is) = match torque {
+            Some(torque) => (torque, Torque),
+            None => (quantity(Current, &names.current)?.ok_or_else(|| finder.missing(Torque))?, Current),
+        };
+        let mut columns = Columns {
+            coordinates: coordinates.to_vec(),
+            time,
+            position,
+            velocity,
+            acceleration,
+            effort,
+            effort_is,
+            unused: Vec::new(),
+            notes: table.notes.clone(),
+        };
+        let used: Vec<usize> = columns.sources().map(|s| s.column).collect();
+        let unused = (0..table.header.len()).filter(|c| !used.contains(c) && !table.header[*c].is_empty());
+        columns.unused = unused.map(|c| table.header[c].clone()).collect();
+        Ok(columns)
+    }
+
+    /// All columns in use, time first.
+    pub fn sources(&self) -> impl Iterator<Item = &Source> {
+        let optional = self.velocity.iter().chain(&self.acceleration).flatten();
+        std::iter::once(&self.time).chain(&self.position).chain(optional).chain(&self.effort)
+    }
+}
+
+impl fmt::Display for Columns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "time: {} [{}]", self.time.header, self.time.unit)?;
+        let effort = if self.effort_is == Torque { "torque" } else { "current" };
+        let rows = [
+            ("position", Some(&self.position)),
+            ("velocity", self.velocity.as_ref()),
+            ("acceleration", self.acceleration.as_ref()),
+            (effort, Some(&self.effort)),
+        ];
+        for (name, sources) in rows {
+            let Some(sources) = sources else {
+                writeln!(f, "{name}: not in the file")?;
+                continue;
+            };
+            let pairs = self.coordinates.iter().zip(sources);
+            let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {} [{}]", s.header, s.unit)).collect();
+            writeln!(f, "{name}: {}", pairs.join(", "))?;
+        }
+        if !self.unused.is_empty() {
+            writeln!(f, "not used: {}", self.unused.join(", "))?;
+        }
+        for note in &self.notes {
+            writeln!(f, "note: {note}")?;
+        }
+        Ok(())
+    }
+}
+
+/// The unit of a clock that counts from 1970: nobody's log is from before 1990 or after 2100.
+fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
+    const SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
+    let first = clock.iter().find(|t| t.is_finite())?;
+    let units = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    units.into_iter().find(|unit| SINCE_1970.contains(&(first * unit.1)))
+}
+
+struct Finder<'a> {
+    table: &'a Table,
+    coordinates: &'a [String],
+    readings: Vec<Reading>,
+}
+
+impl Finder<'_> {
+    fn error(&self, message: impl Into<String>) -> Error {
+        let header = self.table.header.join(", ");
+        let line = usize::from(!self.table.lines.is_empty());
+        Error::at(&self.table.file, line, format!("{}; the columns are: {}", message.into(), clipped(&header)))
+    }
+
+    fn missing(&self, quantity: Quantity) -> Error {
+        let (what, examples) = match quantity {
+            Position => ("joint positions", "q1.., q_<joint>, position_<joint>, actual_q_0.."),
+            _ => ("joint torques or motor currents", "tau1.., effort_<joint>, i1.., actual_current_0.."),
+        };
+        self.error(format!(
+            "no columns hold the {what} (looked for {examples}, also with units); other names go into --options: columns"
+        ))
+    }
+
+    /// The columns of a quantity by its stems, in the order of the coordinates; `None`: not there.
+    fn group(&self, quantity: Quantity, n: usize) -> Result<Option<Vec<Source>>, Error> {
+        let group: Vec<&Reading> = self.readings.iter().filter(|r| r.quantity == quantity).collect();
+        if group.is_empty() {
+            return Ok(None);
+        }
+        let from_zero = group.iter().any(|r| r.joint == Designator::Number(0));
+        let mut places: Vec<Option<&Reading>> = vec![None; n];
+        for reading in group {
+            let place = match reading.joint {
+                Designator::None => 0,
+                Designator::Coordinate(k) => k,
+                Designator::Number(i) => i.wrapping_sub(usize::from(!from_zero)),
+            };
+            let Some(slot) = places.get_mut(place) else { continue };
+            if let Some(other) = slot {
+                let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
+                let name = if quantity == Time { "the time".into() } else { format!("joint {}", place + 1) };
+                return Err(self.error(format!(
+                    "`{a}` and `{b}` both hold the {quantity:?} of {name}; say which one to use by naming the columns"
+                )));
+            }
+            *slot = Some(reading);
+        }
+        if let Some(k) = places.iter().position(Option::is_none) {
+            let name = self.coordinates.get(k).map_or("", String::as_str);
+            return Err(self.error(format!(
+                "the {} of joint {} ({name}) is missing, though other joints have it",
+                format!("{quantity:?}").to_lowercase(),
+                k + 1
+            )));
+        }
+        let source = |r: &Reading| Source {
+            column: r.column,
+            header: self.table.header[r.column].clone(),
+            unit: r.unit.0,
+            factor: r.unit.1,
+        };
+        Ok(Some(places.into_iter().flatten().map(source).collect()))
+    }
+
+    fn given(&self, quantity: Quantity, names: &Names) -> Result<Vec<Source>, Error> {
+        let n = self.coordinates.len();
+        let names: Vec<String> = match names {
+            Names::Pattern(p) if p.contains("{}") => (1..=n).map(|i| p.replace("{}", &i.to_string())).collect(),
+            Names::Pattern(p) if n == 1 => vec![p.clone()],
+            Names::Pattern(p) => {
+                return Err(self.error(format!("`{p}` names one column for {n} joints; write `{{}}` for the number")));
+            }
+            Names::Each(names) if names.len() == n => names.clone(),
+            Names::Each(names) => {
+                return Err(
+                    self.error(format!("{} names of {quantity:?} columns are given for {n} joints", names.len()))
+                );
+            }
+        };
+        names.iter().map(|name| self.named(quantity, name)).collect()
+    }
+
+    fn named(&self, quantity: Quantity, name: &str) -> Result<Source, Error> {
+        let column = self.table.header.iter().position(|h| h == name);
+        let column = column.ok_or_else(|| self.error(format!("there is no column `{name}`")))?;
+        let lower = name.to_lowercase();
+        let units = units(quantity);
+        let bare = lower.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
+        let separated =
+            |text: &str, unit: &str| text.strip_suffix(unit).is_some_and(|r| r.ends_with(['_', '.', '-', '[', '(']));
+        let unit = units.iter().find(|u| separated(&lower, u.0) || separated(bare, u.0));
+        let unit = unit.or(units.first()).copied().unwrap_or(("", 1.0));
+        Ok(Source { column, header: name.into(), unit: unit.0, factor: unit.1 })
+    }
+}
+
+fn clipped(text: &str) -> String {
+    if text.chars().count() <= 300 { text.into() } else { text.chars().take(300).chain(" ..".chars()).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn find(header: &str, coordinates: &[&str], names: &ColumnNames) -> Result<Columns, Error> {
+        let header: Vec<String> = header.split(',').map(Into::into).collect();
+        let table = Table { file: "log.csv".into(), columns: vec![vec![]; header.len()], header, ..Table::default() };
+        Columns::find(&table, &coordinates.iter().map(|c| c.to_string()).collect::<Vec<_>>(), names)
+    }
+
+    #[test]
+    fn the_ways_of_writing_a_column() {
+        for header in [
+            "t,q1,q2,dq1,dq2,tau1,tau2",
+            "time,q_1,q_2,qd_1,qd_2,effort_1,effort_2",
+            "timestamp,actual_q_0,actual_q_1,actual_qd_0,actual_qd_1,actual_current_0,actual_current_1",
+            "time_s,position_shoulder,position_elbow,velocity_shoulder,velocity_elbow,torque_shoulder,torque_elbow",
+            "t,elbow/position,shoulder/position,elbow/velocity,shoulder/velocity,elbow/effort,shoulder/effort",
+            "t,q[1],q[2],v1,v2,i1_mA,i2_mA",
+            "t,q_deg1,q_deg2,qd_degps1,qd_degps2,tau1_Nm,tau2_Nm",
+            "__time,/joint_states/elbow/position,/joint_states/shoulder/position,/joint_states/elbow/velocity,/joint_states/shoulder/velocity,/joint_states/elbow/effort,/joint_states/shoulder/effort",
+            "%time,field.position0,field.position1,field.velocity0,field.velocity1,field.effort0,field.effort1",
+            "timestamp,actual_joint_pos_1,actual_joint_pos_2,actual_joint_vel_1,actual_joint_vel_2,actual_joint_torque_1,actual_joint_torque_2",
+            "Time (s),q_meas_1,q_meas_2,dq_meas_1,dq_meas_2,tau_meas_1,tau_meas_2",
+        ] {
+            let columns = find(header, &["shoulder", "elbow"], &ColumnNames::default()).unwrap();
+            assert!(columns.unused.is_empty(), "{header}: {columns}");
+            assert!(columns.velocity.is_some(), "{header}");
+            let first = if header.contains("elbow/") { 2 } else { 1 };
+            assert_eq!(columns.position[0].column, first, "{header}");
+        }
+        let columns = find("t,q1_deg,i1_mA", &["q1"], &ColumnNames::default()).unwrap();
+        assert_eq!((columns.position[0].unit, columns.effort[0].factor), ("deg", 1e-3));
+    }
+
+    /// `rostopic echo -p` writes the joints in the order of the message and says which they are.
+    #[test]
+    fn joint_names_in_columns_of_their_own() {
+        let mut table = Table {
+            file: "log.csv".into(),
+            header: ["%time", "field.name0", "field.name1", "field.position0", "field.position1", "tau0", "tau1"]
+                .map(Into::into)
+                .to_vec(),
+            columns: vec![vec![1.6e18]; 7],
+            texts: vec![None; 7],
+            ..Table::default()
+        };
+        let coordinates = ["shoulder".to_string(), "elbow".to_string()];
+        let find = |table: &Table| Columns::find(table, &coordinates, &ColumnNames::default()).unwrap();
+        assert_eq!(find(&table).position[0].column, 3);
+        (table.texts[1], table.texts[2]) = (Some((2, "elbow".into())), Some((2, "shoulder".into())));
+        let columns = find(&table);
+        assert_eq!((columns.position[0].column, columns.effort[1].column), (4, 5));
+        // 1.6e18 s after 1970 nobody logs; ns it is.
+        assert_eq!((columns.time.unit, columns.time.factor), ("ns", 1e-9));
+    }
+
+    #[test]
+    fn set_points_are_not_measurements() {
+        let columns = find("t,q1,q_ref1,tau_des1,i_des1,i1", &["j"], &ColumnNames::default()).unwrap();
+        assert_eq!((columns.effort[0].header.as_str(), columns.effort_is), ("i1", Current));
+        assert_eq!(columns.unused, ["q_ref1", "tau_des1", "i_des1"]);
+    }
+
+    #[test]
+    fn names_given_by_the_user() {
+        let position = Some(Names::Pattern("q_motor_deg{}".into()));
+        let names = ColumnNames { position, ..ColumnNames::default() };
+        let columns = find("t,q_link1,q_motor_deg1,tau1", &["a"], &names).unwrap();
+        assert_eq!((columns.position[0].column, columns.position[0].unit), (2, "deg"));
+    }
+
+    #[test]
+    fn refusals() {
+        for (header, expected) in [
+            ("q1,q2,tau1,tau2", "no column holds the time"),
+            ("t,tau1,tau2", "no columns hold the joint positions"),
+            ("t,q1,q2", "no columns hold the joint torques or motor currents"),
+            ("t,q1,tau1,tau2", "the position of joint 2 (elbow) is missing"),
+            ("t,q1,q2,position_1,tau1,tau2", "`q1` and `position_1` both hold the Position of joint 1"),
+            ("t,time,q1,q2,tau1,tau2", "`t` and `time` both hold the Time of the time"),
+        ] {
+            let message = find(header, &["shoulder", "elbow"], &ColumnNames::default()).unwrap_err().to_string();
+            assert!(message.contains(expected), "{header}: {message}");
+        }
+    }
+}

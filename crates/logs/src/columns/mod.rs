@@ -1,0 +1,4 @@
+//! Which column is which signal.
+
+pub mod mapping;
+pub mod words;

@@ -1,0 +1,5 @@
+//! Parquet: columns in compressed pages.
+
+pub mod file;
+pub mod pages;
+pub mod thrift;

@@ -1,0 +1,22 @@
+//! A file people have becomes a log: measured joint signals against time, cleaned, with an account of the cleaning.
+//!
+//! file -> [`Table`] (named columns of numbers) -> [`Columns`] (which column is which signal) -> [`Log`], held in memory,
+//! or [`LogStream`], read block by block. Nothing here knows a robot: coordinates are names.
+
+mod cleaning;
+mod columns;
+mod error;
+mod formats;
+mod log;
+mod read;
+mod stream;
+mod table;
+
+pub use cleaning::account::{GAP, LogReport};
+pub use cleaning::suspects::Suspect;
+pub use columns::mapping::{ColumnNames, Columns, Names, Source};
+pub use columns::words::Quantity;
+pub use error::Error;
+pub use log::{Effort, Log, Window};
+pub use stream::{LogSource, LogStream};
+pub use table::Table;

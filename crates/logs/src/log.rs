@@ -1,0 +1,313 @@
+//! A log of a robot: measured joint signals against time, cleaned, with an account of the cleaning.
+//!
+//! Rows that cannot be used (a number missing or infinite, a clock that does not advance) are left
+//! out and counted; nothing is invented here. Filtering and differentiation are in `signal`.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::cleaning::account::{GAP, LogReport, MIN_ROWS, even};
+use crate::cleaning::suspects::{Suspect, unwrap};
+use crate::columns::mapping::{ColumnNames, Columns, Source};
+use crate::columns::words::Quantity;
+use crate::table::Table;
+
+/// What the effort columns of a log hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// N m (N for a prismatic joint).
+    Torque,
+    /// A; drive gains make torques of it.
+    Current,
+}
+
+/// Measured signals of one run, SI, one series a coordinate in the order of the robot.
+#[derive(Clone, Debug)]
+pub struct Log {
+    pub name: String,
+    pub coordinates: Vec<String>,
+    /// s, strictly increasing; row r of every series is at `t[r]`.
+    pub t: Vec<f64>,
+    /// rad (m).
+    pub q: Vec<Vec<f64>>,
+    /// rad/s, where measured.
+    pub dq: Option<Vec<Vec<f64>>>,
+    /// rad/s^2, where measured.
+    pub ddq: Option<Vec<Vec<f64>>>,
+    pub effort: Vec<Vec<f64>>,
+    pub effort_is: Effort,
+    /// The row of the file, from 1, behind each sample.
+    pub rows: Vec<usize>,
+    /// Use samples in this interval only, and in that of the options.
+    pub window: Option<Window>,
+    pub report: LogReport,
+}
+
+/// At rest: no joint is faster than this, rad/s, over [`REST_SPAN`] s.
+const REST_SPEED: f64 = 1e-3;
+const REST_SPAN: f64 = 0.05;
+
+impl Log {
+    /// Reads a file and finds the columns of the coordinates in it.
+    pub fn read(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(Log, Columns), Error> {
+        let table = Table::read(path)?;
+        let columns = Columns::find(&table, coordinates, names)?;
+        Ok((Log::from_table(&table, &columns)?, columns))
+    }
+
+    /// Takes the signals out of a table.
+    ///
+    /// Fails when a used column holds text, when fewer than [`MIN_ROWS`] rows are usable, or when
+    /// the clock is no clock.
+    pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
+        let log = Log::part(table, columns, f64::NEG_INFINITY)?;
+        let empty = |s: &&Source| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
+        if let Some(s) = columns.sources().find(empty) {
+            let message = format!("column `{}` holds no number at all", s.header);
+            return Err(Error::at(&table.file, 0, message));
+        }
+        log.report.check(&table.file, &columns.time.header)?;
+        Ok(log)
+    }
+
+    /// The usable rows of a part of a file, those later than `after` on its clock.
+    ///
+    /// Fails when a used column holds text.
+    pub(crate) fn part(table: &Table, columns: &Columns, after: f64) -> Result<Log, Error> {
+        check_texts(table, columns)?;
+        let mut report = LogReport { rows: table.rows(), ragged: table.ragged, ..LogReport::default() };
+        let rows = usable_rows(table, columns, after, &mut report);
+        let take = |s: &Source| rows.iter().map(|&r| s.factor * table.columns[s.column][r]).collect();
+        let series = |sources: &[Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
+        let mut log = Log {
+            name: table.file.clone(),
+            coordinates: columns.coordinates.clone(),
+            t: take(&columns.time),
+            q: series(&columns.position),
+            dq: columns.velocity.as_deref().map(series),
+            ddq: columns.acceleration.as_deref().map(series),
+            effort: series(&columns.effort),
+            effort_is: if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque },
+            rows: rows.iter().map(|r| table.skipped + r + 1).collect(),
+            window: None,
+            report,
+        };
+        log.describe();
+        Ok(log)
+    }
+
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// All series but the time.
+    fn signals(&self) -> impl Iterator<Item = &Vec<f64>> {
+        let optional = self.dq.iter().chain(&self.ddq).flatten();
+        self.q.iter().chain(optional).chain(&self.effort)
+    }
+
+    /// Some of the samples, described as the whole.
+    pub(crate) fn range(&self, range: Range<usize>) -> Log {
+        let cut = |x: &Vec<f64>| x[range.clone()].to_vec();
+        let all = |x: &Vec<Vec<f64>>| x.iter().map(cut).collect::<Vec<_>>();
+        Log {
+            name: self.name.clone(),
+            coordinates: self.coordinates.clone(),
+            t: cut(&self.t),
+            q: all(&self.q),
+            dq: self.dq.as_ref().map(all),
+            ddq: self.ddq.as_ref().map(all),
+            effort: all(&self.effort),
+            effort_is: self.effort_is,
+            rows: self.rows[range.clone()].to_vec(),
+            window: self.window,
+            report: self.report.clone(),
+        }
+    }
+
+    /// The parts between gaps of the clock; those too short to be filtered are left out.
+    pub fn segments(&self) -> Vec<Log> {
+        let gap = GAP * self.report.period;
+        let mut segments = Vec::new();
+        let mut first = 0;
+        for end in 1..=self.len() {
+            if end == self.len() || self.t[end] - self.t[end - 1] > gap {
+                if end - first >= MIN_ROWS {
+                    let mut segment = self.range(first..end);
+                    segment.report.uniform = segment.t.windows(2).all(|w| even(w[1] - w[0], self.report.period));
+                    segment.report.duration = segment.t[segment.len() - 1] - segment.t[0];
+                    segments.push(segment);
+                }
+                first = end;
+            }
+        }
+        segments
+    }
+
+    /// Appends samples of a later part of the same file.
+    pub(crate) fn append(&mut self, next: &Log, range: Range<usize>) {
+        let optional = self.dq.iter_mut().chain(&mut self.ddq).flatten();
+        let series = std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort);
+        for (x, y) in series.zip(std::iter::once(&next.t).chain(next.signals())) {
+            x.extend_from_slice(&y[range.clone()]);
+        }
+        self.rows.extend_from_slice(&next.rows[range]);
+    }
+
+    fn describe(&mut self) {
+        self.report.kept = self.len();
+        let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
+        if steps.is_empty() {
+            return;
+        }
+        let longest = steps.iter().copied().fold(0.0, f64::max);
+        steps.sort_by(f64::total_cmp);
+        let period = steps[steps.len() / 2];
+        let wrapped = self.q.iter_mut().map(|q| unwrap(q)).sum();
+        let (before, after, rest) = self.rest();
+        let series = self.coordinates.iter().zip(&self.q).zip(&self.effort);
+        let suspect = series.map(|((name, q), effort)| Suspect::of(name, &self.t, q, effort)).collect();
+        self.report = LogReport {
+            wrapped,
+            suspect,
+            repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
+            duration: self.t[self.len() - 1] - self.t[0],
+            period,
+            longest_step: longest,
+            uniform: steps.iter().all(|&s| even(s, period)),
+            gaps: steps.iter().filter(|&&s| s > GAP * period).count(),
+            rest_before: before,
+            rest_after: after,
+            rest,
+            ..self.report.clone()
+        };
+    }
+
+    /// s at rest at the start, at the end, and in all.
+    fn rest(&self) -> (f64, f64, f64) {
+        let (mut before, mut total, mut last_motion, mut r0) = (None, 0.0, self.t[0], 0);
+        for r in 1..self.len() {
+            if self.t[r] - self.t[r0] < REST_SPAN {
+                continue;
+            }
+            let span = self.t[r] - self.t[r0];
+            if self.q.iter().any(|q| (q[r] - q[r0]).abs() > REST_SPEED * span) {
+                before.get_or_insert(self.t[r0] - self.t[0]);
+                last_motion = self.t[r];
+            } else {
+                total += span;
+            }
+            r0 = r;
+        }
+        let end = self.t[self.len() - 1];
+        (before.unwrap_or(end - self.t[0]), end - last_motion, total)
+    }
+}
+
+fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
+    for source in columns.sources() {
+        if let Some((line, text)) = &table.texts[source.column] {
+            let message = format!("column `{}`: `{}` is not a number", source.header, text);
+            return Err(Error::at(&table.file, *line, message));
+        }
+    }
+    Ok(())
+}
+
+/// The rows with finite numbers and a clock that advances beyond `after`; the others are counted.
+fn usable_rows(table: &Table, columns: &Columns, mut after: f64, report: &mut LogReport) -> Vec<usize> {
+    let clock = &table.columns[columns.time.column];
+    let mut rows: Vec<usize> = Vec::with_capacity(table.rows());
+    for r in 0..table.rows() {
+        if columns.sources().any(|s| !table.columns[s.column][r].is_finite()) {
+            report.not_finite += 1;
+            report.first_not_finite.get_or_insert(table.line(r));
+        } else if columns.time.factor * clock[r] > after {
+            after = columns.time.factor * clock[r];
+            rows.push(r);
+        } else if columns.time.factor * clock[r] == after {
+            report.clock_repeated += 1;
+        } else {
+            report.clock_backwards += 1;
+            report.first_backwards.get_or_insert(table.line(r));
+        }
+    }
+    rows
+}
+
+/// An interval of a log, ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Window {
+    /// s, in the log's time.
+    Seconds(f64, f64),
+    /// Rows of the file, from 1.
+    Rows(usize, usize),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Log, Error> {
+        let table = Table::from_bytes("log.csv", text.as_bytes())?;
+        let columns = Columns::find(&table, &["q1".into()], &ColumnNames::default())?;
+        Log::from_table(&table, &columns)
+    }
+
+    fn rows(n: usize, row: impl Fn(usize) -> String) -> String {
+        std::iter::once("t,q1,tau1\n".to_string()).chain((0..n).map(row)).collect()
+    }
+
+    #[test]
+    fn bad_rows_are_left_out_and_counted() {
+        let text = rows(200, |i| match i {
+            10 => "0.10,nan,1\n".into(),
+            11 => "0.11,,1\n".into(),
+            12 => "0.12,inf,1\n".into(),
+            20 => "0.19,0,1\n".into(),
+            30 => "0.05,0,1\n".into(),
+            _ => format!("{},{},1\n", i as f64 * 0.01, (i as f64 * 0.1).sin()),
+        });
+        let log = read(&text).unwrap();
+        let r = &log.report;
+        assert_eq!((r.rows, r.kept, r.not_finite, r.clock_repeated, r.clock_backwards), (200, 195, 3, 1, 1));
+        assert_eq!(r.first_not_finite, Some(12));
+        assert!(!r.uniform);
+    }
+
+    #[test]
+    fn rest_is_measured() {
+        let text = rows(1000, |i| {
+            let t = i as f64 * 0.01;
+            format!("{t},{},1.0\n", if (2.0..7.0).contains(&t) { (t - 2.0).sin() } else { 0.0 })
+        });
+        let r = read(&text).unwrap().report;
+        assert!(r.uniform);
+        assert!((r.rest_before - 2.0).abs() < 0.1 && (r.rest_after - 3.0).abs() < 0.1, "{r:?}");
+    }
+
+    #[test]
+    fn refusals_say_where() {
+        for (text, expected) in [
+            ("t,q1,tau1\n".to_string(), "log.csv:1: there is a header but no row"),
+            (rows(60, |i| format!("{i},x,1\n")), "log.csv:2: column `q1`: `x` is not a number"),
+            (rows(60, |i| format!("{i},nan,1\n")), "column `q1` holds no number at all"),
+            (rows(9, |i| format!("{i},{i},1\n")), "9 usable rows of 9"),
+            (rows(60, |i| format!("{},{i},1\n", 60 - i)), "log.csv:3: column `t` runs backwards in 59 rows"),
+            (rows(60, |i| format!("1,{i},1\n")), "column `t` stands still in 59 of 60 rows"),
+            (rows(60, |i| format!("0.{i:02},1,1\n")), "every row holds the same values"),
+        ] {
+            let message = read(&text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+}
