@@ -4,6 +4,7 @@
 //! [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that an
 //! error would have to be made twice.
 
+pub mod joint_log;
 pub mod lagrangian;
 pub mod number;
 pub mod planar_log;

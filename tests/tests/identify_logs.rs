@@ -62,7 +62,7 @@ fn several_logs_friction_and_prediction() {
     let later = rist(&here, &["validate", &arm(), "e.yaml", "c.csv", "--out", "v.yaml"]);
     assert_eq!(later.code, Some(0), "{}", later.err);
     assert_eq!(line(&later.out, "total"), line(predicted, "total"));
-    let total = yaml(&here.join("v.yaml"))["c.csv"]["total"].as_f64().unwrap();
+    let total = yaml(&here.join("v.yaml"))["total"].as_f64().unwrap();
     assert!((total - number(line(predicted, "total"), 1)).abs() < 1e-4);
 }
 

@@ -103,7 +103,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let text = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     let estimate = Estimate::from_yaml("estimate.yaml", &text).unwrap();
     for (name, truth) in [("KT1", 2.393), ("KT2", 0.87), ("KT3", 1.0), ("MX3", 0.24)] {
-        let found = estimate.parameters.iter().find(|p| p.name == name).unwrap();
+        let found = estimate.parameters.iter().find(|p| p.id.to_string() == name).unwrap();
         let (value, sigma) = (found.value.unwrap(), found.sigma.unwrap());
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.005 * truth, "{name}: {value} +- {sigma}");
     }
@@ -112,7 +112,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     for method in ["rist", "rist-mh"] {
         run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} {given}"));
         let text = std::fs::read_to_string(here.join("given.yaml")).unwrap();
-        let found = Estimate::from_yaml("given.yaml", &text).unwrap().value("MX3").unwrap();
+        let found = Estimate::from_yaml("given.yaml", &text).unwrap().value(&"MX3".parse().unwrap()).unwrap();
         // 0.175 kg m of load; the paper's rows feel some friction.
         assert!((found - 0.24).abs() < 0.002, "{method}: {found}");
     }

@@ -1,19 +1,21 @@
 //! `rist identify --method ls`: samples of logs -> parameters.
 
+use identification::estimate::residuals::Residuals;
+use identification::model::parameter::FrictionParameter;
+use identification::model::parameter::ParameterId;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use identification::estimate::artefact::{Estimate, Status};
+use identification::estimate::artefact::Estimate;
 use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::drive_gains::estimate_drive_gains;
-use identification::estimate::held_out::{Validation, cross_validate, validate};
+use identification::estimate::held_out::{cross_validate, validate};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::selection::{estimate_delay, friction_candidates, select_friction};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::model::friction::terms::FrictionTerm;
 use identification::model::linear_model::Model;
-use identification::model::parameter::label as coordinate_label;
 use identification::model::regressor::Regressor;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
@@ -273,14 +275,7 @@ fn widen(estimate: &mut Estimate, gains: &DriveGains) {
         return;
     }
     for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
-        let (Some(value), Some(sigma)) = (parameter.value, parameter.sigma) else { continue };
-        parameter.sigma = Some(sigma.max(deviation));
-        parameter.robust_sigma = parameter.robust_sigma.map(|robust| robust.max(deviation));
-        let largest = sigma.max(deviation).max(parameter.robust_sigma.unwrap_or(0.0));
-        parameter.relative_sigma = Some(100.0 * largest / value.abs());
-        if parameter.status == Status::Identified && 2.0 * largest >= value.abs() {
-            parameter.status = Status::NotSignificant;
-        }
+        *parameter = parameter.clone().widened(deviation);
     }
 }
 
@@ -335,11 +330,11 @@ pub fn predictions(
     regressor: &dyn Regressor,
     estimate: &Estimate,
     logs: &[LogSource],
-) -> Result<Vec<(String, Validation)>, Failure> {
+) -> Result<Vec<(String, Residuals)>, Failure> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let couplings = options.transmission.coupled();
     let model = Model::new(regressor, &options.friction, &couplings);
-    let x: Vec<f64> = model.parameters.iter().map(|p| estimate.value(&p.name).unwrap_or(0.0)).collect();
+    let x: Vec<f64> = model.parameters.iter().map(|p| estimate.value(&p.id).unwrap_or(0.0)).collect();
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(regressor, std::slice::from_ref(log), &options.preparation())?;
         Ok((log.name(), validate(&model, &x, &records)?))
@@ -350,13 +345,13 @@ pub fn predictions(
 /// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where the
 /// model has neither.
 fn joint_dynamics(robot: &Robot, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
+    use identification::model::parameter::FrictionParameter::*;
     let friction = |coordinate: &Coordinate| {
-        let label = coordinate_label(&coordinate.name);
-        let value = |letters: &str| estimate.value(&format!("{letters}{label}"));
+        let value = |parameter| estimate.value(&ParameterId::friction(parameter, &coordinate.name));
+        let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
         // Simulators refuse friction that drives.
-        let mean = |forward: &str, backward: &str, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
-        let damping = value("FV").or_else(|| mean("FVP", "FVN", 1.0))?.max(0.0);
-        let friction = value("FS").or_else(|| mean("FSP", "FSN", -1.0))?.max(0.0);
+        let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
+        let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
         Some(JointDynamics { joint: coordinate.name.clone(), damping, friction })
     };
     robot.coordinates.iter().map(friction).collect()
@@ -400,7 +395,8 @@ fn note_what_a_urdf_cannot_hold(coordinates: &[Coordinate], armature: &[f64], es
             rotors.join(", ")
         );
     }
-    if estimate.parameters.iter().any(|p| p.name.starts_with("OFF")) {
+    let is_offset = |id: &ParameterId| matches!(id, ParameterId::Friction(FrictionParameter::Offset, _));
+    if estimate.parameters.iter().any(|p| is_offset(&p.id)) {
         eprintln!("note: a URDF has no offset of friction: OFF is not in the file");
     }
 }

@@ -1,5 +1,6 @@
 //! `rist inspect`: the base parameters, their rules, the counts and the evidence.
 
+use identification::model::compiled::is_compiled;
 use std::fmt::Write;
 
 use clap::Args;
@@ -143,7 +144,7 @@ fn as_json(robot: &Robot, derived: &Derived, tilted: &Tilted) -> Value {
             "base_regressor": count(derived.base.count()),
             "torque": count(derived.torque.count()),
         },
-        "compiled": identification::model::compiled::compiled(derived.base.fingerprint()).is_some(),
+        "compiled": is_compiled(derived.base.fingerprint()),
         "notes": robot.notes.iter().map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
 }
@@ -236,7 +237,7 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
         let c = function.count();
         line!("  {name:<18} {:>6} {:>6} {:>8}", c.mul, c.add, c.sin_cos);
     }
-    if identification::model::compiled::compiled(derived.base.fingerprint()).is_some() {
+    if is_compiled(derived.base.fingerprint()) {
         line!("the base regressor is compiled into this program");
     }
     text

@@ -7,7 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape, Workspace};
-use identification::model::regressor::Regressor;
+use identification::model::compiled::compiled;
+use identification::model::label::Label;
+use identification::model::parameter::{BaseName, BaseParameter};
+use identification::model::regressor::{Coordinate, Regressor};
 use identification::model::standard_map::StandardMap;
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::format::{Angles, Mimic, ReadOptions};
@@ -181,54 +184,58 @@ impl Derived {
 
     /// The compiled regressor where `generated` has this very one, a tape otherwise.
     pub fn regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
-        let is_prismatic = |k: usize| {
-            let joint = robot.joint_of(robot::value::CoordinateId(k));
-            joint.is_some_and(|j| robot.link(j).joint.kind == robot::JointKind::Prismatic)
-        };
-        let prismatic = (0..robot.n_coordinates()).map(is_prismatic).collect();
-        Box::new(KindedRegressor { regressor: self.plain_regressor(robot), prismatic })
-    }
-
-    fn plain_regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
-        match identification::model::compiled::compiled(self.base.fingerprint()) {
+        let coordinates = coordinates(robot);
+        let parameters = base_parameters(robot, &self.parameters);
+        match compiled(self.base.fingerprint(), coordinates.clone(), parameters.clone()) {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor {
                 tape: Tape::new(&self.base),
                 number: TAPES.fetch_add(1, Ordering::Relaxed),
                 closure: self.closure.take().map(Mutex::new),
-                coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
-                parameters: self.parameters.base.iter().map(|b| b.name.clone()).collect(),
+                prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
+                coordinates: coordinates.into_iter().map(|c| c.name).collect(),
+                parameters,
             }),
         }
     }
 }
 
-/// A regressor that knows which coordinates are lengths.
-struct KindedRegressor {
-    regressor: Box<dyn Regressor>,
-    prismatic: Vec<bool>,
+/// The coordinates of a robot, as its file names them.
+fn coordinates(robot: &Robot) -> Vec<Coordinate> {
+    let is_prismatic = |k: usize| {
+        let joint = robot.joint_of(robot::value::CoordinateId(k));
+        joint.is_some_and(|j| robot.link(j).joint.kind == robot::JointKind::Prismatic)
+    };
+    let coordinate =
+        |(k, c): (usize, &robot::Coordinate)| Coordinate { name: c.name.clone(), is_prismatic: is_prismatic(k) };
+    robot.coordinates.iter().enumerate().map(coordinate).collect()
 }
 
-impl Regressor for KindedRegressor {
-    fn coordinates(&self) -> &[String] {
-        self.regressor.coordinates()
-    }
+/// The columns of the base regressor: names, and what the joints of their links move with.
+fn base_parameters(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
+    let column = |base: &modeling::BaseParameter| {
+        let standard = parameters.standard[base.column];
+        let link = robot.link(standard.link);
+        let plain = BaseName {
+            lever: String::new(),
+            inertial: standard.inertial,
+            absorbs: base.terms.len() > 1,
+            label: Label::of_link(&link.label),
+        };
+        let lever = base.name.strip_suffix(&plain.to_string()).unwrap_or_default().to_string();
+        BaseParameter {
+            name: BaseName { lever, ..plain },
+            coordinates: moves_with(robot, standard.link),
+            is_prismatic: link.joint.kind == robot::JointKind::Prismatic,
+        }
+    };
+    parameters.base.iter().map(column).collect()
+}
 
-    fn parameters(&self) -> &[String] {
-        self.regressor.parameters()
-    }
-
-    fn is_prismatic(&self, k: usize) -> bool {
-        self.prismatic[k]
-    }
-
-    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
-        self.regressor.fill(q, dq, ddq, y);
-    }
-
-    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
-        self.regressor.fill_many(states, y);
-    }
+/// The coordinates that the joint of a link follows; none where a loop is closed numerically.
+fn moves_with(robot: &Robot, link: LinkId) -> Vec<usize> {
+    let terms = robot.link(link).joint.variable.terms.iter().map(|(k, _)| k.0);
+    terms.filter(|&k| k < robot.n_coordinates()).collect()
 }
 
 /// A base regressor evaluated by tape.
@@ -239,7 +246,8 @@ struct TapeRegressor {
     /// Where loops are closed numerically, the solver.
     closure: Option<Mutex<Closure>>,
     coordinates: Vec<String>,
-    parameters: Vec<String>,
+    prismatic: Vec<bool>,
+    parameters: Vec<BaseParameter>,
 }
 
 /// Tapes made so far.
@@ -255,8 +263,12 @@ impl Regressor for TapeRegressor {
         &self.coordinates
     }
 
-    fn parameters(&self) -> &[String] {
+    fn parameters(&self) -> &[BaseParameter] {
         &self.parameters
+    }
+
+    fn is_prismatic(&self, k: usize) -> bool {
+        self.prismatic[k]
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use identification::estimate::artefact::Estimate;
+use identification::estimate::validation::Validation;
 use identification::experiments::experiment_plan::ExperimentPlan;
-use identification::spectrum::validate::ValidationReport;
 use identification::write::html::{parameter_picture, report, torque_picture};
 
 use crate::failure::{Failure, write_file};
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => None,
     };
     let validation = match &arguments.validation {
-        Some(path) => Some(ValidationReport::from_yaml(&name(path), &read_text(path)?)?),
+        Some(path) => Some(Validation::from_yaml(&name(path), &read_text(path)?)?),
         None => None,
     };
     if let Some(directory) = &arguments.svg {

@@ -1,11 +1,15 @@
 //! `rist simulate`: a model and a plan -> the logs its experiments would give.
 
+use identification::model::parameter::BaseParameter;
+use identification::model::parameter::Parameter;
+use identification::model::parameter::ParameterId;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::algebra::random::Random;
 use identification::benchmark::monte_carlo::inverse_dynamics;
-use identification::estimate::artefact::{Estimate, Identified};
+use identification::estimate::artefact::Estimate;
+use identification::estimate::identified::Identified;
 use identification::experiments::exciting_trajectory::Reference;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
@@ -165,11 +169,17 @@ impl Feedforward {
 
 /// The values the logs were made with.
 fn truth_of(subject: &Subject, setup: &SimulationSetup, truth: &[f64]) -> Estimate {
-    let value = |name: String, value: f64| Identified { name, value: Some(value), ..Identified::default() };
-    let names = subject.regressor.parameters().iter().cloned();
-    let mut parameters: Vec<Identified> = names.zip(truth).map(|(n, x)| value(n, *x)).collect();
-    for (c, gain) in subject.regressor.coordinates().iter().zip(&setup.drives.gain) {
-        parameters.push(value(format!("drive gain of {c}"), *gain));
+    let regressor = subject.regressor.as_ref();
+    let base = |(base, value): (&BaseParameter, &f64)| {
+        let parameter = Parameter::from(base);
+        let unit = parameter.unit();
+        Identified::given(parameter.id, unit, *value)
+    };
+    let mut parameters: Vec<Identified> = regressor.parameters().iter().zip(truth).map(base).collect();
+    for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(&setup.drives.gain).enumerate() {
+        let id = ParameterId::drive_gain(coordinate);
+        let unit = id.unit(regressor.is_prismatic(k));
+        parameters.push(Identified::given(id, unit, *gain));
     }
     Estimate {
         model: subject.reference.name.clone(),

@@ -1,11 +1,12 @@
 //! What the commands of identification by spectrum analysis share: the robot, its true parameters where the
 //! file has them, artefacts that belong to it.
 
+use identification::model::parameter::BaseParameter;
+use identification::model::parameter::ParameterId;
 use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
 use identification::model::known_load::KnownLoad;
-use identification::model::parameter::label as coordinate_label;
 use identification::model::reference::ModelReference;
 use identification::model::regressor::Regressor;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
@@ -65,12 +66,13 @@ impl Subject {
 
     /// The base parameters of an estimate, in the order of the regressor; what is not identifiable is zero.
     pub fn parameters(&self, estimate: &Estimate) -> Vec<f64> {
-        self.regressor.parameters().iter().map(|name| estimate.value(name).unwrap_or(0.0)).collect()
+        let value = |base: &BaseParameter| estimate.value(&ParameterId::Base(base.name.clone()));
+        self.regressor.parameters().iter().map(|base| value(base).unwrap_or(0.0)).collect()
     }
 
     /// Drive gains of an estimate, one a coordinate.
     pub fn estimated_gains(&self, estimate: &Estimate) -> Vec<Option<f64>> {
-        let gain = |c: &String| estimate.value(&format!("KT{}", coordinate_label(c)));
+        let gain = |c: &String| estimate.value(&ParameterId::drive_gain(c));
         self.regressor.coordinates().iter().map(gain).collect()
     }
 

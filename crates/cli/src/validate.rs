@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use identification::estimate::artefact::Estimate;
-use identification::estimate::held_out::Validation;
+use identification::estimate::validation::Validation;
 use identification::experiments::record::Record;
 use identification::spectrum::validate::validate_motions;
 use logs::{ColumnNames, Effort, Log, LogSource};
@@ -86,11 +86,11 @@ fn of_samples(arguments: &Arguments, subject: &Subject, estimate: &Estimate) -> 
     let open = |path: &PathBuf| LogSource::open(path, regressor.coordinates(), &names).map(|(log, _)| log);
     let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
     let found = predictions(regressor, estimate, &logs)?;
-    for (log, validation) in &found {
-        print(&format!("{log}, predicted by {}:\n{validation}\n", estimate.method))?;
-    }
+    let (model, method) = (subject.reference.clone(), &estimate.method);
+    let validation = Validation::of_logs(model, method, estimate.cutoff, regressor, &found);
+    print(&validation.to_string())?;
     match &arguments.out {
-        Some(out) => write_file(out, &Validation::to_yaml(&found)?),
+        Some(out) => write_file(out, &validation.to_yaml()?),
         None => Ok(()),
     }
 }

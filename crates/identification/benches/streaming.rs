@@ -13,13 +13,18 @@ use identification::algebra::random::Random;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::model::compiled::compiled;
-use identification::model::regressor::Regressor;
+use identification::model::parameter::BaseParameter;
+use identification::model::regressor::{Coordinate, Regressor};
 use identification::signals::records::SourceRecords;
 use logs::LogSource;
 
 fn panda() -> impl Regressor {
     let function = generated::all().iter().find(|f| f.name == "panda").expect("a model of the repository");
-    compiled(function.fingerprint).expect("it is compiled in")
+    let coordinate = |name: &&str| Coordinate { name: name.to_string(), is_prismatic: false };
+    let coordinates = function.coordinates.iter().map(coordinate).collect();
+    let base = |name: &&str| BaseParameter::turning(name, 0).expect("a name of a base parameter");
+    let parameters = function.parameters.iter().map(base).collect();
+    compiled(function.fingerprint, coordinates, parameters).expect("it is compiled in")
 }
 
 /// Sums of three sines a joint at 1 kHz, torques of random parameters with friction and noise.

@@ -218,7 +218,7 @@ impl<'a> Bench<'a> {
 
     fn map_column(&self, name: &str) -> usize {
         let names = identification::model::regressor::Regressor::parameters(self.robot);
-        names.iter().position(|n| n == name).expect("a base parameter of the arm")
+        names.iter().position(|n| n.name.to_string() == name).expect("a base parameter of the arm")
     }
 
     /// Filters good and bad.

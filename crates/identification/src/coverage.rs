@@ -187,6 +187,6 @@ fn noise_free_logs_give_the_truth_back() {
     let truth = [("ZZ1", 0.3), ("MX1", 0.8), ("MY1", -0.1), ("FV1", 0.4), ("FS1", 0.7), ("OFF1", 0.0)];
     for (name, value) in truth {
         // Rounding of 500 rows at a condition number of ten.
-        assert!((estimate.value(name).unwrap() - value).abs() < 1e-12, "{name}: {estimate}");
+        assert!((estimate.value(&name.parse().unwrap()).unwrap() - value).abs() < 1e-12, "{name}: {estimate}");
     }
 }

@@ -1,12 +1,13 @@
 //! A pendulum on a cart-free pivot with rotor: the smallest arm that has everything, for tests.
 
+use crate::model::parameter::BaseParameter;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 
 /// tau = ZZ ddq + MX g cos q + MY g (-sin q).
 pub struct Pendulum {
     coordinates: Vec<String>,
-    parameters: Vec<String>,
+    parameters: Vec<BaseParameter>,
     pub truth: [f64; 3],
 }
 
@@ -14,7 +15,7 @@ impl Pendulum {
     pub fn new() -> Pendulum {
         Pendulum {
             coordinates: vec!["q1".into()],
-            parameters: vec!["ZZ1".into(), "MX1".into(), "MY1".into()],
+            parameters: ["ZZ1", "MX1", "MY1"].map(|name| BaseParameter::turning(name, 0).unwrap()).to_vec(),
             truth: [0.3, 0.8, -0.1],
         }
     }
@@ -47,7 +48,7 @@ impl Regressor for Pendulum {
         &self.coordinates
     }
 
-    fn parameters(&self) -> &[String] {
+    fn parameters(&self) -> &[BaseParameter] {
         &self.parameters
     }
 

@@ -7,6 +7,7 @@ mod log_formats;
 
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
+use identification::model::parameter::BaseParameter;
 use identification::model::regressor::Regressor;
 use identification::signals::signal_options::Signal;
 use log_files::parquet::{PLAIN, Pages, Values};
@@ -16,7 +17,7 @@ use logs::{Log, Table};
 /// Joints that do not couple: tau_j = ZZ_j ddq_j.
 struct Wheels {
     coordinates: Vec<String>,
-    parameters: Vec<String>,
+    parameters: Vec<BaseParameter>,
 }
 
 impl Regressor for Wheels {
@@ -24,7 +25,7 @@ impl Regressor for Wheels {
         &self.coordinates
     }
 
-    fn parameters(&self) -> &[String] {
+    fn parameters(&self) -> &[BaseParameter] {
         &self.parameters
     }
 
@@ -37,7 +38,8 @@ impl Regressor for Wheels {
 
 fn wheels(names: &str) -> Wheels {
     let coordinates: Vec<String> = names.split_whitespace().map(Into::into).collect();
-    let parameters = (1..=coordinates.len()).map(|i| format!("ZZ{i}")).collect();
+    let parameters =
+        (0..coordinates.len()).map(|k| BaseParameter::turning(&format!("ZZ{}", k + 1), k).unwrap()).collect();
     Wheels { coordinates, parameters }
 }
 

@@ -4,8 +4,9 @@
 mod newton_euler;
 
 use identification::benchmark::dataset::{Dataset, Score, Subject};
-use identification::estimate::artefact::{Estimate, Status};
+use identification::estimate::artefact::Estimate;
 use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::identified::Status;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use identification::estimate::selection::estimate_delay;
@@ -76,7 +77,7 @@ fn cobot6_from_its_poor_log() {
     let run = &dataset.runs[2];
     let (log, _) = Log::read(&folder.join("traj1.csv.gz"), arm.coordinates(), &run.options.columns).unwrap();
     let estimate = identify(&arm, &log, &run.options).unwrap();
-    for parameter in estimate.parameters.iter().filter(|p| p.name.ends_with('4')) {
+    for parameter in estimate.parameters.iter().filter(|p| p.id.to_string().ends_with('4')) {
         assert_ne!(parameter.status, Status::Identified, "{parameter:?}");
     }
     assert!(estimate.remarks.iter().any(|r| r.contains("joint 4 (q4) moves 0.175 rad")), "{:?}", estimate.remarks);
@@ -133,7 +134,7 @@ fn tx40_published_values() {
         ("FSM6", 1.95, 1.89),
     ];
     for (name, published, baseline) in published {
-        let value = estimate.value(name).unwrap();
+        let value = estimate.value(&name.parse().unwrap()).unwrap();
         let limit = 0.1f64.max((baseline / published - 1.0f64).abs() + 0.05);
         assert!((value / published - 1.0).abs() <= limit, "{name}: {value}, published {published}");
     }
@@ -168,7 +169,7 @@ fn panda_gravity_coefficients() {
         ("MX6", 0.173, 0.164),
         ("MY6", -0.0641, -0.0623),
     ] {
-        let value = estimate.value(name).unwrap();
+        let value = estimate.value(&name.parse().unwrap()).unwrap();
         let spread = f64::abs(a - b);
         let middle = 0.5 * (a + b);
         assert!((value - middle).abs() <= 0.5 * spread + 0.003, "{name}: {value}, {a} and {b}");

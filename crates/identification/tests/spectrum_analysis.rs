@@ -28,7 +28,10 @@ use identification::experiments::certificate::{certified_efficiency, condition_b
 use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
 use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::experiments::record::Record;
+use identification::model::compiled::compiled;
 use identification::model::friction::law::FrictionLaw;
+use identification::model::parameter::BaseParameter;
+use identification::model::regressor::Coordinate;
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -250,8 +253,11 @@ mod reconstruction {
         let options = HarmonicOptions { weights: true, ends: true, ..HarmonicOptions::plain() };
         // The compiled regressor is thirty times faster than the recursion; a column of it may be in another
         // unit (D2 MX3 for MX3), which one state shows.
-        let fingerprint = generated::all().iter().find(|c| c.name == "race").unwrap().fingerprint;
-        let regressor = identification::model::compiled::compiled(fingerprint).unwrap();
+        let function = generated::all().iter().find(|c| c.name == "race").unwrap();
+        let coordinate = |name: &&str| Coordinate { name: name.to_string(), is_prismatic: false };
+        let coordinates = function.coordinates.iter().map(coordinate).collect();
+        let parameters = function.parameters.iter().map(|name| BaseParameter::turning(name, 0).unwrap()).collect();
+        let regressor = compiled(function.fingerprint, coordinates, parameters).unwrap();
         let (q, dq, ddq) = ([0.3, -0.4, 0.9], [1.0, 2.0, -1.5], [3.0, -5.0, 7.0]);
         let (mut fast, mut slow) = (vec![0.0; 54], vec![0.0; 54]);
         regressor.fill(&q, &dq, &ddq, &mut fast);

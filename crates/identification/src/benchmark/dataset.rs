@@ -3,6 +3,7 @@
 //! A recipe names the logs of a folder, how to read them, what to fit and what to predict, and the
 //! residual that an independent baseline reached with the same columns and split.
 
+use crate::estimate::residuals::Residuals;
 use std::fmt;
 use std::path::Path;
 use std::time::Instant;
@@ -10,7 +11,7 @@ use std::time::Instant;
 use serde::Deserialize;
 
 use crate::estimate::consistent::{Consistency, identify_consistent};
-use crate::estimate::held_out::{Validation, validate};
+use crate::estimate::held_out::validate;
 use crate::estimate::identify::Fit;
 use crate::estimate::options::Options;
 use crate::model::linear_model::Model;
@@ -78,7 +79,7 @@ pub struct Score {
     pub parameters: usize,
     pub condition_number: f64,
     /// Training, then each validation, with the names of their logs.
-    pub residuals: Vec<(String, Validation)>,
+    pub residuals: Vec<(String, Residuals)>,
     pub baseline: Vec<Option<f64>>,
     pub seconds: f64,
     pub remarks: Vec<String>,
@@ -142,7 +143,7 @@ impl Dataset {
         let mut scored = run.options.clone();
         scored.signal.standstill.get_or_insert(0.0);
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");
-        let score = |logs: &[Log]| -> Result<Validation, Error> {
+        let score = |logs: &[Log]| -> Result<Residuals, Error> {
             let mut records = Vec::new();
             for log in logs {
                 records.extend(states(regressor, log, &scored.preparation())?);

@@ -2,10 +2,13 @@
 
 use std::fmt;
 
+use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
-use logs::Error;
+use crate::estimate::residuals::{JointResidual, write_residuals};
+use crate::model::parameter::ParameterId;
 
 /// Identified parameters with their uncertainty and the residual they leave.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -42,58 +45,10 @@ pub struct Estimate {
     pub covariance: Vec<Vec<f64>>,
 }
 
-/// One parameter.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Identified {
-    pub name: String,
-    pub unit: String,
-    /// None: not identifiable from these data.
-    pub value: Option<f64>,
-    /// Standard deviation for white noise, in the unit of the value.
-    pub sigma: Option<f64>,
-    /// Standard deviation that allows for residuals that stay the same for a while.
-    #[serde(default)]
-    pub robust_sigma: Option<f64>,
-    /// 100 sigma / |value|, the larger sigma of the two, %.
-    pub relative_sigma: Option<f64>,
-    pub status: Status,
-}
-
-/// Whether a value can be used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Status {
-    #[default]
-    Identified,
-    /// Zero is within two sigma.
-    NotSignificant,
-    /// Determined by so little motion that errors of the model, not noise, decide it.
-    Weak,
-    /// The data say nothing about it.
-    NotIdentifiable,
-}
-
-/// What the model leaves unexplained of the torque of one joint.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct JointResidual {
-    pub coordinate: String,
-    /// Root mean square, N m (N).
-    pub rms: f64,
-    /// |tau_j - W_j X| / |tau_j|.
-    pub relative: f64,
-    pub rows: usize,
-    /// `relative` on tenths of the record predicted from the others.
-    #[serde(default)]
-    pub held_out: Option<f64>,
-    /// Hz: 95 % of the energy of the velocity lies below.
-    #[serde(default)]
-    pub f95: Option<f64>,
-}
-
 impl Estimate {
-    /// The value of a parameter by its name; `None` where it is not identifiable or not there.
-    pub fn value(&self, name: &str) -> Option<f64> {
-        self.parameters.iter().find(|p| p.name == name)?.value
+    /// The value of a parameter; `None` where it is not identifiable or not there.
+    pub fn value(&self, id: &ParameterId) -> Option<f64> {
+        self.parameters.iter().find(|p| p.id == *id)?.value
     }
 
     /// How many correlated samples are worth one: the median of (robust sigma / white sigma)^2, at least 1.
@@ -115,36 +70,16 @@ impl Estimate {
     }
 }
 
-/// What is left of the torque of each joint and of all, `held_out` of them all where it is known.
-pub(crate) fn write_residuals(
-    f: &mut fmt::Formatter<'_>,
-    joints: &[JointResidual],
-    total: f64,
-    held_out: Option<f64>,
-) -> fmt::Result {
-    let width = joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
-    let column = |text: &str| if held_out.is_some() { format!("  {text:>8}") } else { String::new() };
-    let shown = |x: Option<f64>| column(&x.map_or(String::new(), |x| format!("{x:.4}")));
-    let frequencies = joints.iter().any(|j| j.f95.is_some());
-    write!(f, "{:<width$}  {:>10}  {:>8}{}  {:>8}", "joint", "rms N m", "relative", column("held out"), "rows")?;
-    writeln!(f, "{}", if frequencies { "  95 % below, Hz" } else { "" })?;
-    for j in joints {
-        let out = shown(j.held_out);
-        write!(f, "{:<width$}  {:>10.4}  {:>8.4}{out}  {:>8}", j.coordinate, j.rms, j.relative, j.rows)?;
-        writeln!(f, "{}", j.f95.map_or(String::new(), |hz| format!("  {hz:>14.3}")))?;
-    }
-    writeln!(f, "{:<width$}  {:>10}  {total:>8.4}{}", "total", "", shown(held_out))
-}
-
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}, cut-off {:.2} Hz, {} rows", self.model, self.method, self.cutoff, self.rows)?;
-        let width = self.parameters.iter().map(|p| p.name.chars().count()).max().unwrap_or(0).max(9);
+        let names: Vec<String> = self.parameters.iter().map(|p| p.id.to_string()).collect();
+        let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(9);
         let robust = self.parameters.iter().any(|p| p.robust_sigma.is_some());
         write!(f, "{:<width$}  {:>12}  {:>10}", "parameter", "value", "sigma")?;
         writeln!(f, "{}  {:>9}  unit", if robust { "      robust" } else { "" }, "sigma %")?;
-        for p in &self.parameters {
-            write!(f, "{:<width$}  ", p.name)?;
+        for (p, name) in self.parameters.iter().zip(&names) {
+            write!(f, "{name:<width$}  ")?;
             let Some(value) = p.value else {
                 writeln!(f, "not identifiable")?;
                 continue;
@@ -154,7 +89,7 @@ impl fmt::Display for Estimate {
                 write!(f, "  {:>10.5}", p.robust_sigma.unwrap_or(f64::NAN))?;
             }
             let status = match p.status {
-                Status::NotSignificant => "  (zero within two sigma)",
+                Status::NotSignificant => "  (zero is within its 95 % interval)",
                 Status::Weak => "  (weak: little motion decides it)",
                 Status::Identified | Status::NotIdentifiable => "",
             };
@@ -176,27 +111,24 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::identified::Deviations;
+    use crate::model::unit::Unit;
 
     fn estimate() -> Estimate {
         Estimate {
             model: "arm".into(),
             parameters: vec![
-                Identified {
-                    name: "ZZR1".into(),
-                    unit: "kg m^2".into(),
-                    value: Some(1.25),
-                    sigma: Some(0.0125),
-                    relative_sigma: Some(1.0),
-                    ..Identified::default()
-                },
-                Identified { name: "FV1".into(), status: Status::NotIdentifiable, ..Identified::default() },
+                Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 1.25, Deviations::white(0.0125)),
+                Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS),
             ],
             joints: vec![JointResidual {
                 coordinate: "q1".into(),
                 rms: 0.1,
+                unit: Unit::TORQUE,
                 relative: 0.05,
                 rows: 10,
-                ..JointResidual::default()
+                held_out: None,
+                f95: None,
             }],
             condition_number: f64::INFINITY,
             rank: 1,
@@ -218,6 +150,6 @@ mod tests {
     fn the_table_hides_no_gap() {
         let text = estimate().to_string();
         assert!(text.contains("not identifiable") && text.contains("joint q1 moves 0.000 rad"), "{text}");
-        assert_eq!(estimate().value("FV1"), None);
+        assert_eq!(estimate().value(&"FV1".parse().unwrap()), None);
     }
 }

@@ -9,16 +9,18 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::artefact::{Estimate, Identified, Status};
+use crate::estimate::artefact::Estimate;
 use crate::estimate::held_out::residuals;
 use crate::estimate::identify::Fit;
 use crate::estimate::options::Options;
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::model::linear_model::Model;
+use crate::model::parameter::{CouplingParameter, Parameter, ParameterId};
 use crate::model::pseudo_inertia::Ten;
 use crate::model::regressor::Regressor;
 use crate::model::standard_map::StandardMap;
+use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
 use logs::Error;
 
@@ -98,7 +100,9 @@ pub fn identify_consistent(
         joint.f95 = of_fit.f95;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        *parameter = valued(parameter, x);
+        // The uncertainty is that of least squares, which the constraints can only lessen; what the data leave open
+        // comes from the reference, and is no finding.
+        *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(format!(
         "physically consistent in {} Newton steps ({:?}): 1/2 chi^2 = {:.3}, at most {:.1e} above the optimum over all bodies; residual {:.4}, least squares {:.4}; data counted 1/{:.1}",
@@ -113,22 +117,10 @@ pub fn identify_consistent(
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
 }
 
-/// The value with the uncertainty of least squares, which the constraints can only lessen.
-fn valued(parameter: &Identified, x: f64) -> Identified {
-    let sigma = parameter.sigma.unwrap_or(f64::INFINITY).max(parameter.robust_sigma.unwrap_or(0.0));
-    Identified {
-        value: Some(x),
-        relative_sigma: parameter.relative_sigma.map(|_| 100.0 * sigma / x.abs()),
-        // What the data leave open comes from the reference.
-        status: if parameter.status == Status::NotIdentifiable { Status::NotIdentifiable } else { parameter.status },
-        ..parameter.clone()
-    }
-}
-
 /// kg: the mass of the ball that stands for unknown bodies, from the largest first moment at an arm
 /// of 0.3 m; 1 kg where no first moment is among the parameters.
 fn scale(model: &Model, fit: &Fit) -> f64 {
-    let moment = |(p, x): (&crate::model::parameter::Parameter, &f64)| (p.unit == "kg m").then_some(x.abs());
+    let moment = |(p, x): (&Parameter, &f64)| (p.unit() == Unit::FIRST_MOMENT).then_some(x.abs());
     let largest = model.parameters.iter().zip(&fit.solution.x).filter_map(moment).fold(0.0, f64::max);
     if largest > 0.0 { largest / 0.3 } else { 1.0 }
 }
@@ -136,9 +128,10 @@ fn scale(model: &Model, fit: &Fit) -> f64 {
 fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
     let fastest = fit.observation.speed.iter().copied().fold(0.0, f64::max);
     let peak = |j: usize| fit.observation.effort[j];
-    let deviation = |p: &crate::model::parameter::Parameter| match (p.joint, p.unit) {
-        (Some(j), "N m s/rad" | "N s/m") if bounded => peak(j) / fastest,
-        (Some(j), "N m" | "N") if bounded => peak(j),
+    let deviation = |p: &Parameter| match (&p.id, p.coordinates.as_slice()) {
+        (ParameterId::Friction(friction, _), &[j]) if bounded && friction.is_viscous() => peak(j) / fastest,
+        (ParameterId::Coupling(CouplingParameter::Viscous, _), &[j]) if bounded => peak(j) / fastest,
+        (_, &[j]) if bounded && p.unit() == Unit::TORQUE.along(p.is_prismatic) => peak(j),
         _ => f64::INFINITY,
     };
     let base = model.regressor.parameters().len();

@@ -63,18 +63,19 @@ mod tests {
     use super::*;
     use crate::algebra::random::Random;
     use crate::model::friction::terms::sign;
+    use crate::model::parameter::BaseParameter;
     use crate::model::regressor::Regressor;
     use crate::model::states::States;
 
     /// Two joints that have nothing to do with one another.
-    struct Wheels([String; 2], [String; 2]);
+    struct Wheels([String; 2], [BaseParameter; 2]);
 
     impl Regressor for Wheels {
         fn coordinates(&self) -> &[String] {
             &self.0
         }
 
-        fn parameters(&self) -> &[String] {
+        fn parameters(&self) -> &[BaseParameter] {
             &self.1
         }
 
@@ -85,7 +86,10 @@ mod tests {
 
     #[test]
     fn a_coupled_motor_is_found() {
-        let wheels = Wheels(["q1".into(), "q2".into()], ["ZZ1".into(), "ZZ2".into()]);
+        let wheels = Wheels(
+            ["q1".into(), "q2".into()],
+            [0, 1].map(|k| BaseParameter::turning(&format!("ZZ{}", k + 1), k).unwrap()),
+        );
         let model = Model::new(&wheels, &[], &[]);
         let share = |coupling: f64| {
             let mut random = Random::new(3);

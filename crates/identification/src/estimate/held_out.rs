@@ -4,54 +4,27 @@
 //! record with X from all other parts (blocked cross-validation: neighbours in time are alike, so
 //! parts are contiguous; the parts beside a hole may be left out too).
 
-use std::collections::BTreeMap;
-use std::fmt;
-
-use serde::Serialize;
-
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Block, Triangle};
-use crate::estimate::artefact::{JointResidual, write_residuals};
-use crate::estimators::weighted::{Weights, fit, relative};
+use crate::estimate::residuals::{Residuals, Squares};
+use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, weighted};
 use crate::signals::records::Records;
 use logs::Error;
 
-/// Prediction on motions not used.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Validation {
-    pub joints: Vec<JointResidual>,
-    /// |tau - W X| / |tau| over all joints.
-    pub total: f64,
-}
-
 /// Predicts the torques of other records with parameters `x`.
 ///
 /// Fails when a record cannot be read.
-pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> Result<Validation, Error> {
+pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> Result<Residuals, Error> {
     Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
-}
-
-impl Validation {
-    /// The text of validation.yaml: what was reached on each log, by its name.
-    pub fn to_yaml(of_logs: &[(String, Validation)]) -> Result<String, Error> {
-        let by_name: BTreeMap<&str, &Validation> = of_logs.iter().map(|(name, v)| (name.as_str(), v)).collect();
-        serde_yaml::to_string(&by_name).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
-    }
-}
-
-impl fmt::Display for Validation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_residuals(f, &self.joints, self.total, None)
-    }
 }
 
 /// Leaves out each part of the record in turn and predicts it from the others.
 ///
 /// A direction that only one part tells about (without it, weaker than [`HELD`] of its columns) keeps the value of
 /// the whole record: leaving that part out is no test of it.
-pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Validation {
+pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     // The weights by joint are those of the whole record: a tenth of it does not change them.
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
     let parts: Vec<Triangle> = observation.parts.iter().map(|joints| weighted(joints, &weights)).collect();
@@ -67,17 +40,17 @@ pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights
     };
     let before = sums(&mut parts.iter());
     let behind = sums(&mut parts.iter().rev());
-    let mut squares = vec![(0.0, 0.0, 0); model.n()];
+    let mut squares = vec![Squares::default(); model.n()];
     for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&observation.parts) {
         rest.merge(behind, 1.0);
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = solve(&rest).x;
         for (sum, triangle) in squares.iter_mut().zip(part) {
             let (total, residual) = triangle.squares(&x);
-            *sum = (sum.0 + total, sum.1 + residual, sum.2 + triangle.rows);
+            *sum = Squares { torque: sum.torque + total, left: sum.left + residual, rows: sum.rows + triangle.rows };
         }
     }
-    of_squares(model, &squares)
+    Residuals::new(model.regressor, squares)
 }
 
 /// Share of a column's norm with which its parameter is held.
@@ -100,27 +73,12 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
 }
 
 /// The residual that `x` leaves in triangles by joint.
-pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Validation {
+pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
     let squares = joints.iter().map(|t| {
-        let (total, residual) = t.squares(x);
-        (total, residual, t.rows)
+        let (torque, left) = t.squares(x);
+        Squares { torque, left, rows: t.rows }
     });
-    of_squares(model, &squares.collect::<Vec<_>>())
-}
-
-fn of_squares(model: &Model, squares: &[(f64, f64, usize)]) -> Validation {
-    let joint = |(coordinate, &(total, residual, rows)): (&String, &(f64, f64, usize))| JointResidual {
-        coordinate: coordinate.clone(),
-        rms: (residual / rows.max(1) as f64).sqrt(),
-        relative: relative(total, residual),
-        rows,
-        ..JointResidual::default()
-    };
-    let sum = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-    Validation {
-        joints: model.regressor.coordinates().iter().zip(squares).map(joint).collect(),
-        total: relative(sum.0, sum.1),
-    }
+    Residuals::new(model.regressor, squares.collect())
 }
 
 #[cfg(test)]

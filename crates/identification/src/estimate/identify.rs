@@ -4,17 +4,22 @@
 //! three times over [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`)
 //! need the rows again.
 
+use crate::estimate::held_out::residuals;
 use crate::estimate::options::Options;
-use crate::estimators::weighted::{Weights, fit, relative};
+use crate::estimate::residuals::JointResidual;
+use crate::estimators::weighted::{Weights, fit};
 use crate::signals::preparation::states;
 
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
-use crate::estimate::artefact::{Estimate, Identified, JointResidual, Status};
+use crate::estimate::artefact::Estimate;
 use crate::estimate::cross_talk::{CrossTalk, cross_talk};
 use crate::estimate::held_out::cross_validate;
+use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimators::huber::reweighted;
 use crate::model::linear_model::Model;
+use crate::model::parameter::Parameter;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::Records;
@@ -91,14 +96,13 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights, less) = (found.solution, found.weights, Some(found.outliers));
         }
-        let mut estimate = report(&model, &joints, &observation, &solution);
         let sigma = match sigma {
             Some(sigma) => sigma,
             None => {
                 crate::estimators::correlated_deviation::robust(&model, records, &solution, &weights, &|_, e| e)?.sigma
             }
         };
-        widen(&mut estimate, &sigma);
+        let mut estimate = report(&model, &joints, &observation, &solution, &sigma);
         if let Some(less) = &less {
             let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
             let shares: Vec<String> = regressor.coordinates().iter().zip(less).map(share).collect();
@@ -106,22 +110,7 @@ impl Fit {
             estimate.remarks.push(format!("rows that count less than fully, in the residuals too: {shares}"));
         }
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
-        let still = crate::estimate::remarks::little_motion(&model, &observation);
-        for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
-            if parameter.status == Status::Identified && crate::estimate::remarks::weak(&model, &still, c) {
-                parameter.status = Status::Weak;
-            }
-        }
-        for p in estimate.parameters.iter().filter(|p| p.unit.contains("s/") && p.name.starts_with("FV")) {
-            let sigma = p.sigma.unwrap_or(f64::INFINITY).max(p.robust_sigma.unwrap_or(0.0));
-            if p.value.is_some_and(|value| value < -3.0 * sigma) {
-                estimate.remarks.push(format!(
-                    "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \
-                     saturation of that joint's torque",
-                    p.name
-                ));
-            }
-        }
+        estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let held_out = cross_validate(&model, &observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
@@ -173,49 +162,33 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The estimate of a solution: values, uncertainty, residuals, remarks.
-fn report(model: &Model, joints: &[Triangle], observation: &Observation, solution: &Solution) -> Estimate {
-    let parameter = |(c, parameter): (usize, &crate::model::parameter::Parameter)| {
-        let mut out = Identified { name: parameter.name.clone(), unit: parameter.unit.into(), ..Identified::default() };
+/// The estimate of a solution: values with their white and robust deviations, residuals, remarks.
+fn report(
+    model: &Model,
+    joints: &[Triangle],
+    observation: &Observation,
+    solution: &Solution,
+    robust: &[f64],
+) -> Estimate {
+    let still = little_motion(model, observation);
+    let parameter = |(c, parameter): (usize, &Parameter)| {
+        let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] {
-            return Identified { status: Status::NotIdentifiable, ..out };
+            return Identified::unidentifiable(id, unit);
         }
-        let sigma = (solution.variance * solution.inverse[(c, c)]).sqrt();
-        (out.value, out.sigma) = (Some(solution.x[c]), Some(sigma));
-        out.relative_sigma = Some(100.0 * sigma / solution.x[c].abs());
-        if 2.0 * sigma >= solution.x[c].abs() {
-            out.status = Status::NotSignificant;
-        }
-        out
+        let white = (solution.variance * solution.inverse[(c, c)]).sqrt();
+        let deviations = Deviations { white, robust: Some(robust[c]), weak: weak(parameter, &still) };
+        Identified::new(id, unit, solution.x[c], deviations)
     };
-    let squares: Vec<(f64, f64)> = joints.iter().map(|t| t.squares(&solution.x)).collect();
-    let residual = |(j, &(total, residual)): (usize, &(f64, f64))| JointResidual {
-        coordinate: model.regressor.coordinates()[j].clone(),
-        rms: (residual / joints[j].rows.max(1) as f64).sqrt(),
-        relative: relative(total, residual),
-        rows: joints[j].rows,
-        ..JointResidual::default()
-    };
-    let (total, left) = squares.iter().fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let residuals = residuals(model, joints, &solution.x);
     Estimate {
         parameters: model.parameters.iter().enumerate().map(parameter).collect(),
-        joints: squares.iter().enumerate().map(residual).collect(),
-        total: relative(total, left),
+        joints: residuals.joints,
+        total: residuals.total,
         condition_number: solution.condition_number,
         rank: solution.rank,
         rows: joints.iter().map(|t| t.rows).sum(),
-        remarks: crate::estimate::remarks::remarks(model, observation, solution),
+        remarks: remarks(model, observation, solution),
         ..Estimate::default()
-    }
-}
-
-/// Puts the robust standard deviations beside the white ones; the larger of the two counts.
-fn widen(estimate: &mut Estimate, sigma: &[f64]) {
-    for (parameter, &robust) in estimate.parameters.iter_mut().zip(sigma) {
-        let (Some(value), Some(white)) = (parameter.value, parameter.sigma) else { continue };
-        parameter.robust_sigma = Some(robust);
-        let sigma = white.max(robust);
-        parameter.relative_sigma = Some(100.0 * sigma / value.abs());
-        parameter.status = if 2.0 * sigma >= value.abs() { Status::NotSignificant } else { Status::Identified };
     }
 }

@@ -1,7 +1,9 @@
 //! What the data cannot tell, in words, with the motion that would have told it.
 
 use crate::algebra::least_squares::Solution;
+use crate::estimate::identified::Identified;
 use crate::model::linear_model::Model;
+use crate::model::parameter::{Parameter, ParameterId};
 use crate::rows::observation::Observation;
 
 /// A joint that moves less than this, rad or m, explains why its parameters are badly known.
@@ -34,9 +36,22 @@ fn unit(model: &Model, k: usize) -> &'static str {
     if model.regressor.is_prismatic(k) { "m" } else { "rad" }
 }
 
-/// Whether a parameter belongs to a joint that hardly moves.
-pub fn weak(model: &Model, still: &[bool], c: usize) -> bool {
-    joint_of(model, c).is_some_and(|j| still[j])
+/// Whether a parameter moves with joints that hardly move, and with no other.
+pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
+    !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
+}
+
+/// A sentence on viscous friction that is negative beyond doubt: three standard deviations.
+pub fn driving(parameter: &Identified) -> Option<String> {
+    let is_viscous = matches!(parameter.id, ParameterId::Friction(friction, _) if friction.is_viscous());
+    let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.largest_sigma());
+    (is_viscous && is_negative).then(|| {
+        format!(
+            "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \
+             saturation of that joint's torque",
+            parameter.id
+        )
+    })
 }
 
 /// Sentences on missing and on weak directions.
@@ -45,7 +60,7 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
     let missing: Vec<usize> = (0..model.p()).filter(|&c| !solution.determined[c]).collect();
     let alone: Vec<usize> = missing.iter().copied().filter(|&c| solution.inverse[(c, c)] == 0.0).collect();
     for &c in &alone {
-        let name = &model.parameters[c].name;
+        let name = &model.parameters[c].id;
         out.push(format!("{name} is not identifiable: no row depends on it{}", because(model, observation, &[c])));
     }
     if solution.rank < model.p() {
@@ -112,13 +127,14 @@ fn members(model: &Model, direction: &[f64]) -> Vec<usize> {
 }
 
 fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
-    let term = |&c: &usize| format!("{:+.2} {}", direction[c], model.parameters[c].name);
+    let term = |&c: &usize| format!("{:+.2} {}", direction[c], model.parameters[c].id);
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
 /// The little motion behind some parameters, where there is little.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
-    let mut joints: Vec<usize> = members.iter().filter_map(|&c| joint_of(model, c)).collect();
+    let mut joints: Vec<usize> =
+        members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();
     joints.sort_unstable();
     joints.dedup();
     let still = joints.into_iter().filter(|&k| is_little(model, observation, k));
@@ -128,14 +144,4 @@ fn because(model: &Model, observation: &Observation, members: &[usize]) -> Strin
     };
     let texts: Vec<String> = still.map(text).collect();
     if texts.is_empty() { String::new() } else { format!(": {}", texts.join(", ")) }
-}
-
-/// The joint of a parameter: that of its friction, or the number its name ends in.
-fn joint_of(model: &Model, c: usize) -> Option<usize> {
-    let parameter = &model.parameters[c];
-    parameter.joint.or_else(|| {
-        let letters = parameter.name.trim_end_matches(|c: char| c.is_ascii_digit());
-        let number: usize = parameter.name[letters.len()..].parse().ok()?;
-        (1..=model.n()).contains(&number).then(|| number - 1)
-    })
 }

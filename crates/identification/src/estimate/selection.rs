@@ -5,9 +5,10 @@
 //! always fit better, seldom predict better. The delay of the torques is the one with the smallest
 //! residual; it shifts the torques by linear interpolation before they are filtered.
 
+use crate::estimate::residuals::Residuals;
 use std::fmt;
 
-use crate::estimate::held_out::{Validation, cross_validate, residuals};
+use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::options::Options;
 use crate::estimators::weighted::fit;
 use crate::model::friction::terms::FrictionTerm;
@@ -25,7 +26,7 @@ pub struct FrictionCandidate {
     pub columns: usize,
     /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
     pub fitted: f64,
-    pub predicted: Validation,
+    pub predicted: Residuals,
 }
 
 /// The candidates in the order given, and the one to take.

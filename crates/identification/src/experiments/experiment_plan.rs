@@ -3,7 +3,11 @@
 //! Experiments are in the order in which each adds the most; the figures are predictions for motions
 //! that follow their reference, with the torque noise named in the file.
 
+use crate::model::parameter::BaseParameter;
+use crate::model::parameter::Parameter;
+use crate::model::parameter::ParameterId;
 use crate::model::reference::ModelReference;
+use crate::model::unit::Unit;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -62,7 +66,7 @@ pub struct PlannedExperiment {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adds_log_det: Option<f64>,
     /// Parameters that become identifiable with it.
-    pub adds: Vec<String>,
+    pub adds: Vec<ParameterId>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -85,10 +89,11 @@ pub struct PlannedSweep {
 }
 
 /// What the plan will say about a parameter.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PredictedParameter {
-    pub name: String,
-    pub unit: String,
+    #[serde(rename = "name")]
+    pub id: ParameterId,
+    pub unit: Unit,
     /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
     pub sigma: Option<f64>,
 }
@@ -118,10 +123,9 @@ impl ExperimentPlan {
         let condition = condition_bound(&raw, 1e-2, 2000);
         let value = value_of(&information, &chosen, Criterion::Determinant);
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
-        let unit = crate::model::parameter::unit_of_inertial;
-        let parameter = |(i, name): (usize, &String)| PredictedParameter {
-            name: name.clone(),
-            unit: unit(name).into(),
+        let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
+            id: ParameterId::Base(base.name.clone()),
+            unit: Parameter::from(base).unit(),
             sigma: solution.determined[i].then(|| solution.inverse[(i, i)].max(0.0).sqrt()),
         };
         ExperimentPlan {
@@ -206,9 +210,9 @@ impl ExperimentPlan {
         })
     }
 
-    /// Names of the parameters the plan says nothing about.
-    pub fn unidentifiable(&self) -> Vec<&str> {
-        self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.name.as_str()).collect()
+    /// The parameters the plan says nothing about.
+    pub fn unidentifiable(&self) -> Vec<ParameterId> {
+        self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.id.clone()).collect()
     }
 
     /// The text of plan.yaml.
@@ -295,7 +299,7 @@ fn in_order(
         e.adds_log_det = (rank == p).then_some(after - before);
         rank = solution.rank;
         let new = |c: &usize| solution.determined[*c] && !known[*c];
-        e.adds = (0..p).filter(new).map(|c| regressor.parameters()[c].clone()).collect();
+        e.adds = (0..p).filter(new).map(|c| ParameterId::Base(regressor.parameters()[c].name.clone())).collect();
         known = solution.determined;
         found.push(e);
     }
@@ -334,14 +338,19 @@ impl fmt::Display for ExperimentPlan {
             match e.adds_log_det {
                 Some(gain) => writeln!(f, ", log det +{gain:.2}")?,
                 None if e.adds.is_empty() => writeln!(f)?,
-                None => writeln!(f, ", adds {}", e.adds.join(" "))?,
+                None => writeln!(f, ", adds {}", names(&e.adds))?,
             }
         }
         match self.unidentifiable().as_slice() {
             [] => Ok(()),
-            names => writeln!(f, "\nnot identifiable with this plan: {}", names.join(" ")),
+            open => writeln!(f, "\nnot identifiable with this plan: {}", names(open)),
         }
     }
+}
+
+/// Their names, one blank between.
+fn names(parameters: &[ParameterId]) -> String {
+    parameters.iter().map(ParameterId::to_string).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -1,22 +1,31 @@
 //! Regressors compiled in from the package `generated`.
 
-use crate::model::regressor::Regressor;
+use crate::model::parameter::BaseParameter;
+use crate::model::regressor::{Coordinate, Regressor};
 
 /// A robot's compiled base regressor.
 pub struct Compiled {
     function: &'static generated::Compiled,
     coordinates: Vec<String>,
-    parameters: Vec<String>,
+    prismatic: Vec<bool>,
+    parameters: Vec<BaseParameter>,
+}
+
+/// Whether the regressor of this fingerprint is compiled in.
+pub fn is_compiled(fingerprint: u64) -> bool {
+    generated::find(fingerprint).is_some()
 }
 
 /// The compiled regressor that is this very function, when there is one.
 ///
 /// `fingerprint` is that of the robot's base regressor with its constants in place, so that a robot
-/// of the same name and another geometry is not taken for it.
-pub fn compiled(fingerprint: u64) -> Option<Compiled> {
+/// of the same name and another geometry is not taken for it. Coordinates and parameters are those of the caller's
+/// description: geometry alone decides which function it is. `None` too where their numbers are not the function's.
+pub fn compiled(fingerprint: u64, coordinates: Vec<Coordinate>, parameters: Vec<BaseParameter>) -> Option<Compiled> {
     let function = generated::find(fingerprint)?;
-    let owned = |names: &[&str]| names.iter().map(|name| name.to_string()).collect();
-    Some(Compiled { function, coordinates: owned(function.coordinates), parameters: owned(function.parameters) })
+    let fits = function.coordinates.len() == coordinates.len() && function.parameters.len() == parameters.len();
+    let (names, prismatic) = coordinates.into_iter().map(|c| (c.name, c.is_prismatic)).unzip();
+    fits.then_some(Compiled { function, coordinates: names, prismatic, parameters })
 }
 
 impl Regressor for Compiled {
@@ -24,8 +33,12 @@ impl Regressor for Compiled {
         &self.coordinates
     }
 
-    fn parameters(&self) -> &[String] {
+    fn parameters(&self) -> &[BaseParameter] {
         &self.parameters
+    }
+
+    fn is_prismatic(&self, k: usize) -> bool {
+        self.prismatic[k]
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {

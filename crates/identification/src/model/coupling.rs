@@ -6,6 +6,8 @@
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 
 use crate::model::friction::terms::sign;
+#[cfg(doc)]
+use crate::model::parameter::CouplingParameter;
 
 /// Motor m turned by joint k beside its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,16 +19,12 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// Names without their joint, with units.
-    pub const PARAMETERS: &'static [(&'static str, &'static str)] =
-        &[("IAM", "kg m^2"), ("FVM", "N m s/rad"), ("FSM", "N m")];
-
     /// The direction in which the motor turns: sign(dq_m + c dq_k).
     pub fn direction(&self, dq_motor: f64, dq_joint: f64) -> f64 {
         sign(dq_motor + self.ratio * dq_joint)
     }
 
-    /// Writes the three columns from `column` on into the n x p rows `w`; `motor` is the direction in
+    /// Writes the three columns of [`CouplingParameter::ALL`] from `column` on into the n x p rows `w`; `motor` is the direction in
     /// which the motor turns.
     pub fn fill(&self, dq: &[f64], ddq: &[f64], motor: f64, w: &mut [f64], p: usize, column: usize) {
         let (m, k, c) = (self.motor, self.joint, self.ratio);

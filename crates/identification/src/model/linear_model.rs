@@ -7,7 +7,8 @@ use std::ops::Range;
 use crate::algebra::vector::dot;
 use crate::model::coupling::Coupling;
 use crate::model::friction::terms::FrictionTerm;
-use crate::model::parameter::{Parameter, along, label, unit_of_inertial};
+use crate::model::label::Label;
+use crate::model::parameter::{CouplingParameter, Parameter, ParameterId};
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 
@@ -21,22 +22,24 @@ pub struct Model<'a> {
 
 impl<'a> Model<'a> {
     pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &'a [Coupling]) -> Model<'a> {
-        let base = regressor.parameters().iter().map(|name| Parameter {
-            name: name.clone(),
-            unit: unit_of_inertial(name),
-            joint: None,
-        });
-        let mut parameters: Vec<Parameter> = base.collect();
+        let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
-            for &(letters, unit) in friction.iter().flat_map(|t| t.parameters()) {
-                let unit = if regressor.is_prismatic(j) { along(unit) } else { unit };
-                parameters.push(Parameter { name: format!("{letters}{}", label(coordinate)), unit, joint: Some(j) });
+            let is_prismatic = regressor.is_prismatic(j);
+            for &term in friction.iter().flat_map(|t| t.parameters()) {
+                parameters.push(Parameter {
+                    id: ParameterId::friction(term, coordinate),
+                    coordinates: vec![j],
+                    is_prismatic,
+                });
             }
         }
         for coupling in couplings {
-            for &(letters, unit) in Coupling::PARAMETERS {
-                let name = format!("{letters}{}", label(&regressor.coordinates()[coupling.motor]));
-                parameters.push(Parameter { name, unit, joint: Some(coupling.motor) });
+            let motor = coupling.motor;
+            let label = Label::of_coordinate(&regressor.coordinates()[motor]);
+            for parameter in CouplingParameter::ALL {
+                let id = ParameterId::Coupling(parameter, label.clone());
+                let is_prismatic = regressor.is_prismatic(motor);
+                parameters.push(Parameter { id, coordinates: vec![motor], is_prismatic });
             }
         }
         Model { regressor, friction, couplings, parameters }
@@ -94,7 +97,7 @@ impl<'a> Model<'a> {
         }
         for (i, coupling) in self.couplings.iter().enumerate() {
             let motor = states.motor_direction[r * self.couplings.len() + i];
-            coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * Coupling::PARAMETERS.len());
+            coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * CouplingParameter::ALL.len());
         }
     }
 

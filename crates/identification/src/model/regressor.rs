@@ -1,5 +1,14 @@
 //! The one interface through which identification sees a robot's dynamics.
 
+use crate::model::parameter::BaseParameter;
+
+/// A coordinate of a robot: its name, and whether it is a length.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coordinate {
+    pub name: String,
+    pub is_prismatic: bool,
+}
+
 /// The base regressor of a robot: tau = Y(q, dq, ddq) X, friction not included.
 ///
 /// `q`, `dq`, `ddq`: one entry a coordinate, rad, rad/s, rad/s^2 (m for a prismatic joint). `y`:
@@ -9,7 +18,7 @@ pub trait Regressor: Sync {
     fn coordinates(&self) -> &[String];
 
     /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
-    fn parameters(&self) -> &[String];
+    fn parameters(&self) -> &[BaseParameter];
 
     /// Whether coordinate k is a length, not an angle: what units and what little motion are follows from it.
     fn is_prismatic(&self, _k: usize) -> bool {

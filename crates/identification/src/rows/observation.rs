@@ -177,6 +177,7 @@ pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
 mod tests {
     use super::*;
     use crate::model::friction::terms::FrictionTerm;
+    use crate::model::parameter::BaseParameter;
     use crate::model::regressor::Regressor;
     use crate::test_arm::Pendulum;
 
@@ -202,7 +203,7 @@ mod tests {
             self.0.coordinates()
         }
 
-        fn parameters(&self) -> &[String] {
+        fn parameters(&self) -> &[BaseParameter] {
             self.0.parameters()
         }
 
@@ -220,7 +221,7 @@ mod tests {
         let (arm, slide) = (Pendulum::new(), Slide(Pendulum::new()));
         let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Rotor];
         let model = Model::new(&slide, &friction, &[]);
-        let units: Vec<&str> = model.parameters[3..].iter().map(|p| p.unit).collect();
+        let units: Vec<String> = model.parameters[3..].iter().map(|p| p.unit().to_string()).collect();
         assert_eq!(units, ["N s/m", "N", "kg"]);
         // 0.2 m are a stroke, 0.2 rad are little; slow beside nothing else.
         let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
@@ -232,9 +233,9 @@ mod tests {
     fn names_and_units() {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
-        let names: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
+        let names: Vec<String> = model.parameters.iter().map(|p| p.id.to_string()).collect();
         assert_eq!(names, ["ZZ1", "MX1", "MY1", "FV1", "FS1", "OFF1"]);
-        let units: Vec<&str> = model.parameters.iter().map(|p| p.unit).collect();
+        let units: Vec<String> = model.parameters.iter().map(|p| p.unit().to_string()).collect();
         assert_eq!(units, ["kg m^2", "kg m", "kg m", "N m s/rad", "N m", "N m"]);
     }
 }

@@ -88,7 +88,8 @@ mod tests {
     fn base_parameters_of_the_benchmark() {
         let robot = TreeRobot::r3(true);
         let names = "ZZ1 XX2 XY2 XZ2 YZ2 ZZ2 MX2 MY2 XX3 XY3 XZ3 YZ3 ZZ3 MX3 MY3";
-        assert_eq!(robot.parameters().join(" "), names);
+        let found: Vec<String> = robot.parameters().iter().map(|p| p.name.to_string()).collect();
+        assert_eq!(found.join(" "), names);
         let values = [
             0.29288, -0.09336, -0.00070, 0.00200, 0.00004, 0.09814, 0.40000, 0.01200, -0.05673, 0.00260, 0.00630,
             0.00084, 0.06277, 0.24000, -0.01800,

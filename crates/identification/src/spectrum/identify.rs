@@ -4,11 +4,14 @@
 //! everything stands on the known ones or on a known load. A parameter whose interval contains zero is
 //! said to be not significant; one that the rows do not determine has no value.
 
-use crate::estimate::artefact::{Estimate, Identified, JointResidual, Status};
+use crate::estimate::artefact::Estimate;
+use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::residuals::Residuals;
+use crate::estimate::residuals::Squares;
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::experiments::paper_rows::EquationBlock;
-use crate::model::parameter::{label, unit_of_inertial};
+use crate::model::parameter::{Parameter, ParameterId};
 use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
@@ -87,25 +90,23 @@ pub fn identify_spectrum(
     Ok(estimate)
 }
 
-fn identified(name: String, unit: &str, value: f64, sigma: f64, determined: bool) -> Identified {
-    let relative = 100.0 * sigma / value.abs();
-    Identified {
-        name,
-        unit: unit.into(),
-        value: determined.then_some(value),
-        sigma: determined.then_some(sigma),
-        robust_sigma: None,
-        relative_sigma: (determined && relative.is_finite()).then_some(relative),
-        status: match determined {
-            false => Status::NotIdentifiable,
-            true if value.abs() <= 1.96 * sigma => Status::NotSignificant,
-            true => Status::Identified,
-        },
+/// A parameter with the deviation of white noise; the rows of an experiment are few and far apart.
+fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) -> Identified {
+    let unit = parameter.unit();
+    match determined {
+        true => Identified::new(parameter.id, unit, value, Deviations::white(sigma)),
+        false => Identified::unidentifiable(parameter.id, unit),
     }
 }
 
+/// A parameter of coordinate j itself.
+fn of_joint(regressor: &dyn Regressor, j: usize, id: ParameterId) -> Parameter {
+    Parameter { id, coordinates: vec![j], is_prismatic: regressor.is_prismatic(j) }
+}
+
 fn remark_unidentifiable(estimate: &mut Estimate) {
-    let lost: Vec<&str> = estimate.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
+    let lost = estimate.parameters.iter().filter(|p| p.value.is_none());
+    let lost: Vec<String> = lost.map(|p| p.id.to_string()).collect();
     if !lost.is_empty() {
         let remark = format!("not identifiable from these experiments (infinite interval): {}", lost.join(" "));
         estimate.remarks.push(remark);
@@ -127,10 +128,9 @@ fn with_paper_rows(
     estimate.rows = blocks.iter().map(|b| b.right.len()).sum();
     // Friction that leaks into the rows shows in their residual: it widens the intervals.
     let scale = if estimate.rows > solution.rank { solution.variance.max(1.0) } else { 1.0 };
-    for (i, name) in regressor.parameters().iter().enumerate() {
+    for (i, base) in regressor.parameters().iter().enumerate() {
         let sigma = (scale * solution.inverse[(i, i)].max(0.0)).sqrt();
-        let unit = unit_of_inertial(name);
-        estimate.parameters.push(identified(name.clone(), unit, solution.x[i], sigma, solution.determined[i]));
+        estimate.parameters.push(identified(base.into(), solution.x[i], sigma, solution.determined[i]));
     }
     estimate.rank = solution.rank;
     estimate.condition_number = solution.condition_number;
@@ -153,14 +153,15 @@ fn with_harmonics(
     let p = found.parameters;
     let sigma = |i: usize| found.solution.inverse[(i, i)].max(0.0).sqrt();
     let value = |i: usize| (found.solution.x[i], sigma(i), found.solution.determined[i]);
-    for (i, name) in regressor.parameters().iter().enumerate() {
+    for (i, base) in regressor.parameters().iter().enumerate() {
         let (x, s, determined) = value(i);
-        estimate.parameters.push(identified(name.clone(), unit_of_inertial(name), x, s, determined));
+        estimate.parameters.push(identified(base.into(), x, s, determined));
     }
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
-        for (c, (letters, unit)) in found.shape.names().into_iter().enumerate() {
+        for (c, term) in found.shape.parameters().into_iter().enumerate() {
             let (x, s, determined) = value(p + j * found.shape.columns() + c);
-            estimate.parameters.push(identified(format!("{letters}{}", label(coordinate)), unit, x, s, determined));
+            let parameter = of_joint(regressor, j, ParameterId::friction(term, coordinate));
+            estimate.parameters.push(identified(parameter, x, s, determined));
         }
     }
     estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
@@ -187,14 +188,14 @@ fn describe(found: &HarmonicEstimate) -> String {
 }
 
 fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveGains) {
-    for (i, name) in regressor.parameters().iter().enumerate() {
+    for (i, base) in regressor.parameters().iter().enumerate() {
         let (x, s) = (found.parameters[i], found.deviation[i]);
-        estimate.parameters.push(identified(name.clone(), unit_of_inertial(name), x, s, found.determined[i]));
+        estimate.parameters.push(identified(base.into(), x, s, found.determined[i]));
     }
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
-        let name = format!("KT{}", label(coordinate));
+        let parameter = of_joint(regressor, j, ParameterId::drive_gain(coordinate));
         let determined = found.gain_determined[j];
-        estimate.parameters.push(identified(name, "N m/A", found.gain[j], found.gain_deviation[j], determined));
+        estimate.parameters.push(identified(parameter, found.gain[j], found.gain_deviation[j], determined));
     }
     let determined = || found.determined.iter().chain(&found.gain_determined);
     estimate.rank = determined().filter(|d| **d).count();
@@ -250,24 +251,16 @@ fn paper_residuals(
     residuals(estimate, regressor, &rows, x);
 }
 
-/// What parameters leave of the rows of each joint, N m.
+/// What parameters leave of the rows of each joint.
 fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
-    let (mut all, mut all_left) = (0.0, 0.0);
-    for (coordinate, rows) in regressor.coordinates().iter().zip(rows) {
+    let of_joint = |rows: &Vec<(Vec<f64>, f64)>| {
         let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
-        let total: f64 = rows.iter().map(|(_, y)| y * y).sum();
-        let left: f64 = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
-        all += total;
-        all_left += left;
-        estimate.joints.push(JointResidual {
-            coordinate: coordinate.clone(),
-            rms: (left / rows.len().max(1) as f64).sqrt(),
-            relative: if total > 0.0 { (left / total).sqrt() } else { 0.0 },
-            rows: rows.len(),
-            ..JointResidual::default()
-        });
-    }
-    estimate.total = if all > 0.0 { (all_left / all).sqrt() } else { 0.0 };
+        let torque = rows.iter().map(|(_, y)| y * y).sum();
+        let left = rows.iter().map(|(d, y)| (y - model(d)).powi(2)).sum();
+        Squares { torque, left, rows: rows.len() }
+    };
+    let found = Residuals::new(regressor, rows.iter().map(of_joint).collect());
+    (estimate.joints, estimate.total) = (found.joints, found.total);
 }
 
 fn harmonic_residuals(

@@ -7,68 +7,18 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
-use std::fmt;
-
-use serde::{Deserialize, Serialize};
-
 use crate::algebra::fourier::circular_differences;
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Block, Triangle};
+use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::experiments::measured_motion::MeasuredMotion;
 use crate::experiments::record::Record;
 use crate::model::friction::periodic::FrictionShape;
 use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
+use crate::model::unit::Unit;
 use crate::signals::butterworth::Butterworth;
 use logs::Error;
-
-/// The artefact of validation.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ValidationReport {
-    pub model: ModelReference,
-    /// The estimate that predicts.
-    pub method: String,
-    /// Cut-off of the low-pass, Hz.
-    pub cutoff_hz: f64,
-    pub joints: Vec<JointValidation>,
-    /// Over all joints and motions.
-    pub total: f64,
-    pub motions: Vec<MotionValidation>,
-    /// Torques over time of the first motion, one a joint.
-    pub pictures: Vec<TorquePicture>,
-}
-
-/// One joint over all motions.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct JointValidation {
-    pub coordinate: String,
-    /// |tau - tau_predicted| / |tau|, friction fitted.
-    pub relative: f64,
-    /// The same without friction.
-    pub relative_rigid: f64,
-    /// Root mean square of the residual, N m.
-    pub rms: f64,
-    /// Share of autocorrelations outside the 95 % band of white noise.
-    pub not_white: f64,
-    /// FVP FSP FVN FSN, N m s/rad and N m.
-    pub friction: Vec<f64>,
-}
-
-/// One motion over all joints.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct MotionValidation {
-    pub name: String,
-    pub relative: f64,
-}
-
-/// What figure 2 shows of one joint: s and N m.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TorquePicture {
-    pub coordinate: String,
-    pub t: Vec<f64>,
-    pub measured: Vec<f64>,
-    pub predicted: Vec<f64>,
-}
 
 /// Samples dropped at both ends of a motion, where the differences wrap around.
 const BORDER: usize = 30;
@@ -94,18 +44,14 @@ pub fn validate_motions(
     gain: &[f64],
     records: &[(String, Record)],
     cutoff: f64,
-) -> Result<ValidationReport, Error> {
+) -> Result<Validation, Error> {
     let n = regressor.coordinates().len();
     let compared: Vec<Vec<Compared>> = records
         .iter()
         .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
         .collect::<Result<_, _>>()?;
-    let mut report = ValidationReport {
-        model: model.clone(),
-        method: method.into(),
-        cutoff_hz: cutoff,
-        ..ValidationReport::default()
-    };
+    let mut report =
+        Validation { model: model.clone(), method: method.into(), cutoff_hz: cutoff, ..Validation::default() };
     let mut left = vec![0.0; records.len()];
     let mut whole = vec![0.0; records.len()];
     for j in 0..n {
@@ -135,15 +81,19 @@ pub fn validate_motions(
         report.joints.push(JointValidation {
             coordinate: regressor.coordinates()[j].clone(),
             relative: (squares / total).sqrt(),
-            relative_rigid: (rigid / total).sqrt(),
+            relative_rigid: Some((rigid / total).sqrt()),
             rms: (squares / count.max(1) as f64).sqrt(),
-            not_white: share,
+            unit: Unit::TORQUE.along(regressor.is_prismatic(j)),
+            not_white: Some(share),
             friction,
         });
     }
     let relative = |m: usize| (left[m] / whole[m]).sqrt();
-    let motion =
-        |(m, (name, _)): (usize, &(String, Record))| MotionValidation { name: name.clone(), relative: relative(m) };
+    let motion = |(m, (name, _)): (usize, &(String, Record))| MotionValidation {
+        name: name.clone(),
+        relative: relative(m),
+        joints: Vec::new(),
+    };
     report.motions = records.iter().enumerate().map(motion).collect();
     report.total = (left.iter().sum::<f64>() / whole.iter().sum::<f64>()).sqrt();
     Ok(report)
@@ -217,44 +167,6 @@ fn picture(coordinate: &str, c: &Compared, predicted: &[f64]) -> TorquePicture {
     TorquePicture { coordinate: coordinate.into(), t: thin(&c.t), measured: thin(&c.tau), predicted: thin(predicted) }
 }
 
-impl ValidationReport {
-    /// The text of validation.yaml.
-    pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
-    }
-
-    /// Reads validation.yaml.
-    pub fn from_yaml(file: &str, text: &str) -> Result<ValidationReport, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
-    }
-}
-
-impl fmt::Display for ValidationReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "{}: {}, {} motions, low-pass {} Hz",
-            self.model.name,
-            self.method,
-            self.motions.len(),
-            self.cutoff_hz
-        )?;
-        writeln!(f, "{:<12} {:>9} {:>12} {:>10} {:>10}", "joint", "error", "no friction", "rms N m", "not white")?;
-        for j in &self.joints {
-            writeln!(
-                f,
-                "{:<12} {:>8.2}% {:>11.2}% {:>10.4} {:>9.0}%",
-                j.coordinate,
-                100.0 * j.relative,
-                100.0 * j.relative_rigid,
-                j.rms,
-                100.0 * j.not_white
-            )?;
-        }
-        writeln!(f, "{:<12} {:>8.2}%", "all", 100.0 * self.total)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -291,12 +203,12 @@ mod tests {
         let of = |x: &[f64]| validate_motions(&model, "test", &robot, x, &[2.0; 3], &records, 40.0).unwrap();
         let right = of(&robot.truth);
         assert!(right.total < 0.01, "{right}");
-        assert!(right.joints.iter().all(|j| j.relative_rigid > 3.0 * j.relative), "{right}");
+        assert!(right.joints.iter().all(|j| j.relative_rigid.unwrap() > 3.0 * j.relative), "{right}");
         let wrong: Vec<f64> = robot.truth.iter().map(|x| 1.2 * x).collect();
         assert!(of(&wrong).total > 0.05);
         assert_eq!(right.pictures.len(), 3);
         let text = right.to_yaml().unwrap();
-        assert_eq!(ValidationReport::from_yaml("validation.yaml", &text).unwrap(), right);
+        assert_eq!(Validation::from_yaml("validation.yaml", &text).unwrap(), right);
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! One page that holds everything: the plan, the parameters, the torques. Self-contained HTML.
 
+use crate::estimate::identified::INTERVAL;
+use crate::estimate::identified::Identified;
+use crate::estimate::identified::Status;
 use std::fmt::Write;
 
-use crate::estimate::artefact::{Estimate, Identified, Status};
+use crate::estimate::artefact::Estimate;
+use crate::estimate::validation::{TorquePicture, Validation};
 use crate::experiments::experiment_plan::ExperimentPlan;
-use crate::spectrum::validate::{TorquePicture, ValidationReport};
 use crate::write::svg::{Line, Row, chart, escaped, table};
 
 /// Measured and predicted torque of one joint over time: figure 2(a-c).
@@ -23,7 +26,7 @@ pub fn parameter_picture(estimate: &Estimate) -> String {
             Status::Weak => "weak",
             Status::Identified | Status::NotIdentifiable => "",
         };
-        (p.name.clone(), p.unit.clone(), p.value.map(|v| (v, 1.96 * sigma)), remark)
+        (p.id.to_string(), p.unit.to_string(), p.value.map(|v| (v, INTERVAL * sigma)), remark)
     };
     let cells: Vec<_> = estimate.parameters.iter().map(row).collect();
     let rows: Vec<Row> = cells.iter().map(|(n, u, v, r)| Row { name: n, unit: u, value: *v, remark: r }).collect();
@@ -31,11 +34,7 @@ pub fn parameter_picture(estimate: &Estimate) -> String {
 }
 
 /// The page; each part is left out where its artefact is not given.
-pub fn report(
-    plan: Option<&ExperimentPlan>,
-    estimate: Option<&Estimate>,
-    validation: Option<&ValidationReport>,
-) -> String {
+pub fn report(plan: Option<&ExperimentPlan>, estimate: Option<&Estimate>, validation: Option<&Validation>) -> String {
     let name = estimate
         .map(|e| e.model.as_str())
         .or(plan.map(|p| p.model.name.as_str()))
@@ -94,8 +93,9 @@ fn add_plan(s: &mut String, plan: &ExperimentPlan) {
         );
     }
     s.push_str("</table>\n");
-    if !plan.unidentifiable().is_empty() {
-        let _ = writeln!(s, "<p>Not identifiable with this plan: {}.</p>", escaped(&plan.unidentifiable().join(", ")));
+    let lost: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
+    if !lost.is_empty() {
+        let _ = writeln!(s, "<p>Not identifiable with this plan: {}.</p>", escaped(&lost.join(", ")));
     }
 }
 
@@ -107,24 +107,26 @@ fn add_estimate(s: &mut String, estimate: &Estimate) {
     }
 }
 
-fn add_validation(s: &mut String, validation: &ValidationReport) {
+fn add_validation(s: &mut String, validation: &Validation) {
     let _ = writeln!(
         s,
-        "<h2>Validation</h2>\n<p>{} motions that no experiment used; low-pass {} Hz; error over all {:.2} %.</p>",
+        "<h2>Validation</h2>\n<p>{} motions that were not used; low-pass {} Hz; error over all {:.2} %.</p>",
         validation.motions.len(),
         validation.cutoff_hz,
         100.0 * validation.total
     );
-    s.push_str("<table>\n<tr><th>joint</th><th class=n>error, %</th><th class=n>without friction, %</th><th class=n>rms, N m</th><th class=n>not white, %</th></tr>\n");
+    s.push_str("<table>\n<tr><th>joint</th><th class=n>error, %</th><th class=n>without friction, %</th><th class=n>rms</th><th class=n>not white, %</th></tr>\n");
+    let percent = |x: Option<f64>, digits: usize| x.map_or(String::new(), |x| format!("{:.digits$}", 100.0 * x));
     for j in &validation.joints {
         let _ = writeln!(
             s,
-            "<tr><td>{}</td><td class=n>{:.2}</td><td class=n>{:.2}</td><td class=n>{:.4}</td><td class=n>{:.0}</td></tr>",
+            "<tr><td>{}</td><td class=n>{}</td><td class=n>{}</td><td class=n>{:.4} {}</td><td class=n>{}</td></tr>",
             escaped(&j.coordinate),
-            100.0 * j.relative,
-            100.0 * j.relative_rigid,
+            percent(Some(j.relative), 2),
+            percent(j.relative_rigid, 2),
             j.rms,
-            100.0 * j.not_white
+            j.unit,
+            percent(j.not_white, 0)
         );
     }
     s.push_str("</table>\n");
@@ -134,18 +136,15 @@ fn add_validation(s: &mut String, validation: &ValidationReport) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::identified::Deviations;
+    use crate::model::unit::Unit;
 
     #[test]
     fn the_page_stands_alone() {
         let plan = ExperimentPlan { coordinates: vec!["q<1>".into()], ..ExperimentPlan::default() };
         let estimate = Estimate {
             model: "arm & co".into(),
-            parameters: vec![Identified {
-                name: "ZZR1".into(),
-                value: Some(0.3),
-                sigma: Some(0.01),
-                ..Identified::default()
-            }],
+            parameters: vec![Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 0.3, Deviations::white(0.01))],
             ..Estimate::default()
         };
         let picture = TorquePicture {
@@ -154,7 +153,7 @@ mod tests {
             measured: vec![1.0, 2.0],
             predicted: vec![1.1, 1.9],
         };
-        let validation = ValidationReport { pictures: vec![picture], ..ValidationReport::default() };
+        let validation = Validation { pictures: vec![picture], ..Validation::default() };
         let page = report(Some(&plan), Some(&estimate), Some(&validation));
         assert!(page.contains("arm &amp; co") && page.contains("Torque of q&lt;1&gt;") && page.contains("ZZR1"));
         assert_eq!(page.matches("<svg").count(), 2);

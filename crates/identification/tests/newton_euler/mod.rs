@@ -5,6 +5,7 @@
 //! Base columns are chosen left to right among random states by Gram-Schmidt.
 
 use identification::algebra::random::Random;
+use identification::model::parameter::BaseParameter;
 use identification::model::regressor::Regressor;
 use identification::model::standard_map::StandardMap;
 use nalgebra::DMatrix;
@@ -21,7 +22,7 @@ pub struct Arm {
     /// Joints with a rotor inertia of their own.
     rotor: bool,
     coordinates: Vec<String>,
-    names: Vec<String>,
+    names: Vec<BaseParameter>,
     kept: Vec<usize>,
     /// Base values per standard parameter: X = B phi, kept x standard.
     pub grouping: Vec<Vec<f64>>,
@@ -216,7 +217,9 @@ impl Arm {
             if kept {
                 self.grouping[k][c] = 1.0;
                 self.kept.push(c);
-                self.names.push(self.standard[c].clone());
+                let name = &self.standard[c];
+                let number: usize = name.trim_start_matches(char::is_alphabetic).parse().unwrap();
+                self.names.push(BaseParameter::turning(name, number - 1).unwrap());
                 k += 1;
                 continue;
             }
@@ -237,7 +240,7 @@ impl Regressor for Arm {
         &self.coordinates
     }
 
-    fn parameters(&self) -> &[String] {
+    fn parameters(&self) -> &[BaseParameter] {
         &self.names
     }
 

@@ -5,6 +5,7 @@
 
 use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
 use identification::experiments::profile::Profile;
+use identification::model::parameter::BaseParameter;
 use identification::model::regressor::Regressor;
 use identification::simulate::dynamics::Dynamics;
 
@@ -36,7 +37,7 @@ pub struct TreeRobot {
     pub links: Vec<Link>,
     pub gravity: V,
     coordinates: Vec<String>,
-    names: Vec<String>,
+    names: Vec<BaseParameter>,
     /// Columns of Y kept, among 11 a link.
     kept: Vec<usize>,
     /// Values of the base parameters.
@@ -261,7 +262,8 @@ impl TreeRobot {
                 on_basis.push(left);
                 triangle.push(on_basis);
                 self.kept.push(c);
-                self.names.push(format!("{}{}", LETTERS[c % 11], c / 11 + 1));
+                let name = format!("{}{}", LETTERS[c % 11], c / 11 + 1);
+                self.names.push(BaseParameter::turning(&name, c / 11).unwrap());
                 let mut row = vec![0.0; width];
                 row[c] = 1.0;
                 grouping.push(row);
@@ -285,7 +287,7 @@ impl Regressor for TreeRobot {
         &self.coordinates
     }
 
-    fn parameters(&self) -> &[String] {
+    fn parameters(&self) -> &[BaseParameter] {
         &self.names
     }
 

@@ -35,7 +35,7 @@ pub fn standard_map(robot: &TreeRobot) -> StandardMap {
 pub fn with_base(robot: &TreeRobot, x: &[f64]) -> TreeRobot {
     let mut links = empty(robot);
     for (name, &x) in robot.parameters().iter().zip(x) {
-        let of = |(j, c): &(usize, usize)| *name == format!("{}{}", LETTERS[*c], j + 1);
+        let of = |(j, c): &(usize, usize)| name.name.to_string() == format!("{}{}", LETTERS[*c], j + 1);
         let places = (0..links.len()).flat_map(|j| (0..LETTERS.len()).map(move |c| (j, c)));
         if let Some((j, c)) = places.into_iter().find(of) {
             links[j].standard[c] = x;

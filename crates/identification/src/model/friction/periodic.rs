@@ -19,6 +19,8 @@
 //! | s+ abs(tau), s- abs(tau) | Coulomb friction that grows with the load |
 //! | s+ exp(-(v/v_s)^2), s- exp(-(v/v_s)^2) | Stribeck |
 
+use crate::model::parameter::FrictionParameter;
+
 /// Which columns a joint has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
@@ -38,16 +40,17 @@ impl FrictionShape {
         4 + 2 * usize::from(self.load) + 2 * usize::from(self.stribeck.is_some())
     }
 
-    /// Names without the joint, with units, in the order of the columns.
-    pub fn names(&self) -> Vec<(&'static str, &'static str)> {
-        let mut names = vec![("FVP", "N m s/rad"), ("FSP", "N m"), ("FVN", "N m s/rad"), ("FSN", "N m")];
+    /// The parameters in the order of the columns.
+    pub fn parameters(&self) -> Vec<FrictionParameter> {
+        use FrictionParameter::*;
+        let mut parameters = vec![ViscousForward, CoulombForward, ViscousBackward, CoulombBackward];
         if self.load {
-            names.extend([("FLP", "1"), ("FLN", "1")]);
+            parameters.extend([LoadForward, LoadBackward]);
         }
         if self.stribeck.is_some() {
-            names.extend([("FTP", "N m"), ("FTN", "N m")]);
+            parameters.extend([StribeckForward, StribeckBackward]);
         }
-        names
+        parameters
     }
 
     /// The columns over a series of instants: velocity, acceleration, drive torque; sample time h.
@@ -117,7 +120,7 @@ mod tests {
         let shape = FrictionShape { rest_velocity: 1e-6, load: true, stribeck: Some(0.1) };
         let columns = shape.fill(&[1.0, -2.0], &[0.0; 2], &[3.0, -4.0], 1e-3);
         assert_eq!(columns.len(), shape.columns());
-        assert_eq!(columns.len(), shape.names().len());
+        assert_eq!(columns.len(), shape.parameters().len());
         assert_eq!(columns[0], [1.0, 0.0]);
         assert_eq!(columns[2], [0.0, -2.0]);
         assert_eq!((columns[4][0], columns[5][1]), (3.0, 4.0));

@@ -9,16 +9,13 @@
 //!   small residual proves nothing; for diagnosis, never to compare models with;
 //! - rotor inertia IA ddq, for regressors whose model has none.
 //!
-//! | term | names | unit |
-//! |---|---|---|
-//! | viscous | FV | N m s/rad |
-//! | Coulomb, offset, Stribeck | FS, OFF, FT | N m |
-//! | load | FL | 1 |
-//! | rotor | IA | kg m^2 |
+//! Names and units: `model::parameter`.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+use crate::model::parameter::FrictionParameter;
 
 /// One term of the friction of every joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,16 +40,21 @@ impl FrictionTerm {
     /// The customary set.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
-    /// Names of the term's parameters without their joint, with units.
-    pub fn parameters(self) -> &'static [(&'static str, &'static str)] {
+    /// The term's parameters, in the order of its columns.
+    pub fn parameters(self) -> &'static [FrictionParameter] {
         match self {
-            Viscous => &[("FV", "N m s/rad")],
-            Coulomb | SmoothCoulomb(_) => &[("FS", "N m")],
-            Offset => &[("OFF", "N m")],
-            Asymmetric => &[("FVP", "N m s/rad"), ("FSP", "N m"), ("FVN", "N m s/rad"), ("FSN", "N m")],
-            Stribeck(_) => &[("FT", "N m")],
-            Load => &[("FL", "1")],
-            Rotor => &[("IA", "kg m^2")],
+            Viscous => &[FrictionParameter::Viscous],
+            Coulomb | SmoothCoulomb(_) => &[FrictionParameter::Coulomb],
+            Offset => &[FrictionParameter::Offset],
+            Asymmetric => &[
+                FrictionParameter::ViscousForward,
+                FrictionParameter::CoulombForward,
+                FrictionParameter::ViscousBackward,
+                FrictionParameter::CoulombBackward,
+            ],
+            Stribeck(_) => &[FrictionParameter::Stribeck],
+            Load => &[FrictionParameter::Load],
+            Rotor => &[FrictionParameter::Rotor],
         }
     }
 
@@ -106,7 +108,6 @@ pub fn sign(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::parameter::label;
 
     fn columns(term: FrictionTerm, dq: f64) -> Vec<f64> {
         let mut out = vec![f64::NAN; term.parameters().len()];
@@ -137,12 +138,5 @@ mod tests {
             assert_eq!(a[1] - a[3], columns(Coulomb, dq)[0]);
             assert_eq!(a[1] + a[3], columns(Offset, dq)[0]);
         }
-    }
-
-    #[test]
-    fn labels() {
-        assert_eq!(label("q3"), "3");
-        assert_eq!(label("elbow"), "_elbow");
-        assert_eq!(label("q"), "_q");
     }
 }

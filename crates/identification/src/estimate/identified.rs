@@ -1,0 +1,158 @@
+//! One identified parameter: its value, what the value is worth, and whether it can be used.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::parameter::ParameterId;
+use crate::model::unit::Unit;
+
+/// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it is larger.
+pub const INTERVAL: f64 = 1.96;
+
+/// One parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identified {
+    #[serde(rename = "name")]
+    pub id: ParameterId,
+    pub unit: Unit,
+    /// None: not identifiable from these data.
+    pub value: Option<f64>,
+    /// Standard deviation for white noise, in the unit of the value.
+    pub sigma: Option<f64>,
+    /// Standard deviation that allows for residuals that stay the same for a while.
+    #[serde(default)]
+    pub robust_sigma: Option<f64>,
+    /// 100 sigma / |value|, the larger sigma of the two, %.
+    pub relative_sigma: Option<f64>,
+    pub status: Status,
+}
+
+/// Whether a value can be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    Identified,
+    /// Zero is within its 95 % interval.
+    NotSignificant,
+    /// Determined by so little motion that errors of the model, not noise, decide it.
+    Weak,
+    /// The data say nothing about it.
+    NotIdentifiable,
+}
+
+/// Standard deviations of a value, by what they allow for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviations {
+    /// White noise.
+    pub white: f64,
+    /// Residuals that stay the same for a while.
+    pub robust: Option<f64>,
+    /// Whether little motion decides the value.
+    pub weak: bool,
+}
+
+impl Deviations {
+    /// Of white noise alone.
+    pub fn white(white: f64) -> Deviations {
+        Deviations { white, robust: None, weak: false }
+    }
+
+    /// The larger of the two.
+    fn largest(&self) -> f64 {
+        self.white.max(self.robust.unwrap_or(0.0))
+    }
+}
+
+impl Identified {
+    /// A value with its deviations; decides the relative deviation and the status.
+    pub fn new(id: ParameterId, unit: Unit, value: f64, deviations: Deviations) -> Identified {
+        let relative = 100.0 * deviations.largest() / value.abs();
+        let status = if value.abs() <= INTERVAL * deviations.largest() {
+            Status::NotSignificant
+        } else if deviations.weak {
+            Status::Weak
+        } else {
+            Status::Identified
+        };
+        Identified {
+            id,
+            unit,
+            value: Some(value),
+            sigma: Some(deviations.white),
+            robust_sigma: deviations.robust,
+            relative_sigma: relative.is_finite().then_some(relative),
+            status,
+        }
+    }
+
+    /// A parameter about which the data say nothing.
+    pub fn unidentifiable(id: ParameterId, unit: Unit) -> Identified {
+        let (value, sigma, robust_sigma, relative_sigma) = (None, None, None, None);
+        Identified { id, unit, value, sigma, robust_sigma, relative_sigma, status: Status::NotIdentifiable }
+    }
+
+    /// A value that is given, not estimated.
+    pub fn given(id: ParameterId, unit: Unit, value: f64) -> Identified {
+        Identified { sigma: None, relative_sigma: None, ..Identified::new(id, unit, value, Deviations::white(0.0)) }
+    }
+
+    /// The same with another value, its deviations kept; nothing where it is not identifiable.
+    pub fn with_value(self, value: f64) -> Identified {
+        match self.deviations() {
+            Some(deviations) => Identified::new(self.id, self.unit, value, deviations),
+            None => self,
+        }
+    }
+
+    /// The same where each deviation is at least this one; nothing where it is not identifiable.
+    pub fn widened(self, deviation: f64) -> Identified {
+        match (self.value, self.deviations()) {
+            (Some(value), Some(found)) => {
+                let white = found.white.max(deviation);
+                let robust = found.robust.map(|robust| robust.max(deviation));
+                Identified::new(self.id, self.unit, value, Deviations { white, robust, ..found })
+            }
+            _ => self,
+        }
+    }
+
+    /// The largest of its standard deviations; infinite where it has none.
+    pub fn largest_sigma(&self) -> f64 {
+        self.deviations().map_or(f64::INFINITY, |d| d.largest())
+    }
+
+    fn deviations(&self) -> Option<Deviations> {
+        let weak = self.status == Status::Weak;
+        Some(Deviations { white: self.sigma?, robust: self.robust_sigma, weak })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(value: f64, deviations: Deviations) -> Identified {
+        Identified::new("FV1".parse().unwrap(), Unit::VISCOUS, value, deviations)
+    }
+
+    /// One limit of significance, whichever deviation is the larger.
+    #[test]
+    fn the_larger_deviation_decides() {
+        let of = |white, robust| found(1.0, Deviations { white, robust, weak: false });
+        assert_eq!(of(0.51, None).status, Status::Identified);
+        assert_eq!(of(0.52, None).status, Status::NotSignificant);
+        assert_eq!(of(0.1, Some(0.6)).status, Status::NotSignificant);
+        assert_eq!(of(0.1, Some(0.2)).relative_sigma, Some(20.0));
+        assert_eq!(of(0.1, None).widened(0.6).status, Status::NotSignificant);
+        assert_eq!(of(0.1, None).with_value(0.1).status, Status::NotSignificant);
+        assert_eq!(found(0.0, Deviations::white(0.1)).relative_sigma, None);
+    }
+
+    #[test]
+    fn weak_stays_weak_and_unidentifiable_gets_no_value() {
+        let weak = found(1.0, Deviations { white: 0.1, robust: None, weak: true });
+        assert_eq!((weak.status, weak.clone().with_value(2.0).status), (Status::Weak, Status::Weak));
+        let open = Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS);
+        assert_eq!(open.clone().with_value(3.0), open);
+        assert_eq!(open.clone().widened(3.0), open);
+    }
+}

@@ -1,0 +1,154 @@
+//! The artefact of validation: how well an estimate predicts motions it was not made from.
+
+use std::fmt;
+
+use logs::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residuals};
+use crate::model::reference::ModelReference;
+use crate::model::regressor::Regressor;
+use crate::model::unit::Unit;
+
+/// Prediction on motions that were not used.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validation {
+    pub model: ModelReference,
+    /// How the estimate that predicts was made.
+    pub method: String,
+    /// Cut-off of the low-pass, Hz; 0: none.
+    pub cutoff_hz: f64,
+    pub joints: Vec<JointValidation>,
+    /// Over all joints and motions.
+    pub total: f64,
+    pub motions: Vec<MotionValidation>,
+    /// Torques over time of the first motion, one a joint.
+    #[serde(default)]
+    pub pictures: Vec<TorquePicture>,
+}
+
+/// One joint over all motions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointValidation {
+    pub coordinate: String,
+    /// |tau - tau_predicted| / |tau|.
+    pub relative: f64,
+    /// The same without friction, where friction was fitted to these motions.
+    pub relative_rigid: Option<f64>,
+    /// Root mean square of the residual, in `unit`.
+    pub rms: f64,
+    /// N m, or N for a joint that slides.
+    pub unit: Unit,
+    /// Share of autocorrelations outside the 95 % band of white noise, where it was looked at.
+    pub not_white: Option<f64>,
+    /// FVP FSP FVN FSN, where friction was fitted to these motions; N m s/rad and N m.
+    #[serde(default)]
+    pub friction: Vec<f64>,
+}
+
+/// One motion over all joints.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MotionValidation {
+    pub name: String,
+    pub relative: f64,
+    /// By joint, where the motion was predicted with everything the estimate has.
+    #[serde(default)]
+    pub joints: Vec<JointResidual>,
+}
+
+/// What figure 2 shows of one joint: s and N m.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TorquePicture {
+    pub coordinate: String,
+    pub t: Vec<f64>,
+    pub measured: Vec<f64>,
+    pub predicted: Vec<f64>,
+}
+
+impl Validation {
+    /// Of logs that an estimate from samples predicts with its own friction, by name.
+    pub fn of_logs(
+        model: ModelReference,
+        method: &str,
+        cutoff: f64,
+        regressor: &dyn Regressor,
+        logs: &[(String, Residuals)],
+    ) -> Validation {
+        let mut squares = vec![Squares::default(); regressor.coordinates().len()];
+        for (_, one) in logs {
+            for (sum, s) in squares.iter_mut().zip(&one.squares) {
+                *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
+            }
+        }
+        let whole = Residuals::new(regressor, squares);
+        let joint = |j: &JointResidual| JointValidation {
+            coordinate: j.coordinate.clone(),
+            relative: j.relative,
+            relative_rigid: None,
+            rms: j.rms,
+            unit: j.unit,
+            not_white: None,
+            friction: Vec::new(),
+        };
+        let motion = |(name, one): &(String, Residuals)| MotionValidation {
+            name: name.clone(),
+            relative: one.total,
+            joints: one.joints.clone(),
+        };
+        Validation {
+            model,
+            method: method.into(),
+            cutoff_hz: cutoff,
+            joints: whole.joints.iter().map(joint).collect(),
+            total: whole.total,
+            motions: logs.iter().map(motion).collect(),
+            pictures: Vec::new(),
+        }
+    }
+
+    /// The text of validation.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
+    }
+
+    /// Reads validation.yaml; fails with the line of what is no validation.
+    pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
+    }
+}
+
+impl fmt::Display for Validation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.motions.iter().any(|m| !m.joints.is_empty()) {
+            for motion in &self.motions {
+                writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
+                write_residuals(f, &motion.joints, motion.relative, None)?;
+                writeln!(f)?;
+            }
+            return Ok(());
+        }
+        writeln!(
+            f,
+            "{}: {}, {} motions, low-pass {} Hz",
+            self.model.name,
+            self.method,
+            self.motions.len(),
+            self.cutoff_hz
+        )?;
+        writeln!(f, "{:<12} {:>9} {:>12} {:>10} {:>10}", "joint", "error", "no friction", "rms N m", "not white")?;
+        for j in &self.joints {
+            writeln!(
+                f,
+                "{:<12} {:>8.2}% {:>11.2}% {:>10.4} {:>9.0}%{}",
+                j.coordinate,
+                100.0 * j.relative,
+                100.0 * j.relative_rigid.unwrap_or(f64::NAN),
+                j.rms,
+                100.0 * j.not_white.unwrap_or(f64::NAN),
+                if j.unit == Unit::TORQUE { String::new() } else { format!("  (rms in {})", j.unit) }
+            )?;
+        }
+        writeln!(f, "{:<12} {:>8.2}%", "all", 100.0 * self.total)
+    }
+}

@@ -1,0 +1,62 @@
+//! The units of parameters and of their joints.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// An SI unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit(&'static str);
+
+/// At a joint that turns, and at one that slides.
+const BY_JOINT: [(Unit, Unit); 4] = [
+    (Unit::INERTIA, Unit::MASS),
+    (Unit::TORQUE, Unit("N")),
+    (Unit::VISCOUS, Unit("N s/m")),
+    (Unit::DRIVE_GAIN, Unit("N/A")),
+];
+
+impl Unit {
+    pub const INERTIA: Unit = Unit("kg m^2");
+    pub const FIRST_MOMENT: Unit = Unit("kg m");
+    pub const MASS: Unit = Unit("kg");
+    pub const TORQUE: Unit = Unit("N m");
+    pub const VISCOUS: Unit = Unit("N m s/rad");
+    pub const DRIVE_GAIN: Unit = Unit("N m/A");
+    pub const ONE: Unit = Unit("1");
+
+    /// The unit of a joint's own parameter where the joint slides, itself where it turns.
+    pub fn along(self, is_prismatic: bool) -> Unit {
+        let sliding = BY_JOINT.iter().find(|(turning, _)| is_prismatic && *turning == self);
+        sliding.map_or(self, |(_, sliding)| *sliding)
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.0)
+    }
+}
+
+impl FromStr for Unit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Unit, String> {
+        let alone = [Unit::FIRST_MOMENT, Unit::ONE];
+        let mut all = BY_JOINT.into_iter().flat_map(|(turning, sliding)| [turning, sliding]).chain(alone);
+        all.find(|unit| unit.0 == text).ok_or_else(|| format!("`{text}` is no unit of a parameter"))
+    }
+}
+
+impl Serialize for Unit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for Unit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Unit, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}
