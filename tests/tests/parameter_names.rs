@@ -1,18 +1,20 @@
 //! What a parameter is, whatever its name looks like: the joint behind it, its unit, its verdict.
 
-use serde_json::Value as Json;
+use identification::estimate::artefact::Estimate;
+use identification::estimate::identified::{Identified, Status};
+use identification::estimate::validation::Validation;
 use tests::joint_log;
 use tests::program::{folder, rist};
 use tests::random::Random;
 use tests::{model, model_path, model_text};
 
-fn yaml(path: &std::path::Path) -> Json {
-    serde_yaml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+fn estimate(path: &std::path::Path) -> Estimate {
+    Estimate::from_yaml("estimate", &std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-fn parameter<'a>(estimate: &'a Json, name: &str) -> &'a Json {
-    let parameters = estimate["parameters"].as_array().unwrap();
-    parameters.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no {name} in {estimate}"))
+fn parameter<'a>(estimate: &'a Estimate, name: &str) -> &'a Identified {
+    let id = name.parse().unwrap();
+    estimate.parameters.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no {name} in {estimate}"))
 }
 
 /// The 1 of `wrist_1` is no number of a joint: shoulder_pan is.
@@ -25,10 +27,9 @@ fn the_joint_of_a_parameter_is_not_read_from_its_name() {
     let urdf = model_path("ur5.urdf").display().to_string();
     let run = rist(&here, &["identify", &urdf, "log.csv", "--friction", "none", "--out", "e.yaml"]);
     assert_eq!(run.code, Some(0), "{}", run.err);
-    let estimate = yaml(&here.join("e.yaml"));
-    let weak = |p: &&Json| p["status"] == "weak";
-    let names = estimate["parameters"].as_array().unwrap().iter().filter(weak).map(|p| p["name"].as_str().unwrap());
-    assert_eq!(names.collect::<Vec<_>>(), ["ZZR_shoulder_pan"], "{}", run.out);
+    let found = estimate(&here.join("e.yaml"));
+    let weak = found.parameters.iter().filter(|p| p.status == Status::Weak);
+    assert_eq!(weak.map(|p| p.id.to_string()).collect::<Vec<_>>(), ["ZZR_shoulder_pan"], "{}", run.out);
 }
 
 #[test]
@@ -40,9 +41,9 @@ fn units_are_those_of_the_joint() {
     let arm = model_path("cartesian3p.yaml").display().to_string();
     let run = rist(&here, &["identify", &arm, "log.csv", "--out", "e.yaml"]);
     assert_eq!(run.code, Some(0), "{}", run.err);
-    let estimate = yaml(&here.join("e.yaml"));
+    let found = estimate(&here.join("e.yaml"));
     for (name, unit) in [("IA1", "kg"), ("FV2", "N s/m"), ("FS3", "N"), ("OFF3", "N")] {
-        assert_eq!(parameter(&estimate, name)["unit"], unit, "{name}");
+        assert_eq!(parameter(&found, name).unit.to_string(), unit, "{name}");
     }
     assert!(run.out.contains("rms N ") && !run.out.contains("N m"), "{}", run.out);
 }
@@ -82,10 +83,11 @@ fn the_truth_of_a_simulation_predicts_its_logs() {
         assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.err);
     }
     // README's estimate of eight experiments validates at 1.44 %; the truth does no worse.
-    let total = yaml(&here.join("v.yaml"))["total"].as_f64().unwrap();
+    let validation = std::fs::read_to_string(here.join("v.yaml")).unwrap();
+    let total = Validation::from_yaml("v.yaml", &validation).unwrap().total;
     assert!(total < 0.0144, "{total}");
-    let truth = yaml(&here.join("logs/truth.yaml"));
-    assert_eq!(parameter(&truth, "KT1")["value"], 2.393);
+    let truth = estimate(&here.join("logs/truth.yaml"));
+    assert_eq!(parameter(&truth, "KT1").value, Some(2.393));
 }
 
 /// A reference body fills what the data leave open; that is no finding.
@@ -99,9 +101,8 @@ fn a_consistent_estimate_gives_no_value_to_what_is_not_identifiable() {
     joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0, 0.0], 0.01);
     let run = rist(&here, &["identify", "arm.yaml", "log.csv", "--consistent", "--out", "e.yaml"]);
     assert_eq!(run.code, Some(0), "{}", run.err);
-    let estimate = yaml(&here.join("e.yaml"));
-    let open: Vec<&Json> =
-        estimate["parameters"].as_array().unwrap().iter().filter(|p| p["status"] == "not_identifiable").collect();
-    assert!(!open.is_empty());
-    assert!(open.iter().all(|p| p["value"].is_null()), "{open:?}");
+    let found = estimate(&here.join("e.yaml"));
+    let open = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable);
+    let open: Vec<&Identified> = open.collect();
+    assert!(!open.is_empty() && open.iter().all(|p| p.value.is_none()), "{open:?}");
 }

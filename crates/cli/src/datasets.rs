@@ -6,7 +6,7 @@ use clap::Args;
 use identification::benchmark::dataset::{Dataset, Subject};
 
 use crate::failure::{Failure, print};
-use crate::model::{Derived, read_with_rotors, references, standard_map};
+use rist::{Model, ModelOptions, RotorInertias};
 
 /// Run the known recipes on folders of measured logs, and print residuals beside their baselines
 #[derive(Args)]
@@ -31,13 +31,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let model = places.map(|p| p.join(&dataset.model)).find(|p| p.is_file()).ok_or_else(|| {
             Failure::new(format_args!("{}: the description {} is not found", dataset.name, dataset.model))
         })?;
-        let robot = read_with_rotors(&model, dataset.rotors)?;
-        let mut derived = Derived::new(&robot, &model)?;
-        let subject = Subject {
-            map: Some(standard_map(&robot, &derived.parameters)),
-            references: references(&robot, &derived.parameters),
-            regressor: derived.regressor(&robot),
-        };
+        let rotors = if dataset.rotors { RotorInertias::Actuated } else { RotorInertias::None };
+        let options = ModelOptions { rotor_inertias: Some(rotors), ..ModelOptions::default() };
+        let model = Model::read_with(&model, &options)?;
+        let map = Some(model.standard_map());
+        let subject = Subject { map, references: model.reference_bodies(), regressor: model.into_regressor() };
         for score in dataset.score(&folder, &subject)? {
             print(&format!("{score}\n"))?;
         }

@@ -8,7 +8,7 @@ use modeling::Closure;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
 use crate::failure::{Failure, print};
-use crate::model::{Derived, ModelArguments};
+use crate::model::ModelArguments;
 
 /// Evaluate the regressor or the torque at the states of a CSV file
 ///
@@ -40,17 +40,17 @@ enum Quantity {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let robot = arguments.model.read_with_values()?;
-    let mut derived = Derived::new(&robot, &arguments.model.model)?;
-    let states = States::read(&arguments.states, &robot, arguments.quantity, derived.closure.take())?;
-    let parameters = &derived.parameters;
-    let standard = || (0..parameters.standard.len()).map(|c| parameters.standard[c].display(&robot).to_string());
+    let mut model = arguments.model.derive()?;
+    let closure = model.take_closure();
+    let (robot, parameters) = (&model.robot, &model.parameters);
+    let states = States::read(&arguments.states, robot, arguments.quantity, closure)?;
+    let standard = || (0..parameters.standard.len()).map(|c| parameters.standard[c].display(robot).to_string());
     let (function, columns): (&Function, Vec<String>) = match arguments.quantity {
-        Quantity::Regressor => (&derived.standard, regressor_columns(&robot, standard().collect())),
+        Quantity::Regressor => (&model.standard_regressor, regressor_columns(robot, standard().collect())),
         Quantity::BaseRegressor => {
-            (&derived.base, regressor_columns(&robot, parameters.base.iter().map(|b| b.name.clone()).collect()))
+            (&model.base_regressor, regressor_columns(robot, parameters.base.iter().map(|b| b.name.clone()).collect()))
         }
-        Quantity::Torque => (&derived.torque, robot.coordinates.iter().map(|c| format!("tau_{}", c.name)).collect()),
+        Quantity::Torque => (&model.torque, robot.coordinates.iter().map(|c| format!("tau_{}", c.name)).collect()),
     };
     let tape = Tape::new(function);
     let mut outputs = vec![0.0; states.n_rows * tape.n_outputs()];

@@ -22,8 +22,20 @@ impl Failure {
     }
 
     pub fn report(&self) -> ExitCode {
-        eprintln!("rist: {}", self.message);
+        eprintln!("rist: {self}");
         ExitCode::from(self.code)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl From<rist::Error> for Failure {
+    fn from(e: rist::Error) -> Failure {
+        if e.is_verdict() { Failure::verdict(e) } else { Failure::new(e) }
     }
 }
 

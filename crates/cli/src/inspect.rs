@@ -1,16 +1,16 @@
 //! `rist inspect`: the base parameters, their rules, the counts and the evidence.
 
-use identification::model::compiled::is_compiled;
 use std::fmt::Write;
 
 use clap::Args;
 use expr::Count;
+use rist::Model;
+use robot::JointKind;
 use robot::format::Angles;
-use robot::{JointKind, Robot};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, print};
-use crate::model::{Derived, ModelArguments};
+use crate::model::ModelArguments;
 
 /// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
 #[derive(Args)]
@@ -25,19 +25,20 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
-    let derived = Derived::new(&robot, &arguments.model.model)?;
-    let tilted = Tilted::new(arguments, &robot, &derived)?;
+    let model = Model::of(robot, &arguments.model.model)?;
+    let (robot, derived) = (&model.robot, &model);
+    let tilted = Tilted::new(arguments, derived)?;
     if arguments.json {
-        print(&(format!("{:#}\n", as_json(&robot, &derived, &tilted))))?;
+        print(&(format!("{:#}\n", as_json(derived, &tilted))))?;
     } else {
-        print(&(as_text(&robot, &derived) + &tilted.text()))?;
+        print(&(as_text(derived) + &tilted.text()))?;
     }
     let parameters = &derived.parameters;
     if parameters.coincident.is_empty() {
         return Ok(());
     }
     let names: Vec<String> =
-        parameters.coincident.iter().map(|&c| parameters.standard[c].display(&robot).to_string()).collect();
+        parameters.coincident.iter().map(|&c| parameters.standard[c].display(robot).to_string()).collect();
     Err(Failure::verdict(format_args!(
         "{}: the numeric and the exact rank disagree. For robots of this structure in general {} would be base \
          parameters; at these numbers they are not. If two lengths or angles are equal on purpose, give them one \
@@ -57,7 +58,8 @@ struct Tilted {
 }
 
 impl Tilted {
-    fn new(arguments: &Arguments, robot: &Robot, derived: &Derived) -> Result<Tilted, Failure> {
+    fn new(arguments: &Arguments, derived: &Model) -> Result<Tilted, Failure> {
+        let robot = &derived.robot;
         let because: Vec<String> = robot
             .notes
             .iter()
@@ -68,16 +70,17 @@ impl Tilted {
         if tilted.because.is_empty() {
             return Ok(tilted);
         }
-        let given = arguments.model.read_angles(Angles::AsGiven)?;
+        let options = arguments.model.options(Angles::AsGiven);
+        let given = rist::read_robot(&arguments.model.model, &options)?;
         // Where even the rank of the given angles is not clear there is nothing to list.
-        let Ok(as_given) = Derived::new(&given, &arguments.model.model) else { return Ok(tilted) };
+        let Ok(as_given) = Model::of(given, &arguments.model.model) else { return Ok(tilted) };
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         tilted.appear = as_given
             .parameters
             .base
             .iter()
             .filter(|b| !kept(b.column))
-            .map(|b| (as_given.parameters.standard[b.column].display(&given).to_string(), b.share))
+            .map(|b| (as_given.parameters.standard[b.column].display(&as_given.robot).to_string(), b.share))
             .collect();
         Ok(tilted)
     }
@@ -100,7 +103,8 @@ impl Tilted {
     }
 }
 
-fn as_json(robot: &Robot, derived: &Derived, tilted: &Tilted) -> Value {
+fn as_json(derived: &Model, tilted: &Tilted) -> Value {
+    let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
     let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
@@ -140,16 +144,17 @@ fn as_json(robot: &Robot, derived: &Derived, tilted: &Tilted) -> Value {
             "numeric_relations": rank.numeric_relations,
         },
         "ops": {
-            "regressor": count(derived.standard.count()),
-            "base_regressor": count(derived.base.count()),
+            "regressor": count(derived.standard_regressor.count()),
+            "base_regressor": count(derived.base_regressor.count()),
             "torque": count(derived.torque.count()),
         },
-        "compiled": is_compiled(derived.base.fingerprint()),
+        "compiled": derived.is_compiled(),
         "notes": robot.notes.iter().map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
 }
 
-fn as_text(robot: &Robot, derived: &Derived) -> String {
+fn as_text(derived: &Model) -> String {
+    let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
     let mut text = String::new();
@@ -232,12 +237,16 @@ fn as_text(robot: &Robot, derived: &Derived) -> String {
     }
     line!();
     line!("operations a call       mul    add  sin_cos");
-    let counts = [("regressor", &derived.standard), ("base regressor", &derived.base), ("torque", &derived.torque)];
+    let counts = [
+        ("regressor", &derived.standard_regressor),
+        ("base regressor", &derived.base_regressor),
+        ("torque", &derived.torque),
+    ];
     for (name, function) in counts {
         let c = function.count();
         line!("  {name:<18} {:>6} {:>6} {:>8}", c.mul, c.add, c.sin_cos);
     }
-    if is_compiled(derived.base.fingerprint()) {
+    if derived.is_compiled() {
         line!("the base regressor is compiled into this program");
     }
     text

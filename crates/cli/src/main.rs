@@ -1,21 +1,18 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod artefact;
 mod convert;
 mod datasets;
 mod evaluate;
 mod failure;
 mod generate;
 mod identify;
-mod identify_load;
-mod identify_samples;
-mod identify_spectrum;
 mod inspect;
 mod lint;
 mod model;
 mod plan;
 mod report;
 mod simulate;
-mod spectrum;
 mod validate;
 
 use std::process::ExitCode;

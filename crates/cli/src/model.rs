@@ -1,20 +1,11 @@
-//! A robot as the commands need it: read, derived, and with a base regressor to evaluate.
+//! The model on the command line: its file, and how to read it.
 
-use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use expr::{Function, Tape, Workspace};
-use identification::model::compiled::compiled;
-use identification::model::label::Label;
-use identification::model::parameter::{BaseName, BaseParameter};
-use identification::model::regressor::{Coordinate, Regressor};
-use identification::model::standard_map::StandardMap;
-use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
-use robot::format::{Angles, Mimic, ReadOptions};
-use robot::{Drive, Inertial, LinkId, Robot, RotorInertia};
+use rist::{Model, ModelOptions, RotorInertias};
+use robot::Robot;
+use robot::format::{Angles, Mimic};
 
 use crate::failure::Failure;
 
@@ -58,33 +49,40 @@ enum MimicJoints {
 }
 
 impl ModelArguments {
-    pub fn read(&self) -> Result<Robot, Failure> {
-        self.read_angles(Angles::Meant)
-    }
-
-    /// With rounded angles taken for what they were meant to be, or as given.
-    pub fn read_angles(&self, angles: Angles) -> Result<Robot, Failure> {
-        let mut robot = read(&self.model, self.rotor_inertia, self.mimic, angles)?;
-        for (name, value) in &self.values {
-            robot
-                .set_symbol(name, *value)
-                .map_err(|e| Failure::new(format_args!("{}: --value {name}: {e}", self.model.display())))?;
+    /// What the flags ask for, with rounded angles taken for what they were meant to be, or as given.
+    pub fn options(&self, angles: Angles) -> ModelOptions {
+        let rotors = |word| match word {
+            RotorJoints::None => RotorInertias::None,
+            RotorJoints::Actuated => RotorInertias::Actuated,
+            RotorJoints::All => RotorInertias::All,
+        };
+        ModelOptions {
+            values: self.values.clone(),
+            mimic: match self.mimic {
+                MimicJoints::Constraint => Mimic::Constraint,
+                MimicJoints::Independent => Mimic::Independent,
+            },
+            angles,
+            rotor_inertias: self.rotor_inertia.map(rotors),
+            floating_base: self.floating_base,
         }
-        Ok(if self.floating_base { robot.floating() } else { robot })
     }
 
-    /// The same, refused where a symbol has no value: what is to be computed are figures.
+    /// The description, with nothing derived from it.
+    pub fn read(&self) -> Result<Robot, Failure> {
+        Ok(rist::read_robot(&self.model, &self.options(Angles::Meant))?)
+    }
+
+    /// The same, refused where a symbol has no value.
     pub fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
-        let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
-        match missing.first() {
-            None => Ok(robot),
-            Some(first) => Err(Failure::new(format_args!(
-                "{}: no value for {}: figures need one (--value {first}=0.45, or `(* Value {first} = 0.45 *)` in the file)",
-                self.model.display(),
-                missing.join(", ")
-            ))),
-        }
+        rist::check_values(&robot, &self.model)?;
+        Ok(robot)
+    }
+
+    /// The model with all that follows from it.
+    pub fn derive(&self) -> Result<Model, Failure> {
+        Ok(Model::read_with(&self.model, &self.options(Angles::Meant))?)
     }
 }
 
@@ -93,205 +91,5 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
     match value.trim().parse::<f64>() {
         Ok(x) if x.is_finite() => Ok((name.trim().to_string(), x)),
         _ => Err(format!("`{value}` is not a finite number")),
-    }
-}
-
-fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints, angles: Angles) -> Result<Robot, Failure> {
-    let mimic = match mimic {
-        MimicJoints::Constraint => Mimic::Constraint,
-        MimicJoints::Independent => Mimic::Independent,
-    };
-    let mut robot = robot::format::read_with(path, ReadOptions { mimic, angles })?;
-    let Some(rotors) = rotors else { return Ok(robot) };
-    for link in &mut robot.links {
-        let has = match rotors {
-            RotorJoints::None => false,
-            RotorJoints::Actuated => link.joint.drive == Drive::Actuated,
-            RotorJoints::All => link.joint.drive != Drive::Locked && link.joint.kind != robot::JointKind::Fixed,
-        };
-        link.joint.rotor_inertia = match (has, link.joint.rotor_inertia) {
-            (false, _) => RotorInertia::Absent,
-            (true, RotorInertia::Absent) => RotorInertia::Unknown,
-            (true, known) => known,
-        };
-    }
-    Ok(robot)
-}
-
-/// Reads a robot with rotor inertias at its actuated joints, or none.
-pub fn read_with_rotors(path: &Path, rotors: bool) -> Result<Robot, Failure> {
-    read(
-        path,
-        Some(if rotors { RotorJoints::Actuated } else { RotorJoints::None }),
-        MimicJoints::Constraint,
-        Angles::Meant,
-    )
-}
-
-/// How the base parameters follow from the standard ones, in numbers.
-pub fn standard_map(robot: &Robot, parameters: &BaseParameters) -> StandardMap {
-    let (base, standard) = (&parameters.base, &parameters.standard);
-    let terms: Vec<(usize, usize, f64)> = base
-        .iter()
-        .enumerate()
-        .flat_map(|(k, b)| b.terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
-        .collect();
-    let first = |c: &usize| standard[*c].inertial == Inertial::Xx;
-    let bodies = (0..standard.len()).filter(first).map(|c| (robot.link(standard[c].link).name.clone(), c));
-    StandardMap::new(
-        standard.iter().map(|s| s.display(robot).to_string()).collect(),
-        base.len(),
-        &terms,
-        bodies.collect(),
-        (0..standard.len()).filter(|&c| standard[c].inertial == Inertial::Ia).collect(),
-    )
-}
-
-/// The bodies that the description gives, in the order of the map.
-pub fn references(robot: &Robot, parameters: &BaseParameters) -> Vec<Option<[f64; 10]>> {
-    let bodies = parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx);
-    bodies.map(|s| robot.link(s.link).inertial).collect()
-}
-
-/// The link behind each body of the map.
-pub fn body_links(parameters: &BaseParameters) -> Vec<LinkId> {
-    parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
-}
-
-/// What follows from a robot, derived once.
-pub struct Derived {
-    /// Regressor of the standard parameters.
-    pub standard: Function,
-    /// Regressor of the base parameters.
-    pub base: Function,
-    pub torque: Function,
-    pub parameters: BaseParameters,
-    /// Solves for passive joints that no affine function gives.
-    pub closure: Option<Closure>,
-}
-
-impl Derived {
-    /// Fails when the rank is not clear-cut.
-    pub fn new(robot: &Robot, model: &Path) -> Result<Derived, Failure> {
-        let refused = |unclear: UnclearRank| Failure::new(format_args!("{}: {unclear}", model.display()));
-        let mut derivation = Derivation::new(robot).map_err(|e| refused(e.into()))?;
-        let standard = derivation.regressor();
-        let parameters = derivation.base_parameters(&standard).map_err(refused)?;
-        let base = parameters.regressor(&standard).bound();
-        let (torque, closure) = (derivation.torque().bound(), derivation.closure());
-        Ok(Derived { standard: standard.bound(), base, torque, parameters, closure })
-    }
-
-    /// The compiled regressor where `generated` has this very one, a tape otherwise.
-    pub fn regressor(&mut self, robot: &Robot) -> Box<dyn Regressor> {
-        let coordinates = coordinates(robot);
-        let parameters = base_parameters(robot, &self.parameters);
-        match compiled(self.base.fingerprint(), coordinates.clone(), parameters.clone()) {
-            Some(compiled) => Box::new(compiled),
-            None => Box::new(TapeRegressor {
-                tape: Tape::new(&self.base),
-                number: TAPES.fetch_add(1, Ordering::Relaxed),
-                closure: self.closure.take().map(Mutex::new),
-                prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
-                coordinates: coordinates.into_iter().map(|c| c.name).collect(),
-                parameters,
-            }),
-        }
-    }
-}
-
-/// The coordinates of a robot, as its file names them.
-fn coordinates(robot: &Robot) -> Vec<Coordinate> {
-    let is_prismatic = |k: usize| {
-        let joint = robot.joint_of(robot::value::CoordinateId(k));
-        joint.is_some_and(|j| robot.link(j).joint.kind == robot::JointKind::Prismatic)
-    };
-    let coordinate =
-        |(k, c): (usize, &robot::Coordinate)| Coordinate { name: c.name.clone(), is_prismatic: is_prismatic(k) };
-    robot.coordinates.iter().enumerate().map(coordinate).collect()
-}
-
-/// The columns of the base regressor: names, and what the joints of their links move with.
-fn base_parameters(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
-    let column = |base: &modeling::BaseParameter| {
-        let standard = parameters.standard[base.column];
-        let link = robot.link(standard.link);
-        let plain = BaseName {
-            lever: String::new(),
-            inertial: standard.inertial,
-            absorbs: base.terms.len() > 1,
-            label: Label::of_link(&link.label),
-        };
-        let lever = base.name.strip_suffix(&plain.to_string()).unwrap_or_default().to_string();
-        BaseParameter {
-            name: BaseName { lever, ..plain },
-            coordinates: moves_with(robot, standard.link),
-            is_prismatic: link.joint.kind == robot::JointKind::Prismatic,
-        }
-    };
-    parameters.base.iter().map(column).collect()
-}
-
-/// The coordinates that the joint of a link follows; none where a loop is closed numerically.
-fn moves_with(robot: &Robot, link: LinkId) -> Vec<usize> {
-    let terms = robot.link(link).joint.variable.terms.iter().map(|(k, _)| k.0);
-    terms.filter(|&k| k < robot.n_coordinates()).collect()
-}
-
-/// A base regressor evaluated by tape.
-struct TapeRegressor {
-    tape: Tape,
-    /// Tells this tape's workspace from another's on the same thread.
-    number: usize,
-    /// Where loops are closed numerically, the solver.
-    closure: Option<Mutex<Closure>>,
-    coordinates: Vec<String>,
-    prismatic: Vec<bool>,
-    parameters: Vec<BaseParameter>,
-}
-
-/// Tapes made so far.
-static TAPES: AtomicUsize = AtomicUsize::new(0);
-
-thread_local! {
-    /// Number, workspace and inputs of the tape last evaluated on this thread.
-    static SCRATCH: RefCell<Option<(usize, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
-}
-
-impl Regressor for TapeRegressor {
-    fn coordinates(&self) -> &[String] {
-        &self.coordinates
-    }
-
-    fn parameters(&self) -> &[BaseParameter] {
-        &self.parameters
-    }
-
-    fn is_prismatic(&self, k: usize) -> bool {
-        self.prismatic[k]
-    }
-
-    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
-        let passive = match &self.closure {
-            None => Vec::new(),
-            Some(closure) => {
-                let mut closure = closure.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                match closure.passive(q) {
-                    Ok(passive) => passive,
-                    // No torque is known where the loops do not close: not a number, which is refused later.
-                    Err(_) => return y.fill(f64::NAN),
-                }
-            }
-        };
-        SCRATCH.with_borrow_mut(|scratch| {
-            let fresh = || (self.number, self.tape.workspace(), Vec::new());
-            if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
-                *scratch = Some(fresh());
-            }
-            let (_, work, inputs) = scratch.get_or_insert_with(fresh);
-            inputs.clear();
-            inputs.extend(q.iter().chain(&passive).chain(dq).chain(ddq));
-            self.tape.evaluate(inputs, work, y);
-        });
     }
 }

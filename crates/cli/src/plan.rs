@@ -3,17 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::experiments::candidates::{CandidateGrid, candidates};
-use identification::experiments::exchange::{Criterion, Search};
-use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::experiments::exchange::Criterion;
 use identification::experiments::profile::Profile;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
-use identification::simulate::dynamics::RegressorDynamics;
-use identification::simulate::setup::{SimulationSetup, motion_limits};
+use rist::PlanRequest;
 
+use crate::artefact::make_directory;
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;
-use crate::spectrum::{Subject, make_directory};
 
 /// Plan the exciting experiments of identification by spectrum analysis
 ///
@@ -89,59 +86,26 @@ enum FormatWord {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let positive = |x: f64, what: &str| match x.is_finite() && x > 0.0 {
-        true => Ok(x),
-        false => Err(Failure::new(format_args!("{what} must be a positive number, not {x}"))),
-    };
-    let rate = positive(arguments.rate, "--rate")?;
-    let duration = positive(arguments.duration, "--duration")?;
-    let subject = Subject::read(&arguments.model)?;
-    let regressor = subject.regressor.as_ref();
-    let (limits, mut notes) = motion_limits(&subject.robot);
-    let noise = match subject.truth() {
-        Some(truth) => {
-            let dynamics = RegressorDynamics::new(regressor, truth);
-            SimulationSetup::for_robot(&subject.robot, &dynamics).sensing.torque_noise
-        }
-        None => {
-            notes.push("no inertial parameters in the file: torque noise of 0.1 N m assumed".into());
-            vec![0.1; limits.len()]
-        }
-    };
-    let grid = CandidateGrid {
+    let request = PlanRequest {
+        experiments: arguments.experiments,
+        criterion: match arguments.criterion {
+            CriterionWord::Determinant => Criterion::Determinant,
+            CriterionWord::Condition => Criterion::FrobeniusCondition,
+        },
         profile: match arguments.profile {
             ProfileWord::BangBang => Profile::BangBang,
             ProfileWord::Smooth => Profile::Smooth,
         },
         steps: arguments.steps,
         configurations: arguments.configurations,
-        duration,
-        sample_time: 1.0 / rate,
-        gravity: subject.robot.gravity_number() != [0.0; 3],
+        duration: arguments.duration,
+        rate: arguments.rate,
+        starts: arguments.starts,
         seed: arguments.seed,
     };
-    let candidates = candidates(&grid, &limits, regressor, &noise);
-    if candidates.is_empty() {
-        return Err(Failure::new("the limits leave no motion: widen them in the model, or raise --steps"));
-    }
-    let criterion = match arguments.criterion {
-        CriterionWord::Determinant => Criterion::Determinant,
-        CriterionWord::Condition => Criterion::FrobeniusCondition,
-    };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let search = Search { starts: arguments.starts.max(1), threads, seed: arguments.seed, ..Search::default() };
+    let model = arguments.model.derive()?;
     let progress = |done: usize, all: usize, best: f64| eprintln!("start {done} of {all}, best {best:.3}");
-    let reference = subject.reference.clone();
-    let plan = ExperimentPlan::choose(
-        reference,
-        regressor,
-        &candidates,
-        &noise,
-        arguments.experiments,
-        criterion,
-        &search,
-        &progress,
-    );
+    let rist::Planned { plan, notes } = rist::plan(&model, &request, &progress)?;
     let notes: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
     print(&format!("{notes}{plan}"))?;
     if let Some(directory) = &arguments.trajectories {
@@ -152,7 +116,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             FormatWord::RosJson => (TrajectoryFormat::RosJson, "json"),
         };
         for (e, t) in plan.experiments.iter().zip(plan.trajectories("plan")?) {
-            let text = trajectory_file(&t.reference(), &plan.coordinates, rate, format);
+            let text = trajectory_file(&t.reference(), &plan.coordinates, arguments.rate, format);
             write_file(&directory.join(format!("{}.{end}", e.name)), &text)?;
         }
     }

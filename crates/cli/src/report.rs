@@ -8,8 +8,8 @@ use identification::estimate::validation::Validation;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::write::html::{parameter_picture, report, torque_picture};
 
+use crate::artefact::{make_directory, read_text};
 use crate::failure::{Failure, write_file};
-use crate::spectrum::{make_directory, read_text};
 
 /// Write plan, estimate and validation as one self-contained HTML page
 #[derive(Args)]

@@ -1,26 +1,15 @@
 //! `rist simulate`: a model and a plan -> the logs its experiments would give.
 
-use identification::model::parameter::BaseParameter;
-use identification::model::parameter::Parameter;
-use identification::model::parameter::ParameterId;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use identification::algebra::random::Random;
-use identification::benchmark::monte_carlo::inverse_dynamics;
-use identification::estimate::artefact::Estimate;
-use identification::estimate::identified::Identified;
-use identification::experiments::exciting_trajectory::Reference;
-use identification::experiments::experiment_plan::ExperimentPlan;
-use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
-use identification::simulate::closed_loop::Stop;
-use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
-use identification::simulate::setup::SimulationSetup;
+use identification::experiments::record::Record;
 use logs::Effort;
+use rist::SimulateRequest;
 
+use crate::artefact::{gains, make_directory, read_estimate, read_load, read_plan};
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;
-use crate::spectrum::{Subject, make_directory, read_text};
 
 /// Simulate the experiments of a plan, in closed loop, with friction, noise and drive gains
 ///
@@ -63,129 +52,30 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let subject = Subject::read(&arguments.model)?;
-    let file = arguments.plan.display().to_string();
-    let plan = ExperimentPlan::from_yaml(&file, &read_text(&arguments.plan)?)?;
-    subject.check(&arguments.plan, &plan.model.name, &plan.model.fingerprint)?;
-    let trajectories = plan.trajectories(&file)?;
-    let Some(truth) = subject.truth() else {
-        return Err(Failure::new(format_args!(
-            "{}: no link has inertial parameters; give standard_parameters to simulate with",
-            arguments.model.model.display()
-        )));
+    let model = arguments.model.derive()?;
+    let plan = read_plan(&arguments.plan, &model)?;
+    let request = SimulateRequest {
+        validation_motions: arguments.validation,
+        gains: gains(&arguments.gain, &model)?,
+        load: arguments.load.as_deref().map(read_load).transpose()?,
+        feedforward: arguments.feedforward.as_deref().map(|file| read_estimate(file, &model)).transpose()?,
+        seed: arguments.seed,
+        noise_free: arguments.noise_free,
     };
-    let dynamics = RegressorDynamics::new(subject.regressor.as_ref(), truth.clone());
-    let mut setup = SimulationSetup::for_robot(&subject.robot, &dynamics);
-    for text in &arguments.gain {
-        let (k, gain) = subject.gain_of(text)?;
-        setup.drives.gain[k] = gain;
-    }
     make_directory(&arguments.out)?;
-    let coordinates = subject.regressor.coordinates();
-    let mut index = 0;
-    let mut feedforward = match &arguments.feedforward {
-        Some(file) => Some(Feedforward::read(&subject, file, &setup.drives.gain)?),
-        None => None,
+    let coordinates = model.regressor().coordinates();
+    let mut write = |name: &str, record: &Record| {
+        let text = record.to_csv(coordinates, Effort::Current);
+        write_file(&arguments.out.join(format!("{name}.csv")), &text).map_err(rist::Error::new)
     };
-    let mut write = |name: &str,
-                     dynamics: &dyn Dynamics,
-                     reference: &Reference,
-                     feedforward: &Option<Feedforward>|
-     -> Result<(), Failure> {
-        let noise = (!arguments.noise_free).then_some((arguments.seed, index));
-        index += 1;
-        let added = feedforward.as_ref().map(|f| f.torques(&subject, reference));
-        let (record, stop) = setup.record(dynamics, reference, added.as_deref(), noise);
-        if let Stop::NotPhysical { time } = stop {
-            return Err(Failure::new(format_args!(
-                "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not \
-                 physical, or the robot cannot follow"
-            )));
-        }
-        write_file(&arguments.out.join(format!("{name}.csv")), &record.to_csv(coordinates, Effort::Current))
-    };
-    for (e, t) in plan.experiments.iter().zip(&trajectories) {
-        write(&e.name, &dynamics, &t.reference(), &feedforward)?;
-    }
-    let of = |f: &dyn Fn(&identification::experiments::candidates::MotionLimits) -> f64| {
-        setup.limits.iter().map(f).collect::<Vec<f64>>()
-    };
-    let position: Vec<(f64, f64)> = setup.limits.iter().map(|l| l.position).collect();
-    let (velocity, acceleration) = (of(&|l| l.velocity), of(&|l| l.acceleration));
-    for v in 0..arguments.validation {
-        let mut random = Random::stream(arguments.seed ^ 0x76, v as u64);
-        let motion = ValidationMotion::default();
-        let reference =
-            validation_trajectory(&motion, &position, &velocity, &acceleration, plan.sample_time_s, &mut random);
-        write(&format!("v{:02}", v + 1), &dynamics, &reference, &feedforward)?;
-    }
-    if let Some(file) = &arguments.load {
-        let (_, added) = subject.load(file)?;
-        let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
-        let loaded = RegressorDynamics::new(subject.regressor.as_ref(), plus(&truth));
-        // The load is known: the feedforward carries it.
-        feedforward.iter_mut().for_each(|f| f.parameters = plus(&f.parameters));
-        for (e, t) in plan.experiments.iter().zip(&trajectories) {
-            write(&format!("{}_loaded", e.name), &loaded, &t.reference(), &feedforward)?;
-        }
-    }
-    write_file(&arguments.out.join("truth.yaml"), &truth_of(&subject, &setup, &truth).to_yaml()?)?;
-    let notes: String = setup.notes.iter().map(|n| format!("note: {n}\n")).collect();
-    let (mut count, all) = (trajectories.len().to_string(), arguments.validation);
-    if arguments.load.is_some() {
-        count += " experiments, as many with the load,";
-    } else {
-        count += " experiments";
-    }
-    print(&format!("{notes}{count} and {all} validation motions in {}\n", arguments.out.display()))
-}
-
-/// What the controller adds to its own torque.
-struct Feedforward {
-    /// Base parameters of the estimate.
-    parameters: Vec<f64>,
-    /// True gain over estimated gain, one a coordinate: the controller commands currents, torque over estimated gain.
-    factor: Vec<f64>,
-}
-
-impl Feedforward {
-    fn read(subject: &Subject, file: &Path, gain: &[f64]) -> Result<Feedforward, Failure> {
-        let estimate = Estimate::from_yaml(&file.display().to_string(), &read_text(file)?)?;
-        subject.check(file, &estimate.model, &estimate.fingerprint)?;
-        let estimated = subject.estimated_gains(&estimate);
-        let factor = gain.iter().zip(estimated).map(|(k, found)| found.map_or(1.0, |found| k / found)).collect();
-        Ok(Feedforward { parameters: subject.parameters(&estimate), factor })
-    }
-
-    /// N m, one series a coordinate.
-    fn torques(&self, subject: &Subject, reference: &Reference) -> Vec<Vec<f64>> {
-        let mut torques = inverse_dynamics(subject.regressor.as_ref(), &self.parameters, reference);
-        for (series, factor) in torques.iter_mut().zip(&self.factor) {
-            series.iter_mut().for_each(|t| *t *= factor);
-        }
-        torques
-    }
-}
-
-/// The values the logs were made with.
-fn truth_of(subject: &Subject, setup: &SimulationSetup, truth: &[f64]) -> Estimate {
-    let regressor = subject.regressor.as_ref();
-    let base = |(base, value): (&BaseParameter, &f64)| {
-        let parameter = Parameter::from(base);
-        let unit = parameter.unit();
-        Identified::given(parameter.id, unit, *value)
-    };
-    let mut parameters: Vec<Identified> = regressor.parameters().iter().zip(truth).map(base).collect();
-    for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(&setup.drives.gain).enumerate() {
-        let id = ParameterId::drive_gain(coordinate);
-        let unit = id.unit(regressor.is_prismatic(k));
-        parameters.push(Identified::given(id, unit, *gain));
-    }
-    Estimate {
-        model: subject.reference.name.clone(),
-        fingerprint: subject.reference.fingerprint.clone(),
-        method: "simulated with these values".into(),
-        parameters,
-        ..Estimate::default()
-    }
+    let found = rist::simulate(&model, &plan, &request, &mut write)?;
+    write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?)?;
+    let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
+    let with_load = if arguments.load.is_some() { ", as many with the load," } else { "" };
+    print(&format!(
+        "{notes}{} experiments{with_load} and {} validation motions in {}\n",
+        plan.experiments.len(),
+        arguments.validation,
+        arguments.out.display()
+    ))
 }

@@ -3,16 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::estimate::artefact::Estimate;
-use identification::estimate::validation::Validation;
-use identification::experiments::record::Record;
-use identification::spectrum::validate::validate_motions;
-use logs::{ColumnNames, Effort, Log, LogSource};
+use logs::LogSource;
+use rist::MOTION_CUTOFF;
 
+use crate::artefact::{gains, read_estimate};
 use crate::failure::{Failure, print, write_file};
-use crate::identify_samples::predictions;
 use crate::model::ModelArguments;
-use crate::spectrum::{Subject, read_text};
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
@@ -41,53 +37,26 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let subject = Subject::read(&arguments.model)?;
-    let regressor = subject.regressor.as_ref();
-    let file = arguments.estimate.display().to_string();
-    let estimate = Estimate::from_yaml(&file, &read_text(&arguments.estimate)?)?;
-    subject.check(&arguments.estimate, &estimate.model, &estimate.fingerprint)?;
-    if estimate.options.is_some() {
-        return of_samples(arguments, &subject, &estimate);
-    }
-    let mut records = Vec::new();
-    let mut currents = false;
-    for path in &motions(&arguments.logs)? {
-        let (log, _) = Log::read(path, regressor.coordinates(), &ColumnNames::default())?;
-        currents |= log.effort_is == Effort::Current;
-        records.push((path.display().to_string(), Record::from_log(&log)?));
-    }
-    let mut gain = vec![1.0; regressor.coordinates().len()];
-    if currents {
-        let found = subject.estimated_gains(&estimate).into_iter().zip(subject.drive_gains());
-        gain = found.map(|(estimated, of_file)| estimated.or(of_file).unwrap_or(1.0)).collect();
-        for text in &arguments.gain {
-            let (k, given) = subject.gain_of(text)?;
-            gain[k] = given;
+    let model = arguments.model.derive()?;
+    let estimate = read_estimate(&arguments.estimate, &model)?;
+    let validation = match &estimate.options {
+        Some(options) => {
+            if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
+                return Err(Failure::new(
+                    "--cutoff and --gain: an estimate from samples brings those that it was made with",
+                ));
+            }
+            let coordinates = model.regressor().coordinates();
+            let open = |path: &PathBuf| LogSource::open(path, coordinates, &options.columns).map(|(log, _)| log);
+            let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+            rist::validate(&model, &estimate, &logs)?
         }
-    }
-    let parameters = subject.parameters(&estimate);
-    let method = &estimate.method;
-    let cutoff = arguments.cutoff.unwrap_or(20.0);
-    let report = validate_motions(&subject.reference, method, regressor, &parameters, &gain, &records, cutoff)?;
-    print(&report.to_string())?;
-    match &arguments.out {
-        Some(out) => write_file(out, &report.to_yaml()?),
-        None => Ok(()),
-    }
-}
-
-/// Predicts logs as the estimate's own were fitted: its signals, its friction.
-fn of_samples(arguments: &Arguments, subject: &Subject, estimate: &Estimate) -> Result<(), Failure> {
-    if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
-        return Err(Failure::new("--cutoff and --gain: an estimate from samples brings those that it was made with"));
-    }
-    let regressor = subject.regressor.as_ref();
-    let names = estimate.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
-    let open = |path: &PathBuf| LogSource::open(path, regressor.coordinates(), &names).map(|(log, _)| log);
-    let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-    let found = predictions(regressor, estimate, &logs)?;
-    let (model, method) = (subject.reference.clone(), &estimate.method);
-    let validation = Validation::of_logs(model, method, estimate.cutoff, regressor, &found);
+        None => {
+            let (motions, gains) = (motions(&arguments.logs)?, gains(&arguments.gain, &model)?);
+            let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
+            rist::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?
+        }
+    };
     print(&validation.to_string())?;
     match &arguments.out {
         Some(out) => write_file(out, &validation.to_yaml()?),

@@ -27,7 +27,7 @@ use crate::experiments::record::Record;
 use crate::model::friction::law::FrictionLaw;
 use crate::model::regressor::Regressor;
 use crate::simulate::closed_loop::{Sensing, Simulation, Stop};
-use crate::simulate::dynamics::{Dynamics, torque};
+use crate::simulate::dynamics::{Dynamics, inverse_dynamics};
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -308,18 +308,6 @@ impl fmt::Display for Comparison {
         }
         Ok(())
     }
-}
-
-/// Torque of the model along a reference, N m, one series a coordinate.
-pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
-    let n = reference.q.len();
-    let mut series = vec![Vec::new(); n];
-    let at = |x: &[Vec<f64>], i: usize| x.iter().map(|x| x[i]).collect::<Vec<f64>>();
-    for i in 0..reference.q.first().map_or(0, Vec::len) {
-        let tau = torque(regressor, parameters, &at(&reference.q, i), &at(&reference.dq, i), &at(&reference.ddq, i));
-        series.iter_mut().zip(tau).for_each(|(s, t)| s.push(t));
-    }
-    series
 }
 
 /// The motion of a noise-free record by central differences, inside windows.

@@ -10,5 +10,6 @@ pub mod identify;
 pub mod options;
 pub mod remarks;
 pub mod residuals;
+pub mod rotors;
 pub mod selection;
 pub mod validation;

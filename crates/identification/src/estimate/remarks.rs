@@ -4,6 +4,7 @@ use crate::algebra::least_squares::Solution;
 use crate::estimate::identified::Identified;
 use crate::model::linear_model::Model;
 use crate::model::parameter::{Parameter, ParameterId};
+use crate::model::pseudo_inertia::Ten;
 use crate::rows::observation::Observation;
 
 /// A joint that moves less than this, rad or m, explains why its parameters are badly known.
@@ -50,6 +51,21 @@ pub fn driving(parameter: &Identified) -> Option<String> {
             "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \
              saturation of that joint's torque",
             parameter.id
+        )
+    })
+}
+
+/// A body this many times as heavy as its description, or as light, is worth a sentence.
+const OUTGROWN: f64 = 3.0;
+
+/// A sentence on a body whose mass has little to do with that of the description.
+pub fn outgrown((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
+    let (mass, given) = (body[9], known[9]);
+    let ratio = mass / given;
+    (given > 0.0 && !(1.0 / OUTGROWN..OUTGROWN).contains(&ratio)).then(|| {
+        format!(
+            "{name} comes out at {mass:.3} kg, {ratio:.1} times the {given:.3} kg of the description: the masses are not \
+             in these data, or inertia that no body has (rotors, gears, drive gains) is put into bodies"
         )
     })
 }

@@ -4,6 +4,7 @@
 //! torques. Any [`Regressor`] with parameter values is such a robot: with Y(q, dq, ddq) linear in
 //! ddq, h = Y(q, dq, 0) X and column k of A is (Y(q, dq, e_k) - Y(q, dq, 0)) X.
 
+use crate::experiments::exciting_trajectory::Reference;
 use crate::model::regressor::Regressor;
 
 /// Inertia matrix and bias torque of a robot.
@@ -61,6 +62,18 @@ pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f6
     let mut y = vec![0.0; n * p];
     regressor.fill(q, dq, ddq, &mut y);
     y.chunks_exact(p.max(1)).map(|row| row.iter().zip(parameters).map(|(y, x)| y * x).sum()).collect()
+}
+
+/// Torque of the model along a reference, N m, one series a coordinate.
+pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
+    let n = reference.q.len();
+    let mut series = vec![Vec::new(); n];
+    let at = |x: &[Vec<f64>], i: usize| x.iter().map(|x| x[i]).collect::<Vec<f64>>();
+    for i in 0..reference.q.first().map_or(0, Vec::len) {
+        let tau = torque(regressor, parameters, &at(&reference.q, i), &at(&reference.dq, i), &at(&reference.ddq, i));
+        series.iter_mut().zip(tau).for_each(|(s, t)| s.push(t));
+    }
+    series
 }
 
 #[cfg(test)]

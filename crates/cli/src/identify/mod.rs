@@ -1,16 +1,16 @@
 //! `rist identify`: logs and a model -> parameters.
 
+mod experiments;
+mod samples;
+
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::estimate::options::Options;
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
 use identification::spectrum::identify::SpectralMethod;
-use logs::ColumnNames;
 
 use crate::failure::Failure;
-use crate::identify_spectrum::Scale;
 use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
@@ -49,7 +49,7 @@ pub struct Arguments {
     /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
     /// The logs of experiments done again with it, e01_loaded.csv, .., stand beside the others; no gain need be known
     #[arg(long, value_name = "FILE")]
-    load: Option<PathBuf>,
+    pub load: Option<PathBuf>,
 
     /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
     #[arg(long, value_name = "HZ")]
@@ -137,19 +137,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     match (spectral, &arguments.plan) {
         (None, None) if arguments.load.is_some() => Err(Failure::new("--load is for --method rist and rist-mh")),
-        (None, None) => crate::identify_samples::run(arguments),
-        (Some(method), Some(plan)) => {
-            let [logs] = arguments.logs.as_slice() else {
-                return Err(Failure::new("--plan takes one directory of logs"));
-            };
-            let names = match &arguments.options {
-                Some(path) => Options::read(path)?.columns,
-                None => ColumnNames::default(),
-            };
-            let scale = Scale { gain: &arguments.gain, load: arguments.load.as_deref() };
-            let (model, out) = (&arguments.model, arguments.out.as_deref());
-            crate::identify_spectrum::run(model, logs, plan, method, &scale, &names, out)
-        }
+        (None, None) => samples::run(arguments),
+        (Some(method), Some(plan)) => experiments::run(arguments, plan, method),
         (None, Some(_)) => Err(Failure::new("--plan is for --method rist and rist-mh")),
         (Some(_), None) => {
             Err(Failure::new("--method rist and rist-mh need the plan behind the logs: --plan plan.yaml"))

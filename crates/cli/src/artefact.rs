@@ -1,0 +1,60 @@
+//! Artefacts that the commands read, and the gains of the command line.
+
+use std::path::Path;
+
+use identification::estimate::artefact::Estimate;
+use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::model::known_load::KnownLoad;
+use identification::model::reference::ModelReference;
+use rist::Model;
+
+use crate::failure::Failure;
+
+/// The text of a file.
+pub fn read_text(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
+}
+
+/// A directory, made where it is not there.
+pub fn make_directory(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
+}
+
+/// An estimate, refused where it was made with another model.
+pub fn read_estimate(path: &Path, model: &Model) -> Result<Estimate, Failure> {
+    let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
+    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    model.check(path, &made_with)?;
+    Ok(estimate)
+}
+
+/// A plan, refused where it was made with another model.
+pub fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
+    let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
+    model.check(path, &plan.model)?;
+    Ok(plan)
+}
+
+/// A known load.
+pub fn read_load(path: &Path) -> Result<KnownLoad, Failure> {
+    Ok(KnownLoad::from_yaml(&path.display().to_string(), &read_text(path)?)?)
+}
+
+/// `q1=2.393` of the command line.
+pub fn gain(text: &str) -> Result<(String, f64), String> {
+    let (name, gain) = text.split_once('=').unwrap_or((text, ""));
+    match gain.parse::<f64>().ok().filter(|g| g.is_finite() && *g > 0.0) {
+        Some(gain) => Ok((name.to_string(), gain)),
+        None => Err(format!("`{text}` is no gain: expected COORDINATE=NUMBER in N m/A")),
+    }
+}
+
+/// Several of them, of coordinates that the model has.
+pub fn gains(texts: &[String], model: &Model) -> Result<Vec<(String, f64)>, Failure> {
+    let one = |text: &String| {
+        let (name, gain) = gain(text).map_err(Failure::new)?;
+        model.coordinate(&name).map_err(|e| Failure::new(format_args!("--gain {text}: {e}")))?;
+        Ok((name, gain))
+    };
+    texts.iter().map(one).collect()
+}

@@ -1,0 +1,171 @@
+//! `rist identify --method ls`: samples of logs -> parameters.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use identification::estimate::options::Options;
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::model::friction::terms::FrictionTerm;
+use logs::{ColumnNames, LogSource};
+use rist::{IdentifyRequest, Model};
+
+use super::{Arguments, Delay, Friction};
+use crate::artefact::{gain, read_text};
+use crate::failure::{Failure, print, write_file};
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let model = arguments.model.derive()?;
+    let options = options(arguments, &model)?;
+    check_paths(arguments)?;
+    let mut text = String::new();
+    let mut opened = Opened { columns: &options.columns, before: String::new() };
+    let logs = opened.logs(&model, &arguments.logs, &mut text)?;
+    let loaded = opened.logs(&model, &arguments.loaded, &mut text)?;
+    let others = opened.logs(&model, &arguments.validate, &mut text)?;
+    let writes = arguments.write_urdf.is_some() || arguments.write_mjcf.is_some();
+    let request = IdentifyRequest {
+        gains: arguments.gain.iter().map(|text| expected_gain(text)).collect::<Result<_, _>>()?,
+        find_delay: arguments.delay == Some(Delay::Auto),
+        find_friction: arguments.friction.as_ref().is_some_and(|words| words.contains(&Friction::Auto)),
+        consistent: arguments.consistent || writes,
+        loaded: &loaded,
+        loaded_link: arguments.loaded_link.clone(),
+        options: options.clone(),
+    };
+    let found = rist::identify(&model, &logs, &request)?;
+
+    // A String never fails to grow.
+    if let Some(delay) = &found.delay {
+        let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
+        let _ = writeln!(text, "delay {seconds:.4} s: residual {with:.4}, without it {without:.4}");
+    }
+    if let Some(selection) = &found.friction {
+        let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
+    }
+    let _ = write!(text, "{}", found.estimate);
+    if let Some(load) = &found.load {
+        let _ = write!(text, "{load}");
+    }
+    for (log, validation) in rist::predictions(&model, &found.estimate, &others)? {
+        let _ = write!(text, "\n{log}, not fitted:\n{validation}");
+    }
+    let written = written(arguments, &model, &found)?;
+    print(&text)?;
+    for (out, text) in written {
+        write_file(out, &text)?;
+    }
+    match &arguments.out {
+        Some(out) => write_file(out, &found.estimate.to_yaml()?),
+        None => Ok(()),
+    }
+}
+
+/// The texts for simulators that were asked for, with their files; says what a format cannot hold.
+fn written<'a>(
+    arguments: &'a Arguments,
+    model: &Model,
+    found: &rist::Identification,
+) -> Result<Vec<(&'a PathBuf, String)>, Failure> {
+    let mut written = Vec::new();
+    let Some(bodies) = &found.bodies else { return Ok(written) };
+    if let Some(out) = &arguments.write_mjcf {
+        written.push((out, rist::write_mjcf_joints(model, bodies, &found.estimate)?));
+    }
+    if let Some(out) = &arguments.write_urdf {
+        let urdf = rist::write_urdf(model, &read_text(&arguments.model.model)?, bodies, &found.estimate)?;
+        for note in &urdf.notes {
+            eprintln!("note: {note}");
+        }
+        written.push((out, urdf.text));
+    }
+    Ok(written)
+}
+
+/// Opens logs, and says what their columns were taken for where that changes.
+struct Opened<'a> {
+    columns: &'a ColumnNames,
+    before: String,
+}
+
+impl Opened<'_> {
+    fn logs(&mut self, model: &Model, paths: &[PathBuf], text: &mut String) -> Result<Vec<LogSource>, Failure> {
+        let mut logs = Vec::new();
+        for path in paths {
+            let (log, columns) = LogSource::open(path, model.regressor().coordinates(), self.columns)?;
+            let columns = columns.to_string();
+            let _ = writeln!(text, "{}", path.display());
+            if columns != self.before {
+                text.push_str(&columns);
+                self.before = columns;
+            }
+            let _ = writeln!(text, "{}", log.report());
+            logs.push(log);
+        }
+        Ok(logs)
+    }
+}
+
+/// `q1=2.393`, or `q5=11+-2`: near 11.
+fn expected_gain(text: &str) -> Result<(String, Gain), Failure> {
+    let (value, deviation) = text.split_once("+-").map_or((text, None), |(g, d)| (g, Some(d)));
+    let (name, value) = gain(value).map_err(Failure::new)?;
+    match deviation.map(str::parse::<f64>) {
+        None => Ok((name, Gain::Known(value))),
+        Some(Ok(deviation)) if deviation > 0.0 && deviation.is_finite() => Ok((name, Gain::Expected(value, deviation))),
+        Some(_) => Err(Failure::new(format_args!("`{text}`: a positive deviation is expected behind +-"))),
+    }
+}
+
+/// Refuses outputs over inputs, and a log in two roles.
+fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    let inputs: Vec<&Path> =
+        [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten().map(AsRef::as_ref).collect();
+    for (i, log) in inputs.iter().enumerate() {
+        if inputs[..i].iter().any(|other| same(log, other)) {
+            return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
+        }
+    }
+    let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf];
+    for out in outputs.into_iter().flatten() {
+        if inputs.iter().chain([&arguments.model.model.as_path()]).any(|input| same(out, input)) {
+            return Err(Failure::new(format_args!("{}: an input, which is not written over", out.display())));
+        }
+    }
+    Ok(())
+}
+
+fn options(arguments: &Arguments, model: &Model) -> Result<Options, Failure> {
+    let mut options = match &arguments.options {
+        Some(path) => Options::read(path)?,
+        None => Options::default(),
+    };
+    options.model = model.robot.name.clone();
+    let signal = &mut options.signal;
+    signal.cutoff = arguments.cutoff.or(signal.cutoff);
+    signal.order = arguments.order.unwrap_or(signal.order);
+    signal.decimate = arguments.decimate.or(signal.decimate);
+    if let Some(Delay::Seconds(delay)) = arguments.delay {
+        signal.delay = delay;
+    }
+    options.weights = arguments.weights.unwrap_or(options.weights);
+    if let Some(words) = &arguments.friction {
+        if words.len() > 1 && words.iter().any(|w| matches!(w, Friction::Auto | Friction::None)) {
+            return Err(Failure::new("--friction: auto and none stand alone"));
+        }
+        let term = |word: &Friction| match word {
+            Friction::Term(term) => Some(*term),
+            Friction::Auto | Friction::None => None,
+        };
+        if let Some(i) = (1..words.len()).find(|&i| words[..i].contains(&words[i])) {
+            return Err(Failure::new(format_args!("--friction: word {} stands there twice", i + 1)));
+        }
+        if words.as_slice() != [Friction::Auto] {
+            options.friction = words.iter().filter_map(term).collect::<Vec<FrictionTerm>>();
+        }
+    }
+    Ok(options)
+}

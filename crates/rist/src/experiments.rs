@@ -1,0 +1,122 @@
+//! From the logs of a plan to parameters: the paper's rows of Sp, or RIST-MH.
+
+use std::path::{Path, PathBuf};
+
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::experiments::record::Record;
+use identification::model::known_load::KnownLoad;
+use identification::spectrum::experiment::SpectralExperiment;
+use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
+use identification::spectrum::rist_mh::data::HarmonicOptions;
+use logs::{ColumnNames, Effort, Log};
+
+use crate::error::Error;
+use crate::model::Model;
+use crate::{Estimate, ExperimentPlan};
+
+/// The logs of a plan, and what is known of the scale of their currents.
+pub struct ExperimentLogs<'a> {
+    /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of those done again with a load.
+    pub directory: &'a Path,
+    pub plan: &'a ExperimentPlan,
+    pub columns: ColumnNames,
+    /// Gains of drives that are known, by coordinate, N m/A; the others are estimated.
+    pub gains: Vec<(String, f64)>,
+    /// A known load and the file it was read from.
+    pub load: Option<(PathBuf, KnownLoad)>,
+}
+
+/// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan.
+///
+/// Fails where a log is missing or is not that of its experiment, and where nothing tells the scale of currents.
+pub fn identify_experiments(model: &Model, logs: &ExperimentLogs, method: SpectralMethod) -> Result<Estimate, Error> {
+    let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
+    let mut read = Reader { model, columns: &logs.columns, currents: false, files: Vec::new() };
+    let mut experiments = Vec::new();
+    for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
+        experiments.push(read.experiment(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
+    }
+    let mut remark = None;
+    if let Some((file, load)) = &logs.load {
+        let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
+        remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
+        let unloaded = experiments.len();
+        for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
+            let path = logs.directory.join(format!("{}_loaded.csv", e.name));
+            if path.exists() {
+                experiments.push(read.experiment(&path, trajectory)?.loaded(&added));
+            }
+        }
+        if experiments.len() == unloaded {
+            return Err(Error::new(format_args!(
+                "{}: no log of an experiment with the load (e01_loaded.csv, ..) in it",
+                logs.directory.display()
+            )));
+        }
+    }
+    let gains = gains(model, read.currents, logs)?;
+    let options = HarmonicOptions::default();
+    let mut estimate = identify_spectrum(&model.reference, model.regressor(), &experiments, method, &gains, &options)?;
+    estimate.logs = read.files;
+    estimate.remarks.extend(remark);
+    Ok(estimate)
+}
+
+/// Reads the logs of experiments, and keeps count of them.
+struct Reader<'a> {
+    model: &'a Model,
+    columns: &'a ColumnNames,
+    /// Whether a log held currents.
+    currents: bool,
+    files: Vec<String>,
+}
+
+impl Reader<'_> {
+    /// The experiment behind a log, whose clock must be the plan's and which must be long enough.
+    fn experiment(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<SpectralExperiment, Error> {
+        let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
+        self.currents |= log.effort_is == Effort::Current;
+        self.files.push(path.display().to_string());
+        let record = Record::from_log(&log)?;
+        if (record.sample_time / trajectory.sample_time - 1.0).abs() > SAME_CLOCK {
+            return Err(Error::new(format_args!(
+                "{}: sampled every {:.6} s, but the plan counts its periods in samples of {:.6} s",
+                path.display(),
+                record.sample_time,
+                trajectory.sample_time
+            )));
+        }
+        let (found, needed) = (log.len(), trajectory.windows().last().map_or(0, |w| w.end));
+        SpectralExperiment::new(trajectory.clone(), &record).ok_or_else(|| {
+            let path = path.display();
+            Error::new(format_args!("{path}: {found} samples; its experiment takes {needed} from its start"))
+        })
+    }
+}
+
+/// Relative difference of sample times up to which two clocks are one: four periods of a thousand samples then end
+/// within four samples of where they are looked for.
+const SAME_CLOCK: f64 = 1e-3;
+
+/// Torques need no gains; currents need those of all drives, or of some, or a load.
+fn gains(model: &Model, currents: bool, logs: &ExperimentLogs) -> Result<Vec<Gain>, Error> {
+    let coordinates = model.regressor().coordinates();
+    let n = coordinates.len();
+    if !currents {
+        return Ok(vec![Gain::Known(1.0); n]);
+    }
+    let of_file = logs.gains.is_empty() && logs.load.is_none();
+    let mut known = if of_file { model.drive_gains() } else { vec![None; n] };
+    for (coordinate, gain) in &logs.gains {
+        known[model.coordinate(coordinate)?] = Some(*gain);
+    }
+    if logs.load.is_none() && known.iter().all(Option::is_none) {
+        return Err(Error::new(format_args!(
+            "the logs hold currents and no gain of the {n} drives is known; give one with --gain {}=1.0 (the others \
+             follow from it), all of them, or a known load with --load",
+            coordinates.last().map_or("q1", |c| c.as_str())
+        )));
+    }
+    Ok(known.into_iter().map(|k| k.map_or(Gain::Free, Gain::Known)).collect())
+}

@@ -1,0 +1,247 @@
+//! From logs to parameters: columns, gains, delay, friction, fit, bodies that can exist, remarks.
+
+use std::fmt::Write as _;
+
+use identification::estimate::consistent::{bodies, identify_consistent};
+use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::estimate::remarks::outgrown;
+use identification::estimate::rotors::rotors;
+use identification::estimate::selection::{
+    Delay, FrictionSelection, estimate_delay, friction_candidates, select_friction,
+};
+use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
+use identification::model::linear_model::Model as LinearModel;
+use identification::model::pseudo_inertia::Ten;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use logs::{Effort, LogSource};
+use robot::{Inertial, LinkId, RotorInertia};
+
+use crate::Estimate;
+use crate::error::Error;
+use crate::load::{Load, load};
+use crate::model::Model;
+
+/// What is asked of an identification from logs; the default is weighted least squares with viscous and Coulomb
+/// friction and an offset.
+#[derive(Default)]
+pub struct IdentifyRequest<'a> {
+    /// Columns, transmission, signals, friction, weights.
+    pub options: Options,
+    /// What is known of the drive gains where the logs hold currents, by coordinate. Empty: those of the options, else
+    /// of the description.
+    pub gains: Vec<(String, Gain)>,
+    /// Find the delay of the torques instead of taking that of the options.
+    pub find_delay: bool,
+    /// Choose the friction by prediction of what was left out.
+    pub find_friction: bool,
+    /// Only bodies that can exist, held by the description where the logs are silent.
+    pub consistent: bool,
+    /// Logs of the same robot with a load, and the link that carries it (the last, without a name).
+    pub loaded: &'a [LogSource],
+    pub loaded_link: Option<String>,
+}
+
+/// What an identification found.
+pub struct Identification {
+    pub estimate: Estimate,
+    /// The delay, where it was searched.
+    pub delay: Option<Delay>,
+    /// The choice among friction models, where it was made.
+    pub friction: Option<FrictionSelection>,
+    /// The load of the loaded logs.
+    pub load: Option<Load>,
+    /// The bodies, where only those that can exist were asked for.
+    pub bodies: Option<Bodies>,
+}
+
+/// Bodies and rotors that can exist.
+pub struct Bodies {
+    /// XX XY XZ YY YZ ZZ MX MY MZ M about the frame of each link that has inertials.
+    pub links: Vec<(LinkId, Ten)>,
+    /// Rotor inertia of each coordinate, kg m^2 (kg); zero where the model has none.
+    pub armatures: Vec<f64>,
+}
+
+/// Identifies the base parameters and the friction of a robot from its logs.
+///
+/// Fails where the logs do not fit the robot, and with a verdict where the data leave a gain or the delay open.
+/// Parameters that the data do not determine are a status of theirs.
+pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
+    let regressor = model.regressor();
+    let mut options = request.options.clone();
+    options.model = model.robot.name.clone();
+
+    // Currents to torques, and the clock of the torques.
+    let gains = drive_gains(model, logs, &request.gains, &mut options)?;
+    let delay = match request.find_delay {
+        true => Some(found_delay(model, logs, &mut options)?),
+        false => None,
+    };
+
+    // The rows, once more with each friction model where that is to be chosen.
+    let records = SourceRecords::new(regressor, logs, &options.preparation())?;
+    let friction = match request.find_friction {
+        true => Some(found_friction(model, &records, &mut options)?),
+        false => None,
+    };
+    let names = logs.iter().map(LogSource::name).collect();
+    let fit = Fit::of_records(regressor, &records, names, &options)?;
+    let load = match request.loaded {
+        [] => None,
+        loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
+    };
+    let rotors = match is_without_rotors(model) {
+        true => rotors(regressor, &records, &fit.observation, &options)?,
+        false => None,
+    };
+
+    // Bodies that can exist.
+    let (mut estimate, mut bodies_found, mut heavy) = (fit.estimate.clone(), None, Vec::new());
+    if request.consistent {
+        let (map, known) = (model.standard_map(), model.reference_bodies());
+        let found = identify_consistent(regressor, &map, &known, fit, &options, &Default::default())?;
+        let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
+        let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
+        heavy = named.iter().zip(&known).filter_map(describe).collect();
+        let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
+        bodies_found = Some(Bodies { links, armatures: armatures(model, &found.consistent.phi) });
+        estimate = found.estimate;
+    }
+
+    // What everything stands on, and what is worth a sentence.
+    estimate.fingerprint = model.reference.fingerprint.clone();
+    if let Some(found) = gains {
+        estimate.remarks.push(gain_remark(model, &request.gains, &found));
+        widen(&mut estimate, &found);
+    }
+    estimate.remarks.extend(rotors);
+    estimate.remarks.extend(heavy);
+    Ok(Identification { estimate, delay, friction, load, bodies: bodies_found })
+}
+
+fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
+    let delay = estimate_delay(model.regressor(), logs, options)?;
+    if delay.at_the_end {
+        return Err(Error::verdict(format_args!(
+            "delay {:.4} s: residual {:.4}, without it {:.4}; the residual still falls there, at the end of the search: no \
+             delay explains these logs; look at units, signs and drive gains, or give the delay",
+            delay.seconds, delay.residual, delay.residual_without
+        )));
+    }
+    options.signal.delay = delay.seconds;
+    Ok(delay)
+}
+
+fn found_friction(model: &Model, records: &SourceRecords, options: &mut Options) -> Result<FrictionSelection, Error> {
+    let couplings = options.transmission.coupled();
+    let seen = Observation::of_records(&LinearModel::new(model.regressor(), &[], &couplings), records, None)?;
+    let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
+    let selection = select_friction(model.regressor(), records, options, &candidates)?;
+    options.friction = selection.candidates[selection.chosen].terms.clone();
+    Ok(selection)
+}
+
+fn is_without_rotors(model: &Model) -> bool {
+    model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent)
+}
+
+/// Puts the known gains into the options, and estimates those that are missing; `None` where all are known.
+fn drive_gains(
+    model: &Model,
+    logs: &[LogSource],
+    given: &[(String, Gain)],
+    options: &mut Options,
+) -> Result<Option<DriveGains>, Error> {
+    if !logs.iter().any(|log| log.effort_is() == Effort::Current) {
+        return match given.first() {
+            Some((name, _)) => Err(Error::new(format_args!("--gain {name}: the logs hold torques, not currents"))),
+            None => Ok(None),
+        };
+    }
+    if given.is_empty() && options.transmission.drive_gains.is_some() {
+        return Ok(None);
+    }
+    let coordinates = model.regressor().coordinates();
+    let known = known_gains(model, given)?;
+    let all: Option<Vec<f64>> = known.iter().map(|g| if let Gain::Known(g) = g { Some(*g) } else { None }).collect();
+    if all.is_some() {
+        options.transmission.drive_gains = all;
+        return Ok(None);
+    }
+    if known.iter().all(|g| *g == Gain::Free) {
+        return Err(Error::new(format_args!(
+            "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
+             others are then estimated): --gain {}=11.5",
+            coordinates.first().map_or("q1", String::as_str)
+        )));
+    }
+    let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
+    let is_open = |k: &usize| {
+        !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]
+    };
+    let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
+    if !open.is_empty() {
+        return Err(Error::verdict(format_args!(
+            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
+             them with its deviation, as --gain {}=11+-2",
+            open.join(", "),
+            open[0]
+        )));
+    }
+    if found.steps.is_none() {
+        return Err(Error::verdict("the drive gains did not converge: give more of them, or what is expected of them"));
+    }
+    options.transmission.drive_gains = Some(found.gain.clone());
+    Ok(Some(found))
+}
+
+/// The gains of the request over those of the description, one a coordinate.
+fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
+    let described = model.drive_gains();
+    let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
+    for (coordinate, gain) in given {
+        known[model.coordinate(coordinate)?] = *gain;
+    }
+    Ok(known)
+}
+
+fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> String {
+    let known = known_gains(model, given).unwrap_or_default();
+    let mut text = "drive gains, N m/A:".to_string();
+    let coordinates = model.regressor().coordinates();
+    for (((coordinate, gain), sigma), known) in
+        coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)
+    {
+        // A String never fails to grow.
+        let _ = match known {
+            Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
+            Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
+        };
+    }
+    text + "; everything stands on those that were given"
+}
+
+/// Deviations with the uncertainty of the gains in them: parameters follow from the gains.
+fn widen(estimate: &mut Estimate, gains: &DriveGains) {
+    // Another friction chosen since has other columns: it keeps its own deviations.
+    if gains.deviation.len() != estimate.parameters.len() {
+        return;
+    }
+    for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
+        *parameter = parameter.clone().widened(deviation);
+    }
+}
+
+/// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.
+fn armatures(model: &Model, phi: &[f64]) -> Vec<f64> {
+    let robot = &model.robot;
+    let of_link = |link: LinkId| {
+        let is_rotor = |s: &robot::StandardParameter| s.inertial == Inertial::Ia && s.link == link;
+        model.parameters.standard.iter().position(is_rotor).map_or(0.0, |c| phi[c])
+    };
+    let joint = |k: usize| robot.joint_of(robot::value::CoordinateId(k));
+    (0..robot.n_coordinates()).map(|k| joint(k).map_or(0.0, of_link)).collect()
+}

@@ -1,0 +1,55 @@
+//! From a robot description to an exact model, generated code, and inertial parameters identified on the machine.
+//!
+//! Every step returns what the next one takes:
+//!
+//! ```text
+//! Model::read -> base parameters, regressor, source        (a description is all it needs)
+//!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
+//!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
+//!   write_urdf, write_mjcf_joints                          (back into what simulators read)
+//! ```
+//!
+//! The base parameters of a robot, and its regressor at one state:
+//!
+//! ```
+//! let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
+//! let model = rist::Model::read(format!("{models}/planar2r_vertical.yaml"))?;
+//! let rules: Vec<&str> = model.parameters.base.iter().map(|b| b.rule.as_str()).collect();
+//! assert_eq!(rules[0], "ZZR1 = ZZ1 + IA1 + L1^2*M2");
+//!
+//! let regressor = model.regressor();
+//! let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
+//! let mut y = vec![0.0; n * p];
+//! regressor.fill(&[0.1, 0.2], &[0.0, 0.0], &[1.0, 0.0], &mut y);
+//! assert_eq!(y[0], 1.0, "the torque of joint 1 per unit of ZZR1 is its acceleration");
+//! # Ok::<(), rist::Error>(())
+//! ```
+//!
+//! `examples/` has the five things people do. The crates behind this one are re-exported under their names.
+
+mod error;
+mod experiments;
+mod identification;
+mod load;
+mod model;
+mod planning;
+mod simulation;
+mod source;
+mod tape_regressor;
+mod validation;
+mod write_back;
+
+pub use ::identification::estimate::artefact::Estimate;
+pub use ::identification::estimate::validation::Validation;
+pub use ::identification::experiments::experiment_plan::ExperimentPlan;
+pub use error::Error;
+pub use experiments::{ExperimentLogs, identify_experiments};
+pub use identification::{Bodies, Identification, IdentifyRequest, identify};
+pub use load::Load;
+pub use logs::LogSource;
+pub use model::{Model, ModelOptions, RotorInertias, check_values, read_robot};
+pub use planning::{PlanRequest, Planned, plan};
+pub use simulation::{SimulateRequest, Simulated, simulate};
+pub use source::{Language, Source, function_named, function_names, generate};
+pub use validation::{MOTION_CUTOFF, predictions, validate, validate_experiments};
+pub use write_back::{write_mjcf_joints, write_urdf};

@@ -1,0 +1,117 @@
+//! What a link carries, from logs with the load beside logs without.
+
+use std::fmt;
+
+use identification::estimate::identified::INTERVAL;
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::estimators::payload::payload;
+use identification::model::linear_model::Model as LinearModel;
+use identification::model::pseudo_inertia::{Ten, centroidal, smallest_eigenvalue};
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use logs::LogSource;
+use nalgebra::DMatrix;
+use robot::{Inertial, LinkId, transform_inertial};
+
+use crate::error::Error;
+use crate::model::Model;
+
+/// A load with its uncertainty.
+pub struct Load {
+    /// The link that carries it.
+    pub link: String,
+    /// Whether all of it is known: its parameters are then in the link's frame as the model's file has it, else in the
+    /// link's modified DH frame.
+    pub is_whole: bool,
+    /// XX XY XZ YY YZ ZZ MX MY MZ M about the frame's origin.
+    pub parameters: Ten,
+    /// Standard deviations that allow for residuals that stay the same for a while.
+    pub sigma: Ten,
+    pub determined: [bool; 10],
+}
+
+/// The load in the loaded logs.
+///
+/// Fails where the link is not there or not said, or the logs cannot be read.
+pub(crate) fn load(
+    model: &Model,
+    link: Option<&str>,
+    fit: &Fit,
+    loaded: &[LogSource],
+    options: &Options,
+) -> Result<Load, Error> {
+    let index = body(model, link)?;
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let records = SourceRecords::new(model.regressor(), loaded, &options.preparation())?;
+    let with = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+    let without = fit.observation.joints(|_| true);
+    let found = payload(&without, &with, &fit.weights, &model.standard_map(), index)?;
+    let carrier = model.robot.link(model.body_links()[index]);
+
+    // x' = T x: columns of T are the unit parameters in the other frame.
+    let is_whole = found.determined.iter().all(|d| *d);
+    let to_file = carrier.file_frame.inverse();
+    let unit = |k: usize| -> Ten { std::array::from_fn(|i| f64::from(i == k)) };
+    let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
+    let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
+    let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
+    let covariance = &frame * &found.covariance * frame.transpose();
+    // Residuals of logs stay the same for a while: intervals are wider than for white noise.
+    let widening = fit.estimate.discount().sqrt();
+    let sigma = std::array::from_fn(|i| widening * covariance[(i, i)].max(0.0).sqrt());
+    let determined = std::array::from_fn(|i| found.determined[i]);
+    Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined })
+}
+
+/// The body that carries the load: the one named (or carrying a fixed link of that name), else the only last one.
+fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
+    let (robot, ids) = (&model.robot, model.body_links());
+    let name = |id: &LinkId| robot.link(*id).name.as_str();
+    let listed = |ids: &[LinkId]| ids.iter().map(name).collect::<Vec<_>>().join(", ");
+    if let Some(wanted) = link {
+        let carries = |id: &LinkId| name(id) == wanted || robot.link(*id).parts.iter().any(|p| p.name == wanted);
+        return ids.iter().position(carries).ok_or_else(|| {
+            Error::new(format_args!("--loaded-link: there is no link `{wanted}`; there are {}", listed(&ids)))
+        });
+    }
+    let is_last = |id: &LinkId| robot.links.iter().all(|other| other.antecedent != Some(*id));
+    let ends: Vec<LinkId> = ids.iter().copied().filter(is_last).collect();
+    match ends.as_slice() {
+        [end] => Ok(ids.iter().position(|id| id == end).unwrap_or(0)),
+        _ => Err(Error::new(format_args!(
+            "which link carries the load? the robot ends in {}; name one with --loaded-link, of {}",
+            listed(&ends),
+            listed(&ids)
+        ))),
+    }
+}
+
+impl fmt::Display for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (x, sigma) = (&self.parameters, &self.sigma);
+        let frame = if self.is_whole { "the link as the model's file has it" } else { "the link's modified DH frame" };
+        writeln!(f, "\nload on {}, in and about the frame of {frame}:", self.link)?;
+        for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
+            let name = inertial.letters();
+            let unit = ["kg m^2", "kg m", "kg"][usize::from(k > 5) + usize::from(k > 8)];
+            if self.determined[k] {
+                writeln!(f, "{name:<3} {:>12.5} +- {:.5} {unit}", x[k], sigma[k])?;
+            } else {
+                writeln!(f, "{name:<3} not identifiable from these logs")?;
+            }
+        }
+        let (mass, certain) = (x[9], INTERVAL * sigma[9]);
+        if self.determined[9] && mass.abs() <= certain {
+            writeln!(f, "zero is within the 95 % interval of its mass: there is no load, or the logs do not tell")?;
+        } else if self.is_whole && smallest_eigenvalue(x) < 0.0 {
+            writeln!(f, "no body has these parameters: its inertia is not known well enough")?;
+        }
+        if let Some(c) = centroidal(x).filter(|_| self.is_whole && mass > certain) {
+            let [x, y, z] = c.centre;
+            writeln!(f, "{:.4} kg, centre of mass ({x:.4}, {y:.4}, {z:.4}) m", c.mass)?;
+        }
+        Ok(())
+    }
+}

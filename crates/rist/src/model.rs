@@ -1,0 +1,306 @@
+//! A robot as every step needs it: read, derived once, with a base regressor to evaluate.
+
+use std::path::{Path, PathBuf};
+
+use expr::Function;
+use identification::model::compiled::compiled;
+use identification::model::known_load::KnownLoad;
+use identification::model::label::Label;
+use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
+use identification::model::reference::ModelReference;
+use identification::model::regressor::{Coordinate, Regressor};
+use identification::model::standard_map::StandardMap;
+use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
+use robot::format::{Angles, Mimic, ReadOptions};
+use robot::value::CoordinateId;
+use robot::{Drive, Inertial, JointKind, LinkId, Robot, RotorInertia};
+
+use crate::Estimate;
+use crate::error::Error;
+use crate::tape_regressor::TapeRegressor;
+
+/// How a description is read; the default is as it stands.
+#[derive(Clone, Debug, Default)]
+pub struct ModelOptions {
+    /// Values of symbols, m or rad.
+    pub values: Vec<(String, f64)>,
+    /// How the mimic joints of a URDF are read.
+    pub mimic: Mimic,
+    /// Whether angles near a right angle are taken for what they were meant to be.
+    pub angles: Angles,
+    /// Which joints have a rotor inertia among their parameters; `None`: as the file says.
+    pub rotor_inertias: Option<RotorInertias>,
+    /// Six coordinates in front, and the base a link with parameters of its own.
+    pub floating_base: bool,
+}
+
+/// Joints with a rotor inertia of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RotorInertias {
+    /// No joint.
+    None,
+    /// Joints that a motor moves.
+    Actuated,
+    /// All joints that move.
+    All,
+}
+
+/// A robot and what follows from it.
+pub struct Model {
+    /// The file it was read from, as the user named it.
+    pub path: PathBuf,
+    pub robot: Robot,
+    /// The base parameters with the rules of their regrouping.
+    pub parameters: BaseParameters,
+    /// Y(q, dq, ddq) of the standard parameters: n x 11 links, row by row.
+    pub standard_regressor: Function,
+    /// Y(q, dq, ddq) of the base parameters: n x p, row by row.
+    pub base_regressor: Function,
+    /// tau(q, dq, ddq, X) of the standard parameters.
+    pub torque: Function,
+    /// Name and fingerprint, by which artefacts know it again.
+    pub reference: ModelReference,
+    closure: Option<Closure>,
+    regressor: Box<dyn Regressor>,
+}
+
+/// A description as it stands in its file, with the options applied; nothing is derived.
+///
+/// Fails with the place of what cannot be read, and where a symbol of `values` is not there.
+pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
+    let mut robot = robot::format::read_with(path, ReadOptions { mimic: options.mimic, angles: options.angles })?;
+    if let Some(rotors) = options.rotor_inertias {
+        set_rotor_inertias(&mut robot, rotors);
+    }
+    for (name, value) in &options.values {
+        let failed = |e| Error::new(format_args!("{}: --value {name}: {e}", path.display()));
+        robot.set_symbol(name, *value).map_err(failed)?;
+    }
+    Ok(if options.floating_base { robot.floating() } else { robot })
+}
+
+/// Refuses a description in which a symbol has no value: what is to be computed are figures.
+pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
+    let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
+    match missing.first() {
+        None => Ok(()),
+        Some(first) => Err(Error::new(format_args!(
+            "{}: no value for {}: figures need one (--value {first}=0.45, or `(* Value {first} = 0.45 *)` in the file)",
+            path.display(),
+            missing.join(", ")
+        ))),
+    }
+}
+
+fn set_rotor_inertias(robot: &mut Robot, rotors: RotorInertias) {
+    for link in &mut robot.links {
+        let has = match rotors {
+            RotorInertias::None => false,
+            RotorInertias::Actuated => link.joint.drive == Drive::Actuated,
+            RotorInertias::All => link.joint.drive != Drive::Locked && link.joint.kind != JointKind::Fixed,
+        };
+        link.joint.rotor_inertia = match (has, link.joint.rotor_inertia) {
+            (false, _) => RotorInertia::Absent,
+            (true, RotorInertia::Absent) => RotorInertia::Unknown,
+            (true, known) => known,
+        };
+    }
+}
+
+impl Model {
+    /// Reads a description (.yaml, .urdf, .par) and derives its dynamics.
+    ///
+    /// Fails with the place of what cannot be read, where a symbol has no value, and where the rank of the base
+    /// parameters is not clear-cut.
+    pub fn read(path: impl AsRef<Path>) -> Result<Model, Error> {
+        Model::read_with(path, &ModelOptions::default())
+    }
+
+    /// The same with options.
+    pub fn read_with(path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
+        let path = path.as_ref();
+        let robot = read_robot(path, options)?;
+        check_values(&robot, path)?;
+        Model::of(robot, path)
+    }
+
+    /// Derives the dynamics of a robot; `path` stands in messages.
+    ///
+    /// Fails where the rank of the base parameters is not clear-cut.
+    pub fn of(robot: Robot, path: &Path) -> Result<Model, Error> {
+        let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
+        let mut derivation = Derivation::new(&robot).map_err(|e| refused(e.into()))?;
+        let standard = derivation.regressor();
+        let parameters = derivation.base_parameters(&standard).map_err(refused)?;
+        let base_regressor = parameters.regressor(&standard).bound();
+        let (torque, closure) = (derivation.torque().bound(), derivation.closure());
+        let for_regressor = derivation.closure();
+        let (coordinates, columns) = (coordinates(&robot), base_parameters(&robot, &parameters));
+        let fingerprint = base_regressor.fingerprint();
+        let regressor: Box<dyn Regressor> = match compiled(fingerprint, coordinates.clone(), columns.clone()) {
+            Some(compiled) => Box::new(compiled),
+            None => Box::new(TapeRegressor::new(&base_regressor, for_regressor, coordinates, columns)),
+        };
+        Ok(Model {
+            path: path.to_path_buf(),
+            reference: ModelReference { name: robot.name.clone(), fingerprint: format!("{fingerprint:016x}") },
+            standard_regressor: standard.bound(),
+            base_regressor,
+            torque,
+            parameters,
+            closure,
+            regressor,
+            robot,
+        })
+    }
+
+    /// The base regressor: compiled in where this robot is, a tape otherwise.
+    pub fn regressor(&self) -> &dyn Regressor {
+        self.regressor.as_ref()
+    }
+
+    /// The base regressor alone.
+    pub fn into_regressor(self) -> Box<dyn Regressor> {
+        self.regressor
+    }
+
+    /// The solver for the passive joints, taken out of the model; `None` where no joint is found numerically.
+    pub fn take_closure(&mut self) -> Option<Closure> {
+        self.closure.take()
+    }
+
+    /// Whether the base regressor is compiled into this program.
+    pub fn is_compiled(&self) -> bool {
+        identification::model::compiled::is_compiled(self.base_regressor.fingerprint())
+    }
+
+    /// How the base parameters follow from the standard ones, in numbers.
+    pub fn standard_map(&self) -> StandardMap {
+        let (base, standard) = (&self.parameters.base, &self.parameters.standard);
+        let terms: Vec<(usize, usize, f64)> = base
+            .iter()
+            .enumerate()
+            .flat_map(|(k, b)| b.terms.iter().map(move |t| (k, t.parameter, t.coefficient)))
+            .collect();
+        let first = |c: &usize| standard[*c].inertial == Inertial::Xx;
+        let bodies = (0..standard.len()).filter(first).map(|c| (self.robot.link(standard[c].link).name.clone(), c));
+        StandardMap::new(
+            standard.iter().map(|s| s.display(&self.robot).to_string()).collect(),
+            base.len(),
+            &terms,
+            bodies.collect(),
+            (0..standard.len()).filter(|&c| standard[c].inertial == Inertial::Ia).collect(),
+        )
+    }
+
+    /// The bodies that the description gives, in the order of the map.
+    pub fn reference_bodies(&self) -> Vec<Option<[f64; 10]>> {
+        self.body_links().into_iter().map(|link| self.robot.link(link).inertial).collect()
+    }
+
+    /// The link behind each body of the map.
+    pub fn body_links(&self) -> Vec<LinkId> {
+        self.parameters.standard.iter().filter(|s| s.inertial == Inertial::Xx).map(|s| s.link).collect()
+    }
+
+    /// Base parameters from the inertials of the description, a link without them counting as massless; `None` where
+    /// no link has any.
+    pub fn described_parameters(&self) -> Option<Vec<f64>> {
+        if self.robot.links.iter().all(|link| link.inertial.is_none()) {
+            return None;
+        }
+        let value = |p: &robot::StandardParameter| p.value(&self.robot).unwrap_or(0.0);
+        let standard: Vec<f64> = self.parameters.standard.iter().map(value).collect();
+        Some(self.parameters.values(&standard))
+    }
+
+    /// Drive gains of the description, one a coordinate, N m/A.
+    pub fn drive_gains(&self) -> Vec<Option<f64>> {
+        let gain = |k| self.robot.joint_of(CoordinateId(k)).and_then(|j| self.robot.link(j).joint.drive_gain);
+        (0..self.robot.n_coordinates()).map(gain).collect()
+    }
+
+    /// The index of a coordinate by its name.
+    ///
+    /// Fails with the names there are.
+    pub fn coordinate(&self, name: &str) -> Result<usize, Error> {
+        let names = self.regressor.coordinates();
+        names
+            .iter()
+            .position(|c| c == name)
+            .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
+    }
+
+    /// The base parameters of an estimate, in the order of the regressor; what is not identifiable is zero.
+    pub fn values(&self, estimate: &Estimate) -> Vec<f64> {
+        let value = |base: &BaseParameter| estimate.value(&ParameterId::Base(base.name.clone()));
+        self.regressor.parameters().iter().map(|base| value(base).unwrap_or(0.0)).collect()
+    }
+
+    /// Drive gains of an estimate, one a coordinate, N m/A.
+    pub fn estimated_gains(&self, estimate: &Estimate) -> Vec<Option<f64>> {
+        let gain = |c: &String| estimate.value(&ParameterId::drive_gain(c));
+        self.regressor.coordinates().iter().map(gain).collect()
+    }
+
+    /// What a known load adds to the base parameters.
+    ///
+    /// Fails where the robot has no such link.
+    pub fn added_by(&self, load: &KnownLoad) -> Result<Vec<f64>, Error> {
+        load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
+    }
+
+    /// Refuses an artefact that was made with another robot or geometry; an empty fingerprint passes.
+    pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
+        let ours = &self.reference;
+        if made_with.fingerprint.is_empty() || made_with.fingerprint == ours.fingerprint {
+            return Ok(());
+        }
+        Err(Error::new(format_args!(
+            "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed; make it again",
+            file.display(),
+            made_with.name,
+            made_with.fingerprint,
+            ours.name,
+            ours.fingerprint
+        )))
+    }
+}
+
+/// The coordinates of a robot, as its file names them.
+fn coordinates(robot: &Robot) -> Vec<Coordinate> {
+    let is_prismatic = |k: usize| {
+        let joint = robot.joint_of(CoordinateId(k));
+        joint.is_some_and(|j| robot.link(j).joint.kind == JointKind::Prismatic)
+    };
+    let coordinate =
+        |(k, c): (usize, &robot::Coordinate)| Coordinate { name: c.name.clone(), is_prismatic: is_prismatic(k) };
+    robot.coordinates.iter().enumerate().map(coordinate).collect()
+}
+
+/// The columns of the base regressor: names, and what the joints of their links move with.
+fn base_parameters(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
+    let column = |base: &modeling::BaseParameter| {
+        let standard = parameters.standard[base.column];
+        let link = robot.link(standard.link);
+        let plain = BaseName {
+            lever: String::new(),
+            inertial: standard.inertial,
+            absorbs: base.terms.len() > 1,
+            label: Label::of_link(&link.label),
+        };
+        let lever = base.name.strip_suffix(&plain.to_string()).unwrap_or_default().to_string();
+        BaseParameter {
+            name: BaseName { lever, ..plain },
+            coordinates: moves_with(robot, standard.link),
+            is_prismatic: link.joint.kind == JointKind::Prismatic,
+        }
+    };
+    parameters.base.iter().map(column).collect()
+}
+
+/// The coordinates that the joint of a link follows; none where a loop is closed numerically.
+fn moves_with(robot: &Robot, link: LinkId) -> Vec<usize> {
+    let terms = robot.link(link).joint.variable.terms.iter().map(|(k, _)| k.0);
+    terms.filter(|&k| k < robot.n_coordinates()).collect()
+}
