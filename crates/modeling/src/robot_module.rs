@@ -3,7 +3,8 @@
 use expr::{Function, Module, Value};
 use robot::{LinkId, Robot};
 
-use crate::base_parameters::{BaseParameters, UnclearRank};
+use crate::base::base_parameters::BaseParameters;
+use crate::base::evidence::UnclearRank;
 use crate::derivation::Derivation;
 
 /// A model of a robot that a file may hold.

@@ -5,11 +5,11 @@
 //! rates are those of these coordinates, not the twist of the base; at a pitch of +-pi/2 yaw and roll
 //! turn about one axis and the configuration is singular.
 
-use crate::affine::Affine;
 use crate::inertial::Pose;
-use crate::link::{
+use crate::robot::{
     Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot, RotorInertia,
 };
+use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
 /// Coordinates of the base, before those of the robot.

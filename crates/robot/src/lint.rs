@@ -9,7 +9,7 @@
 //! Not here: whether the figures are those of the robot; that is identification's.
 
 use crate::inertial::{Matrix3, Part, Pose, transform_inertial};
-use crate::link::{Link, Robot};
+use crate::robot::{Link, Robot};
 
 /// One suspicion about one link.
 #[derive(Clone, Debug, PartialEq)]

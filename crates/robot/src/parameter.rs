@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::link::{LinkId, Robot, RotorInertia};
+use crate::robot::{Link, LinkId, Robot, RotorInertia};
 
 /// The ten inertial parameters of a link and its rotor inertia, in the order of every vector.
 ///
@@ -64,7 +64,7 @@ pub struct StandardParameter {
 impl StandardParameter {
     /// All of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, then IA where the joint has one.
     pub fn all(robot: &Robot) -> Vec<StandardParameter> {
-        let of_link = |(j, link): (usize, &crate::Link)| {
+        let of_link = |(j, link): (usize, &Link)| {
             let rotor = link.joint.rotor_inertia.is_modelled().then_some(Inertial::Ia);
             let inertials = Inertial::BODY.into_iter().chain(rotor);
             inertials.map(move |inertial| StandardParameter { link: LinkId(j), inertial })

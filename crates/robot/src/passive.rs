@@ -18,11 +18,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::affine::Affine;
-use crate::format::computed_angle;
+use crate::angle_snap::computed_angle;
 use crate::linear_angle::{LinearAngle, wrapped};
-use crate::link::{JointKind, ModifiedDh, Note, Robot};
 use crate::polygon::{Polygon, ROUNDING, polygon};
+use crate::robot::{JointKind, ModifiedDh, Note, Robot};
+use crate::value::Affine;
 use crate::value::{CoordinateId, Symbol, SymbolId, Value};
 
 /// Settles what it can of [`Robot::passive`]: variables become affine, their constants go into the
