@@ -10,7 +10,7 @@ use expr::{Expr, Function, Graph, Output};
 use robot::{Inertial, StandardParameter};
 
 use crate::derivation::Derivation;
-use crate::kinematics::links::LinkMotion;
+use crate::kinematics::links::{LinkMotion, MotionInput};
 use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
 
 /// Inputs `q`, `dq`; outputs `kinetic` and `potential`, 1 x p: the energy per unit of each parameter.
@@ -45,7 +45,7 @@ pub(crate) fn energy(derivation: &mut Derivation) -> Function {
     let row = |name: &str, entries| Output { name: name.into(), rows: 1, columns: parameters.len(), entries };
     let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
     let mut inputs = motion.configuration();
-    inputs.push(motion.input("dq"));
+    inputs.push(motion.input(MotionInput::Dq));
     Function::new("energy", g, inputs, outputs)
 }
 

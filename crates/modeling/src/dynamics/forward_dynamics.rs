@@ -8,6 +8,7 @@ use expr::{Expr, Function, Input, Output, SymbolKind};
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::{inertia_matrix, torque};
+use crate::kinematics::links::MotionInput;
 
 /// Inputs `q`, `dq`, `tau`, `x`; output `ddq`.
 pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
@@ -49,7 +50,7 @@ pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs)
     }
     let motion = &derivation.motion;
     let mut inputs = motion.configuration();
-    inputs.extend([motion.input("dq"), Input { name: "tau".into(), entries: tau }, x.input()]);
+    inputs.extend([motion.input(MotionInput::Dq), Input { name: "tau".into(), entries: tau }, x.input()]);
     let output = Output { name: "ddq".into(), rows: n, columns: 1, entries: ddq };
     Function::new("forward_dynamics", g, inputs, vec![output])
 }

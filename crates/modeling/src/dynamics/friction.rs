@@ -8,6 +8,7 @@
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
 use crate::derivation::Derivation;
+use crate::kinematics::links::MotionInput;
 use crate::kinematics::vector::sum;
 
 /// Inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate); output `tau`, N m (N).
@@ -19,7 +20,7 @@ pub(crate) fn friction(derivation: &mut Derivation) -> Function {
         Input { name: name.into(), entries }
     };
     let (sign, f) = (inputs("sign_dq", n), inputs("f", 3 * n));
-    let dq = derivation.motion.input("dq");
+    let dq = derivation.motion.input(MotionInput::Dq);
     let entries: Vec<Expr> = (0..n)
         .map(|k| {
             let viscous = g.mul(f.entries[3 * k], dq.entries[k]);

@@ -67,38 +67,56 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
     }
 }
 
-/// Force and moment at O_j that move link j, from its ten parameters.
+/// Force and moment at O_j that move link j, from its ten parameters: f = M a + U MS,
+/// n = J dw + w x (J w) + MS x a. The terms of J are gathered by parameter, so that U serves both.
 fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
     let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
-    let (U, s) = (&j.U, [mx, my, mz]);
-    let ma = j.a.map(|a| g.mul(m, a));
-    let us = U.map(|row| dot(g, row, s));
-    let f = add(g, ma, us);
-
-    // J dw + w x (J w), gathered by parameter so that U serves twice.
+    let (U, first_moment) = (&j.U, [mx, my, mz]);
     let [wx, wy, wz] = j.w;
-    let mut row = |(diagonal, dw): (Expr, Expr),
-                   (plus, minus): (Expr, Expr),
-                   (a, b): (Expr, Expr),
-                   rest: [(Expr, Expr); 2],
-                   (product, c, d): (Expr, Expr, Expr)| {
-        let (cc, dd) = (g.mul(c, c), g.mul(d, d));
-        let squares = g.sub(cc, dd);
-        let (difference, ab) = (g.sub(plus, minus), g.mul(a, b));
-        let terms = [
-            g.mul(diagonal, dw),
-            g.mul(difference, ab),
-            g.mul(rest[0].0, rest[0].1),
-            g.mul(rest[1].0, rest[1].1),
-            g.mul(product, squares),
-        ];
-        sum(g, &terms)
-    };
-    let about_o = [
-        row((xx, j.dw[0]), (zz, yy), (wy, wz), [(xy, -U[2][0]), (xz, U[1][0])], (yz, wy, wz)),
-        row((yy, j.dw[1]), (xx, zz), (wx, wz), [(xy, U[2][1]), (yz, -U[0][1])], (xz, wz, wx)),
-        row((zz, j.dw[2]), (yy, xx), (wx, wy), [(xz, -U[1][2]), (yz, U[0][2])], (xy, wx, wy)),
+    let [dwx, dwy, dwz] = j.dw;
+
+    let ma = j.a.map(|a| g.mul(m, a));
+    let u_ms = U.map(|row| dot(g, row, first_moment));
+    let f = add(g, ma, u_ms);
+
+    // n_x = XX dw_x + (ZZ - YY) w_y w_z - XY U_zx + XZ U_yx + YZ (w_y^2 - w_z^2)
+    let terms_x = [
+        g.mul(xx, dwx),
+        gyroscopic(g, (zz, yy), (wy, wz)),
+        g.mul(xy, -U[2][0]),
+        g.mul(xz, U[1][0]),
+        centrifugal(g, yz, (wy, wz)),
     ];
-    let first = cross(g, s, j.a);
-    (f, add(g, about_o, first))
+    // n_y = YY dw_y + (XX - ZZ) w_x w_z + XY U_zy - YZ U_xy + XZ (w_z^2 - w_x^2)
+    let terms_y = [
+        g.mul(yy, dwy),
+        gyroscopic(g, (xx, zz), (wx, wz)),
+        g.mul(xy, U[2][1]),
+        g.mul(yz, -U[0][1]),
+        centrifugal(g, xz, (wz, wx)),
+    ];
+    // n_z = ZZ dw_z + (YY - XX) w_x w_y - XZ U_yz + YZ U_xz + XY (w_x^2 - w_y^2)
+    let terms_z = [
+        g.mul(zz, dwz),
+        gyroscopic(g, (yy, xx), (wx, wy)),
+        g.mul(xz, -U[1][2]),
+        g.mul(yz, U[0][2]),
+        centrifugal(g, xy, (wx, wy)),
+    ];
+    let of_inertia = [sum(g, &terms_x), sum(g, &terms_y), sum(g, &terms_z)];
+    let of_first_moment = cross(g, first_moment, j.a);
+    (f, add(g, of_inertia, of_first_moment))
+}
+
+/// (plus - minus) a b.
+fn gyroscopic(g: &mut Graph, (plus, minus): (Expr, Expr), (a, b): (Expr, Expr)) -> Expr {
+    let (difference, product) = (g.sub(plus, minus), g.mul(a, b));
+    g.mul(difference, product)
+}
+
+/// inertia (a^2 - b^2).
+fn centrifugal(g: &mut Graph, inertia: Expr, (a, b): (Expr, Expr)) -> Expr {
+    let (aa, bb) = (g.mul(a, a), g.mul(b, b));
+    let squares = g.sub(aa, bb);
+    g.mul(inertia, squares)
 }

@@ -18,7 +18,7 @@ use robot::{Drive, Joint, Link, LinkId, LoopFrame, Pose, Robot, RotorInertia, Va
 
 use crate::kinematics::closure::Closure;
 use crate::kinematics::constants::Constants;
-use crate::kinematics::links::{LinkMotion, Motion, link_motions};
+use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
 use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
 use crate::random::SplitMix;
 
@@ -60,7 +60,7 @@ pub(crate) fn implicit(
     let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
     let output =
         |name: &str, columns, entries: Vec<Expr>| Output { name: name.into(), rows: equations.len(), columns, entries };
-    let inputs = vec![motion.input("q"), motion.input("passive")];
+    let inputs = vec![motion.input(MotionInput::Q), motion.input(MotionInput::Passive)];
     let outputs = vec![output("e", 1, gaps), output("j", m, jacobian)];
     let function = Function::new("closure", g, inputs, outputs);
 

@@ -33,6 +33,15 @@ pub(crate) struct Motion {
     pub n: usize,
 }
 
+/// What of a motion a function takes as an input, under the name of the variant in small letters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MotionInput {
+    Q,
+    Passive,
+    Dq,
+    Ddq,
+}
+
 impl Motion {
     pub fn new(g: &mut Graph, robot: &Robot) -> Motion {
         let n = robot.n_coordinates();
@@ -49,23 +58,27 @@ impl Motion {
 
     /// `q`, `passive` where there are such, `dq`, `ddq`.
     pub fn inputs(&self) -> Vec<Input> {
-        let names: &[&str] = if self.q.len() > self.n { &["q", "passive", "dq", "ddq"] } else { &["q", "dq", "ddq"] };
-        names.iter().map(|name| self.input(name)).collect()
+        let mut inputs = self.configuration();
+        inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
+        inputs
     }
 
     /// `q`, and `passive` where there are such.
     pub fn configuration(&self) -> Vec<Input> {
-        let names: &[&str] = if self.q.len() > self.n { &["q", "passive"] } else { &["q"] };
-        names.iter().map(|name| self.input(name)).collect()
+        let mut inputs = vec![self.input(MotionInput::Q)];
+        if self.q.len() > self.n {
+            inputs.push(self.input(MotionInput::Passive));
+        }
+        inputs
     }
 
-    /// One of `q`, `passive`, `dq`, `ddq`.
-    pub fn input(&self, name: &str) -> Input {
-        let entries = match name {
-            "q" => &self.q[..self.n],
-            "passive" => &self.q[self.n..],
-            "dq" => &self.dq[..self.n],
-            _ => &self.ddq[..self.n],
+    /// One input of a function.
+    pub fn input(&self, which: MotionInput) -> Input {
+        let (name, entries) = match which {
+            MotionInput::Q => ("q", &self.q[..self.n]),
+            MotionInput::Passive => ("passive", &self.q[self.n..]),
+            MotionInput::Dq => ("dq", &self.dq[..self.n]),
+            MotionInput::Ddq => ("ddq", &self.ddq[..self.n]),
         };
         Input { name: name.into(), entries: entries.to_vec() }
     }
@@ -175,110 +188,178 @@ pub(crate) fn link_motions(
     motions
 }
 
+/// The motion of a link from that of its antecedent i, in four passes.
 fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Link, i: &LinkMotion) -> LinkMotion {
-    let name = |letter: &str| format!("{letter}{}", link.label);
-    let dh = &link.geometry;
-    let gamma = constants.angle(g, &dh.gamma, &name("gamma"));
-    let alpha = constants.angle(g, &dh.alpha, &name("alpha"));
-    let mut theta = constants.angle(g, &dh.theta, &name("theta"));
-    let (b, d) = (constants.length(g, &dh.b, &name("b")), constants.length(g, &dh.d, &name("d")));
-    let mut r = constants.length(g, &dh.r, &name("r"));
+    let mut geometry = Geometry::of(g, constants, link);
+    let [rate, acceleration] = [&motion.dq, &motion.ddq].map(|x| joint_variable(g, link, x));
+    geometry.add_joint_variable(g, link, &motion.q);
 
-    let (rate, acceleration) = (rate(g, link, &motion.dq), rate(g, link, &motion.ddq));
-    match link.joint.kind {
-        JointKind::Revolute => {
-            for &(k, c) in &link.joint.variable.terms {
-                let q = motion.q[k.0];
-                if c.fract() == 0.0 {
-                    theta.add_term(q, c as i64);
-                } else {
-                    let factor = g.constant(c.abs());
-                    let turn = g.mul(factor, q);
-                    theta.add_term(turn, if c < 0.0 { -1 } else { 1 });
-                }
-            }
-        }
-        JointKind::Prismatic => {
-            let q = self::rate(g, link, &motion.q);
-            r = g.add(r, q);
-        }
-        JointKind::Fixed => {}
+    let placement = geometry.placement(g);
+    let parallel = run_of_parallel_axes(g, link, i, &geometry, &placement, rate, acceleration);
+    let turn = parallel.turn.turn(g);
+    let (w, dw, a) = rates(g, link, i, &placement, &parallel, turn, rate, acceleration);
+    let jacobian = jacobian(g, link, i, &placement, &parallel, turn);
+    let U = acceleration_matrix(g, w, dw);
+    LinkMotion { w, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
+}
+
+/// gamma, b, alpha, d, theta, r of a link as expressions.
+struct Geometry {
+    gamma: Angle,
+    b: Expr,
+    alpha: Angle,
+    d: Expr,
+    theta: Angle,
+    r: Expr,
+}
+
+impl Geometry {
+    /// The constant part, from the link's description.
+    fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
+        let name = |letter: &str| format!("{letter}{}", link.label);
+        let dh = &link.geometry;
+        let gamma = constants.angle(g, &dh.gamma, &name("gamma"));
+        let alpha = constants.angle(g, &dh.alpha, &name("alpha"));
+        let theta = constants.angle(g, &dh.theta, &name("theta"));
+        let (b, d) = (constants.length(g, &dh.b, &name("b")), constants.length(g, &dh.d, &name("d")));
+        let r = constants.length(g, &dh.r, &name("r"));
+        Geometry { gamma, b, alpha, d, theta, r }
     }
 
-    let (gamma_turn, alpha_turn, theta_turn) = (gamma.turn(g), alpha.turn(g), theta.turn(g));
-    // p = Rz(gamma) (d, -r sin alpha, b + r cos alpha)
-    let (rs, rc) = (g.mul(r, alpha_turn.sin), g.mul(r, alpha_turn.cos));
-    let p = {
-        let along_z = g.add(b, rc);
-        gamma_turn.unturned(g, [d, -rs, along_z])
-    };
-    let placement = Placement { gamma: gamma_turn, alpha: alpha_turn, theta: theta_turn, p };
-
-    let parallel = {
-        let mut run = if alpha.is_zero() {
-            Parallel { turn: i.parallel.turn.plus(&gamma), ..i.parallel.clone() }
-        } else {
-            Parallel {
-                w: placement.to_link_before_theta(g, i.w),
-                dw: placement.to_link_before_theta(g, i.dw),
-                z: i.jacobian.iter().map(|t| t.map_or(NULL, |t| placement.to_link_before_theta(g, t.z))).collect(),
-                turn: Angle::default(),
-                rate: Expr::ZERO,
-                acceleration: Expr::ZERO,
-                rates: vec![0.0; i.jacobian.len()],
-            }
-        };
-        run.turn = run.turn.plus(&theta);
-        if link.joint.kind == JointKind::Revolute {
-            run.rate = g.add(run.rate, rate);
-            run.acceleration = g.add(run.acceleration, acceleration);
-            for &(k, c) in &link.joint.variable.terms {
-                run.rates[k.0] += c;
-            }
-        }
-        run
-    };
-
-    let turn = parallel.turn.turn(g);
-    let w = {
-        let [x, y, z] = turn.turned(g, parallel.w);
-        [x, y, g.add(z, parallel.rate)]
-    };
-    let dw = {
-        let [x, y, z] = turn.turned(g, parallel.dw);
-        let (wy, wx) = (g.mul(w[1], parallel.rate), g.mul(w[0], parallel.rate));
-        [g.add(x, wy), g.sub(y, wx), g.add(z, parallel.acceleration)]
-    };
-    let a = {
-        let offset = i.U.map(|row| dot(g, row, p));
-        let a = add(g, i.a, offset);
-        let a = placement.to_link(g, a);
+    /// theta += q_j (revolute), r += q_j (prismatic), with q_j = sum_k c_k q_k.
+    fn add_joint_variable(&mut self, g: &mut Graph, link: &Link, q: &[Expr]) {
         match link.joint.kind {
-            JointKind::Prismatic => {
-                let two = g.constant(2.0);
-                let twice = g.mul(two, rate);
-                let (wy, wx) = (g.mul(w[1], twice), g.mul(w[0], twice));
-                [g.add(a[0], wy), g.sub(a[1], wx), g.add(a[2], acceleration)]
+            JointKind::Revolute => {
+                for &(k, c) in &link.joint.variable.terms {
+                    let q = q[k.0];
+                    // An integer multiple of an angle is expanded by the sine and cosine of the angle itself.
+                    if c.fract() == 0.0 {
+                        self.theta.add_term(q, c as i64);
+                    } else {
+                        let factor = g.constant(c.abs());
+                        let turn = g.mul(factor, q);
+                        self.theta.add_term(turn, if c < 0.0 { -1 } else { 1 });
+                    }
+                }
             }
-            _ => a,
+            JointKind::Prismatic => {
+                let q = joint_variable(g, link, q);
+                self.r = g.add(self.r, q);
+            }
+            JointKind::Fixed => {}
+        }
+    }
+
+    /// First pass, where the link stands:
+    /// `iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)` [Khalil, Kleinfinger 1986].
+    fn placement(&self, g: &mut Graph) -> Placement {
+        let (gamma, alpha, theta) = (self.gamma.turn(g), self.alpha.turn(g), self.theta.turn(g));
+        // p_ij = Rz(gamma) (d, -r sin alpha, b + r cos alpha)
+        let (rs, rc) = (g.mul(self.r, alpha.sin), g.mul(self.r, alpha.cos));
+        let along_z = g.add(self.b, rc);
+        let p = gamma.unturned(g, [self.d, -rs, along_z]);
+        Placement { gamma, alpha, theta, p }
+    }
+}
+
+/// Second pass, the run of parallel axes that the link ends. With w_0, dw_0, z_0k of the link before
+/// the run, in axes parallel to the run's, and the sums over the links of the run
+///
+/// ```text
+/// phi = sum (gamma + theta),   rate = sum dtheta,   acceleration = sum ddtheta
+/// ```
+/// A link whose alpha is not zero begins a run: its w_0 = Rx(-alpha) Rz(-gamma) w_i.
+fn run_of_parallel_axes(
+    g: &mut Graph,
+    link: &Link,
+    i: &LinkMotion,
+    geometry: &Geometry,
+    placement: &Placement,
+    rate: Expr,
+    acceleration: Expr,
+) -> Parallel {
+    let mut run = if geometry.alpha.is_zero() {
+        Parallel { turn: i.parallel.turn.plus(&geometry.gamma), ..i.parallel.clone() }
+    } else {
+        Parallel {
+            w: placement.to_link_before_theta(g, i.w),
+            dw: placement.to_link_before_theta(g, i.dw),
+            z: i.jacobian.iter().map(|t| t.map_or(NULL, |t| placement.to_link_before_theta(g, t.z))).collect(),
+            turn: Angle::default(),
+            rate: Expr::ZERO,
+            acceleration: Expr::ZERO,
+            rates: vec![0.0; i.jacobian.len()],
         }
     };
+    run.turn = run.turn.plus(&geometry.theta);
+    if link.joint.kind == JointKind::Revolute {
+        run.rate = g.add(run.rate, rate);
+        run.acceleration = g.add(run.acceleration, acceleration);
+        for &(k, c) in &link.joint.variable.terms {
+            run.rates[k.0] += c;
+        }
+    }
+    run
+}
 
-    let mut jacobian = Vec::with_capacity(i.jacobian.len());
+/// Third pass, w_j, dw_j and a_j [Khalil, Dombre 2002], the turns of the run taken at once.
+fn rates(
+    g: &mut Graph,
+    link: &Link,
+    i: &LinkMotion,
+    placement: &Placement,
+    run: &Parallel,
+    turn: Turn,
+    rate: Expr,
+    acceleration: Expr,
+) -> (Vector, Vector, Vector) {
+    // w_j = Rz(-phi) w_0 + rate z
+    let [x, y, z] = turn.turned(g, run.w);
+    let w = [x, y, g.add(z, run.rate)];
+
+    // dw_j = Rz(-phi) dw_0 + w_j x z rate + acceleration z,   w x z = (w_y, -w_x, 0)
+    let [x, y, z] = turn.turned(g, run.dw);
+    let (wy, wx) = (g.mul(w[1], run.rate), g.mul(w[0], run.rate));
+    let dw = [g.add(x, wy), g.sub(y, wx), g.add(z, run.acceleration)];
+
+    // a_j = jRi (a_i + U_i p_ij), and for a prismatic joint + 2 w_j x z dr_j + ddr_j z
+    let offset = i.U.map(|row| dot(g, row, placement.p));
+    let at_o_j = add(g, i.a, offset);
+    let mut a = placement.to_link(g, at_o_j);
+    if link.joint.kind == JointKind::Prismatic {
+        let two = g.constant(2.0);
+        let twice = g.mul(two, rate);
+        let (wy, wx) = (g.mul(w[1], twice), g.mul(w[0], twice));
+        a = [g.add(a[0], wy), g.sub(a[1], wx), g.add(a[2], acceleration)];
+    }
+    (w, dw, a)
+}
+
+/// Fourth pass, the twist of the link per unit of each coordinate's rate; c_jk = dq_j / dq_k.
+fn jacobian(
+    g: &mut Graph,
+    link: &Link,
+    i: &LinkMotion,
+    placement: &Placement,
+    run: &Parallel,
+    turn: Turn,
+) -> Vec<Option<Twist>> {
+    let mut columns = Vec::with_capacity(i.jacobian.len());
     for (k, twist) in i.jacobian.iter().enumerate() {
         let own = link.joint.variable.terms.iter().find(|t| t.0.0 == k).map(|t| t.1);
         if twist.is_none() && own.is_none() {
-            jacobian.push(None);
+            columns.push(None);
             continue;
         }
-        let z = {
-            let [x, y, z] = turn.turned(g, parallel.z[k]);
-            let along = g.constant(parallel.rates[k]);
-            [x, y, g.add(z, along)]
-        };
+        // z_jk = Rz(-phi) z_0k + (sum over the run's revolute joints of c_k) z
+        let [x, y, z] = turn.turned(g, run.z[k]);
+        let along = g.constant(run.rates[k]);
+        let z = [x, y, g.add(z, along)];
+
+        // d_jk = jRi (d_ik + z_ik x p_ij), and for a prismatic joint + c_jk z
         let mut d = match twist {
             Some(t) => {
-                let lever = cross(g, t.z, p);
+                let lever = cross(g, t.z, placement.p);
                 let d = add(g, t.d, lever);
                 placement.to_link(g, d)
             }
@@ -288,23 +369,13 @@ fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Lin
             let c = g.constant(c);
             d[2] = g.add(d[2], c);
         }
-        jacobian.push(Some(Twist { z, d }));
+        columns.push(Some(Twist { z, d }));
     }
-
-    LinkMotion {
-        w,
-        dw,
-        a,
-        U: acceleration_matrix(g, w, dw),
-        jacobian,
-        joint_acceleration: acceleration,
-        placement,
-        parallel,
-    }
+    columns
 }
 
-/// sum_k c_k x_k of the joint variable.
-fn rate(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
+/// q_j, or its rate or acceleration: sum_k c_k x_k.
+fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {
         let c = g.constant(c);
