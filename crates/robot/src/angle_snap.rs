@@ -21,6 +21,11 @@ const AXIS: f64 = 1e-6;
 const LENGTH: f64 = 1e-9;
 /// rad: what a double of pi/2 misses is nobody's business.
 const SILENT: f64 = 1e-9;
+/// An entry of a rotation this near to a known value is that value: products of three sines or cosines
+/// carry a few units of the last place, 2e-16.
+const LAST_DIGITS: f64 = 1e-14;
+/// An axis whose largest component is smaller names no direction: files write unit vectors.
+const NO_AXIS: f64 = 1e-9;
 /// Rounding of what this program computes from snapped values: some operations on numbers below 10.
 const ROUNDING: f64 = 1e-12;
 
@@ -109,14 +114,14 @@ pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
 
 fn exact_entry(x: f64) -> f64 {
     let known = [0.0, 0.5, 0.5f64.sqrt(), 3f64.sqrt() / 2.0, 1.0];
-    let near = known.into_iter().find(|k| (x.abs() - k).abs() <= 1e-14);
+    let near = known.into_iter().find(|k| (x.abs() - k).abs() <= LAST_DIGITS);
     near.map_or(x, |k| if k == 0.0 { 0.0 } else { k.copysign(x) })
 }
 
 /// The unit vector along an axis as given; `None` for the zero vector.
 pub(crate) fn unit_axis(axis: Vector3) -> Option<Vector3> {
     let largest = axis.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if largest < 1e-9 {
+    if largest < NO_AXIS {
         return None;
     }
     let axis = scaled(axis, 1.0 / largest);

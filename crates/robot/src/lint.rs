@@ -189,6 +189,10 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
     }
 }
 
+/// Part of the largest principal moment by which a turn may change an entry and be that of a rounded
+/// angle: files give six digits.
+const SAME_AXES: f64 = 1e-6;
+
 /// An inertial frame turned against its link, with an inertia to which that matters.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     if part.name != link.name || part.mass <= 0.0 {
@@ -200,7 +204,7 @@ fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     let turned = transform_inertial(&x, &Pose { position: [0.0; 3], ..in_file });
     let largest = principal_moments(&part.inertia)[2].abs();
     let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
-    if away > 1e-6 * largest {
+    if away > SAME_AXES * largest {
         let text = format!(
             "its inertial frame is turned (rpy): whoever ignores that reads entries wrong by up to {away:.2e} kg m^2, \
              {:.0} % of the largest principal moment",

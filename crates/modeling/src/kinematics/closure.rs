@@ -21,7 +21,22 @@ const CLOSED: f64 = 1e-11;
 const SINGULAR: f64 = 1e-6;
 /// Samples keep away from singular configurations by this ratio.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
+/// Newton doubles its digits a step near the solution; halved steps towards it are not this many.
 const MAX_STEPS: usize = 60;
+/// A step is halved until |e| shrinks or this fraction of it is left: then it is taken all the same, to
+/// get out of where |e| has a minimum above zero.
+const SMALLEST_FRACTION: f64 = 1e-3;
+/// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal
+/// itself where lengths are many meters.
+const ALMOST: f64 = 100.0;
+/// Way of a coordinate between two solutions when an assembly is followed, rad or m: small against the
+/// distance between assemblies, which meet only in singular configurations.
+const STRIDE: f64 = 0.05;
+/// Random configurations tried for one that closes; a mechanism whose loops close at less than one
+/// place in a thousand is not found.
+const ORIGINS: usize = 2000;
+/// Ways tried for each sample wanted: many end at once, where the assembly does.
+const WAYS_A_SAMPLE: usize = 20;
 
 /// Solves for the passive coordinates of one robot.
 pub struct Closure {
@@ -82,7 +97,7 @@ impl Closure {
             loop {
                 let next = &passive - fraction * &step;
                 let (e_next, j_next) = self.at(q, &next);
-                if e_next.norm() < e.norm() || fraction < 1e-3 {
+                if e_next.norm() < e.norm() || fraction < SMALLEST_FRACTION {
                     (passive, e, j) = (next, e_next, j_next);
                     break;
                 }
@@ -91,7 +106,7 @@ impl Closure {
         }
         let gap = e.norm();
         // NaN is not closed either.
-        if gap.is_nan() || gap > 100.0 * CLOSED {
+        if gap.is_nan() || gap > ALMOST * CLOSED {
             return Err(Open::NotClosed { gap });
         }
         let ratio = self.ratio(q, passive.as_slice());
@@ -129,7 +144,7 @@ impl Closure {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let Some(origin) = self.find_origin(n, random) else { return found };
         let mut at = origin.clone();
-        for _ in 0..20 * count {
+        for _ in 0..WAYS_A_SAMPLE * count {
             if found.len() == count {
                 break;
             }
@@ -147,7 +162,7 @@ impl Closure {
 
     /// A closed configuration to begin with: at q = 0 if it closes and is not singular, else by chance.
     fn find_origin(&mut self, n: usize, random: &mut SplitMix) -> Option<(Vec<f64>, Vec<f64>)> {
-        (0..2000).find_map(|attempt| {
+        (0..ORIGINS).find_map(|attempt| {
             let reach = if attempt == 0 { 0.0 } else { std::f64::consts::PI };
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
             let passive = self.solve(&q, None).ok()?;
@@ -158,7 +173,7 @@ impl Closure {
     /// As far towards `goal` as the same assembly goes.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let steps = (length / 0.05).ceil().max(1.0) as usize;
+        let steps = (length / STRIDE).ceil().max(1.0) as usize;
         let mut at = from.clone();
         for step in 1..=steps {
             let fraction = step as f64 / steps as f64;

@@ -45,61 +45,108 @@ pub(crate) fn implicit(
     let (open, pairs) = with_loop_frames(robot);
     let still = Motion { dq: vec![Expr::ZERO; n + m], ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
     let links = link_motions(g, &open, constants, &still);
-
-    let mut equations: Vec<Vec<Expr>> = Vec::new();
-    let mut gaps = Vec::new();
-    for &(cut, twin) in &pairs {
-        for row in 0..6 {
-            let entry = |j: LinkId, k: usize| {
-                links[j.0].jacobian[k].map_or(Expr::ZERO, |t| if row < 3 { t.d[row] } else { t.z[row - 3] })
-            };
-            equations.push((0..n + m).map(|k| g.sub(entry(twin, k), entry(cut, k))).collect());
-        }
-        gaps.extend(gap(g, &open, &links, cut, twin));
-    }
-    let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
-    let output =
-        |name: &str, columns, entries: Vec<Expr>| Output { name: name.into(), rows: equations.len(), columns, entries };
-    let inputs = vec![motion.input(MotionInput::Q), motion.input(MotionInput::Passive)];
-    let outputs = vec![output("e", 1, gaps), output("j", m, jacobian)];
-    let function = Function::new("closure", g, inputs, outputs);
+    let (gaps, equations) = loop_equations(g, &open, &links, &pairs);
+    let function = closure_function(g, motion, gaps, &equations);
 
     let start = robot.passive.iter().map(|p| p.start).collect();
     let order = elimination_order(&mut Closure::new(&function, start), n, m)?;
-    let J_p: Vec<Vec<Expr>> =
-        order.iter().map(|&(row, _)| order.iter().map(|&(_, c)| equations[row][n + c]).collect()).collect();
-    let solver = Elimination::new(g, J_p);
-    let solve = |g: &mut Graph, right: &dyn Fn(usize) -> Expr| {
-        let x = solver.solve(g, order.iter().map(|&(row, _)| right(row)).collect());
-        let mut ordered = vec![Expr::ZERO; m];
-        for (x, &(_, column)) in x.into_iter().zip(&order) {
-            ordered[column] = x;
-        }
-        ordered
-    };
+    let solver = PassiveSolver::new(g, &equations, n, order);
 
-    let columns: Vec<Vec<Expr>> = (0..n).map(|k| solve(g, &|row| -equations[row][k])).collect();
+    // G = -J_p^-1 J_a and dq_p = G dq.
+    let columns: Vec<Vec<Expr>> = (0..n).map(|k| solver.solve(g, |row| -equations[row][k])).collect();
     let G: Vec<Vec<Expr>> = (0..m).map(|p| columns.iter().map(|c| c[p]).collect()).collect();
     for p in 0..m {
         motion.dq[n + p] = combination(g, &G[p], &motion.dq[..n]);
     }
-    // c: relative acceleration at ddq = 0; gravity is the same for both frames and left out.
-    let weightless = Robot { gravity: [Value::ZERO, Value::ZERO, Value::ZERO], ..open };
-    let coasting = Motion { ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
-    let links = link_motions(g, &weightless, constants, &coasting);
-    let mut rest: Vec<Expr> = Vec::new();
-    for &(cut, twin) in &pairs {
-        for row in 0..6 {
-            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].dw[row - 3] };
-            rest.push(g.sub(entry(twin), entry(cut)));
-        }
-    }
-    let coast = solve(g, &|row| -rest[row]);
+    // ddq_p = G ddq - J_p^-1 c.
+    let c = relative_accelerations(g, open, constants, motion, &pairs);
+    let coast = solver.solve(g, |row| -c[row]);
     for p in 0..m {
         let driven = combination(g, &G[p], &motion.ddq[..n]);
         motion.ddq[n + p] = g.add(driven, coast[p]);
     }
     Some(Implicit { G, coast, function })
+}
+
+/// e and [J_a J_p], six rows a loop: the twist of the twin frame less that of the cut frame, per unit
+/// of every joint variable.
+fn loop_equations(
+    g: &mut Graph,
+    open: &Robot,
+    links: &[LinkMotion],
+    pairs: &[(LinkId, LinkId)],
+) -> (Vec<Expr>, Vec<Vec<Expr>>) {
+    let mut equations: Vec<Vec<Expr>> = Vec::new();
+    let mut gaps = Vec::new();
+    for &(cut, twin) in pairs {
+        for row in 0..6 {
+            let entry = |j: LinkId, k: usize| {
+                links[j.0].jacobian[k].map_or(Expr::ZERO, |t| if row < 3 { t.d[row] } else { t.z[row - 3] })
+            };
+            equations.push((0..open.n_variables()).map(|k| g.sub(entry(twin, k), entry(cut, k))).collect());
+        }
+        gaps.extend(gap(g, open, links, cut, twin));
+    }
+    (gaps, equations)
+}
+
+/// e and J_p as a function of `q` and `passive`.
+fn closure_function(g: &Graph, motion: &Motion, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
+    let n = motion.n;
+    let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
+    let output =
+        |name: &str, columns, entries: Vec<Expr>| Output { name: name.into(), rows: equations.len(), columns, entries };
+    let inputs = vec![motion.input(MotionInput::Q), motion.input(MotionInput::Passive)];
+    let outputs = vec![output("e", 1, gaps), output("j", motion.q.len() - n, jacobian)];
+    Function::new("closure", g, inputs, outputs)
+}
+
+/// c: the frames' relative acceleration at ddq = ddq_p = 0, six numbers a loop. Gravity is the same for
+/// both frames and left out.
+fn relative_accelerations(
+    g: &mut Graph,
+    open: Robot,
+    constants: &mut Constants,
+    motion: &Motion,
+    pairs: &[(LinkId, LinkId)],
+) -> Vec<Expr> {
+    let weightless = Robot { gravity: [Value::ZERO, Value::ZERO, Value::ZERO], ..open };
+    let coasting = Motion { ddq: vec![Expr::ZERO; motion.ddq.len()], ..motion.clone() };
+    let links = link_motions(g, &weightless, constants, &coasting);
+    let mut rest: Vec<Expr> = Vec::new();
+    for &(cut, twin) in pairs {
+        for row in 0..6 {
+            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].dw[row - 3] };
+            rest.push(g.sub(entry(twin), entry(cut)));
+        }
+    }
+    rest
+}
+
+/// J_p x = right for as many independent equations of the loops as there are passive coordinates.
+struct PassiveSolver {
+    /// (equation, passive coordinate) of each pivot.
+    order: Vec<(usize, usize)>,
+    elimination: Elimination,
+}
+
+impl PassiveSolver {
+    /// `equations` are [J_a J_p], J_a of n columns.
+    fn new(g: &mut Graph, equations: &[Vec<Expr>], n: usize, order: Vec<(usize, usize)>) -> PassiveSolver {
+        let J_p: Vec<Vec<Expr>> =
+            order.iter().map(|&(row, _)| order.iter().map(|&(_, c)| equations[row][n + c]).collect()).collect();
+        PassiveSolver { elimination: Elimination::new(g, J_p), order }
+    }
+
+    /// x in the order of the passive coordinates; `right` by equation.
+    fn solve(&self, g: &mut Graph, right: impl Fn(usize) -> Expr) -> Vec<Expr> {
+        let x = self.elimination.solve(g, self.order.iter().map(|&(row, _)| right(row)).collect());
+        let mut ordered = vec![Expr::ZERO; x.len()];
+        for (x, &(_, column)) in x.into_iter().zip(&self.order) {
+            ordered[column] = x;
+        }
+        ordered
+    }
 }
 
 /// Torques (or any rows) of the coordinates from those of all joint variables: r_k + sum_p G_pk r_p.
@@ -182,10 +229,13 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
     [position[0], position[1], position[2], rotation[0], rotation[1], rotation[2]]
 }
 
+/// Closed configurations at which an order of elimination is held against the others.
+const CONFIGURATIONS: usize = 5;
+
 /// Pivots (equation, passive coordinate) by complete pivoting at a closed configuration, confirmed
 /// at others.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
-    let samples = closure.sample(n, 5, &mut SplitMix(7));
+    let samples = closure.sample(n, CONFIGURATIONS, &mut SplitMix(7));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
     let jacobians: Vec<DMatrix<f64>> =
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
@@ -200,13 +250,17 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
     best.map(|b| b.1)
 }
 
+/// A pivot below this is no pivot. Entries are of order one (rad a rad, or m a rad), closed
+/// configurations are accurate to 1e-11, and samples stay away from singular ones.
+const VANISHES: f64 = 1e-9;
+
 fn complete_pivots(mut a: DMatrix<f64>, m: usize) -> Option<Vec<(usize, usize)>> {
     let mut order: Vec<(usize, usize)> = Vec::new();
     for _ in 0..m {
         let free = |&(r, c): &(usize, usize)| order.iter().all(|&(row, column)| row != r && column != c);
         let places = (0..a.nrows()).flat_map(|r| (0..m).map(move |c| (r, c))).filter(free);
         let (r, c) = places.max_by(|x, y| a[*x].abs().total_cmp(&a[*y].abs()))?;
-        if a[(r, c)].abs() < 1e-9 {
+        if a[(r, c)].abs() < VANISHES {
             return None;
         }
         for row in (0..a.nrows()).filter(|&row| row != r && order.iter().all(|o| o.0 != row)) {

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use super::generic::{generic_value, gravity_value, note_generic};
 use super::parameters::{friction, inertial, note_unused, rotor_inertia};
 use super::table::{Table, text};
-use super::text::scan;
+use super::text::{ParText, scan};
 use super::variables::{Mover, own_variables};
 use crate::angle_snap::Angles;
 use crate::angle_snap::snap_angles;
@@ -48,13 +48,7 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
     let frames = Frames::new(source, &table)?;
     let order = frames.order(source, &table)?;
 
-    let mut names = Names::default();
-    for (name, node) in &entries.values {
-        if !is_name(name) || names.symbols.iter().any(|s| s.name == *name) {
-            return Err(source.at(node, format!("`{name}` cannot name a symbol, or stands twice")));
-        }
-        names.define(source, name.clone(), node)?;
-    }
+    let mut names = valued_symbols(source, &entries)?;
     let owners = frames.owners(source, &table, &names, &mut notes)?;
     names.coordinates = owners.coordinates.iter().chain(&owners.passive).cloned().collect();
     let gravity = table.list("G").map_or_else(|| ["0", "0", "GZ"].map(worded).to_vec(), <[Node]>::to_vec);
@@ -62,26 +56,7 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
 
     let mut links = Vec::with_capacity(table.nl);
     for &j in &order {
-        let (kind, drive, geometry, variable) = frames.placed(source, &names, &owners, j)?;
-        let joint = Joint {
-            name: format!("{}", j + 1),
-            kind,
-            drive,
-            variable,
-            rotor_inertia: rotor_inertia(source, &table, &names, j, drive)?,
-            friction: friction(source, &table, &names, j)?,
-            drive_gain: None,
-        };
-        links.push(Link {
-            name: format!("link {}", j + 1),
-            label: format!("{}", j + 1),
-            antecedent: frames.antecedent(&order, j),
-            geometry,
-            joint,
-            inertial: inertial(source, &table, &names, j, &mut notes)?,
-            file_frame: Pose::IDENTITY,
-            parts: Vec::new(),
-        });
+        links.push(link(source, &table, &frames, &order, &names, &owners, j, &mut notes)?);
     }
     let mut loops = Vec::new();
     for cut in table.nl..table.nj {
@@ -116,6 +91,51 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
     passive::resolve(&mut robot).map_err(|message| Error { place: place(), message })?;
     closure::check(&robot).map_err(|(_, message)| Error { place: place(), message })?;
     Ok(robot)
+}
+
+/// The symbols with their values from the comments of the file.
+fn valued_symbols(source: Source, entries: &ParText) -> Result<Names, Error> {
+    let mut names = Names::default();
+    for (name, node) in &entries.values {
+        if !is_name(name) || names.symbols.iter().any(|s| s.name == *name) {
+            return Err(source.at(node, format!("`{name}` cannot name a symbol, or stands twice")));
+        }
+        names.define(source, name.clone(), node)?;
+    }
+    Ok(names)
+}
+
+/// The link of frame j and the joint that moves it.
+fn link(
+    source: Source,
+    table: &Table,
+    frames: &Frames,
+    order: &[usize],
+    names: &Names,
+    owners: &Owners,
+    j: usize,
+    notes: &mut Vec<Note>,
+) -> Result<Link, Error> {
+    let (kind, drive, geometry, variable) = frames.placed(source, names, owners, j)?;
+    let joint = Joint {
+        name: format!("{}", j + 1),
+        kind,
+        drive,
+        variable,
+        rotor_inertia: rotor_inertia(source, table, names, j, drive)?,
+        friction: friction(source, table, names, j)?,
+        drive_gain: None,
+    };
+    Ok(Link {
+        name: format!("link {}", j + 1),
+        label: format!("{}", j + 1),
+        antecedent: frames.antecedent(order, j),
+        geometry,
+        joint,
+        inertial: inertial(source, table, names, j, notes)?,
+        file_frame: Pose::IDENTITY,
+        parts: Vec::new(),
+    })
 }
 
 /// The frames of the file, by index from zero.

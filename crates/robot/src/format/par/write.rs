@@ -13,85 +13,105 @@ use crate::value::{Affine, CoordinateId, Symbol, Value};
 
 /// The text of a .par file, and what it could not carry.
 pub fn write_par(robot: &Robot) -> (String, Vec<Note>) {
-    let mut notes = Vec::new();
+    let names = Names::new(robot);
     let mut text = String::new();
-    // Writing to a String cannot fail.
-    macro_rules! line {
-        ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
-    }
+    head(robot, &names, &mut text);
+    geometric_parameters(robot, &names, &mut text);
+    dynamic_parameters(robot, &mut text);
+    symbolic_vectors(robot, &names, &mut text);
+    let mut notes = Vec::new();
+    tell(robot, &names, &mut notes);
+    (text, notes)
+}
+
+/// A line of the text; writing to a String cannot fail.
+macro_rules! line {
+    ($text:expr, $($part:tt)*) => {{ let _ = writeln!($text, $($part)*); }};
+}
+
+/// Name, source, sizes, and the values of the symbols.
+fn head(robot: &Robot, names: &Names, text: &mut String) {
     let (nl, nj) = (robot.links.len(), robot.links.len() + robot.loops.len());
     let is_simple = robot.links.iter().enumerate().all(|(j, l)| l.antecedent == j.checked_sub(1).map(LinkId));
     let kind = if nj > nl { 2 } else { usize::from(!is_simple) };
-    line!("(* Robotname = '{}' *)", allowed(&robot.name, " -"));
+    line!(text, "(* Robotname = '{}' *)", allowed(&robot.name, " -"));
     if let Some(source) = &robot.source {
-        line!("(* {} *)", source.replace("*)", "* )"));
+        line!(text, "(* {} *)", source.replace("*)", "* )"));
     }
-    line!("NL = {nl}\nNJ = {nj}\nNF = {}\nType = {kind}\nis_mobile = 0\n", 2 * nj - nl);
-    let names = Names::new(robot);
+    line!(text, "NL = {nl}\nNJ = {nj}\nNF = {}\nType = {kind}\nis_mobile = 0\n", 2 * nj - nl);
     for (symbol, name) in robot.symbols.iter().zip(&names.symbols) {
         if !symbol.generic {
-            line!("(* Value {name} = {} *)", names.value(&symbol.value));
+            line!(text, "(* Value {name} = {} *)", names.value(&symbol.value));
         }
     }
+}
 
+/// The table: one list a parameter, one entry a frame, links before cuts before twins.
+fn geometric_parameters(robot: &Robot, names: &Names, text: &mut String) {
     let cuts = robot.loops.iter().map(|l| Frame::of_loop(&l.cut));
     let twins = robot.loops.iter().map(|l| Frame::of_loop(&l.twin));
     let frames: Vec<Frame> = robot.links.iter().map(Frame::of_link).chain(cuts).chain(twins).collect();
-    line!("\n(* Geometric parameters *)");
+    line!(text, "\n(* Geometric parameters *)");
     let row = |of: &dyn Fn(&Frame) -> String| frames.iter().map(of).collect::<Vec<_>>().join(",");
-    line!("ant = {{{}}}", row(&|f| f.antecedent.map_or(0, |i| i.0 + 1).to_string()));
-    line!("sigma = {{{}}}", row(&|f| f.sigma().to_string()));
-    line!("mu = {{{}}}", row(&|f| usize::from(f.drive == Drive::Actuated).to_string()));
+    line!(text, "ant = {{{}}}", row(&|f| f.antecedent.map_or(0, |i| i.0 + 1).to_string()));
+    line!(text, "sigma = {{{}}}", row(&|f| f.sigma().to_string()));
+    line!(text, "mu = {{{}}}", row(&|f| usize::from(f.drive == Drive::Actuated).to_string()));
     let constant = |v: &Value| names.value(v);
     let moved = |f: &Frame, v: &Value, kind: JointKind| match f.sigma() {
         2 => constant(v),
         _ if f.kind == kind => f.variable.text(v, &names.renamed, &|k| names.coordinates[k.0].clone()),
         _ => constant(v),
     };
-    line!("gamma = {{{}}}", row(&|f| constant(&f.geometry.gamma)));
-    line!("b = {{{}}}", row(&|f| constant(&f.geometry.b)));
-    line!("alpha = {{{}}}", row(&|f| constant(&f.geometry.alpha)));
-    line!("d = {{{}}}", row(&|f| constant(&f.geometry.d)));
-    line!("theta = {{{}}}", row(&|f| moved(f, &f.geometry.theta, JointKind::Revolute)));
-    line!("r = {{{}}}", row(&|f| moved(f, &f.geometry.r, JointKind::Prismatic)));
+    line!(text, "gamma = {{{}}}", row(&|f| constant(&f.geometry.gamma)));
+    line!(text, "b = {{{}}}", row(&|f| constant(&f.geometry.b)));
+    line!(text, "alpha = {{{}}}", row(&|f| constant(&f.geometry.alpha)));
+    line!(text, "d = {{{}}}", row(&|f| constant(&f.geometry.d)));
+    line!(text, "theta = {{{}}}", row(&|f| moved(f, &f.geometry.theta, JointKind::Revolute)));
+    line!(text, "r = {{{}}}", row(&|f| moved(f, &f.geometry.r, JointKind::Prismatic)));
+}
 
-    line!("\n(* Dynamic parameters *)");
+/// Inertias, rotors, friction, and the forces of the environment, which are zero: one entry a link.
+fn dynamic_parameters(robot: &Robot, text: &mut String) {
+    line!(text, "\n(* Dynamic parameters *)");
     let of_links = |of: &dyn Fn(usize, &Link) -> String| {
         robot.links.iter().enumerate().map(|(j, l)| of(j, l)).collect::<Vec<_>>().join(",")
     };
     for (k, inertial) in Inertial::BODY.into_iter().enumerate() {
         let letters = inertial.letters();
         let value = |j: usize, l: &Link| l.inertial.map_or(format!("{letters}{}", j + 1), |x| x[k].to_string());
-        line!("{letters} = {{{}}}", of_links(&value));
+        line!(text, "{letters} = {{{}}}", of_links(&value));
     }
     let rotor = |j: usize, l: &Link| match l.joint.rotor_inertia {
         RotorInertia::Absent => "0".into(),
         RotorInertia::Unknown => format!("IA{}", j + 1),
         RotorInertia::Known(x) => x.to_string(),
     };
-    line!("IA = {{{}}}", of_links(&rotor));
+    line!(text, "IA = {{{}}}", of_links(&rotor));
     let number = |x: Option<f64>| x.map_or("0".to_string(), |x| x.to_string());
-    line!("FV = {{{}}}", of_links(&|_, l| number(l.joint.friction.viscous)));
-    line!("FS = {{{}}}", of_links(&|_, l| number(l.joint.friction.coulomb)));
-    let zeros = vec!["0"; nl].join(",");
+    line!(text, "FV = {{{}}}", of_links(&|_, l| number(l.joint.friction.viscous)));
+    line!(text, "FS = {{{}}}", of_links(&|_, l| number(l.joint.friction.coulomb)));
+    let zeros = vec!["0"; robot.links.len()].join(",");
     for key in ["FX", "FY", "FZ", "CX", "CY", "CZ"] {
-        line!("{key} = {{{zeros}}}");
+        line!(text, "{key} = {{{zeros}}}");
     }
-    line!("\n(* Joint parameters *)");
+}
+
+/// Rates, torques, the motion of the base, gravity: what those programs expect to find.
+fn symbolic_vectors(robot: &Robot, names: &Names, text: &mut String) {
+    line!(text, "\n(* Joint parameters *)");
     for letters in ["QP", "QDP", "GAM"] {
-        let symbols: Vec<String> = (1..=nj).map(|j| format!("{letters}{j}")).collect();
-        line!("{letters} = {{{}}}", symbols.join(","));
+        let joints = 1..=robot.links.len() + robot.loops.len();
+        let symbols: Vec<String> = joints.map(|j| format!("{letters}{j}")).collect();
+        line!(text, "{letters} = {{{}}}", symbols.join(","));
     }
-    line!("\n(* Speed and acceleration of the base *)");
+    line!(text, "\n(* Speed and acceleration of the base *)");
     for key in ["W0", "WP0", "V0", "VP0"] {
-        line!("{key} = {{0,0,0}}");
+        line!(text, "{key} = {{0,0,0}}");
     }
-    let [x, y, z] = robot.gravity.each_ref().map(constant);
-    line!("\n(* Acceleration of gravity *)\nG = {{{x},{y},{z}}}");
-    line!("\n(* Transformation of 0 frame position fT0 *)\nZ = {{1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1}}");
-    line!("\n(* End of definition *)");
-    tell(robot, &names, &mut notes);
-    (text, notes)
+    let [x, y, z] = robot.gravity.each_ref().map(|v| names.value(v));
+    line!(text, "\n(* Acceleration of gravity *)\nG = {{{x},{y},{z}}}");
+    line!(text, "\n(* Transformation of 0 frame position fT0 *)\nZ = {{1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1}}");
+    line!(text, "\n(* End of definition *)");
 }
 
 /// A link or a loop frame.

@@ -73,15 +73,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
             notes.push(Note { subject: joint.name.clone(), text });
         }
         notes.extend(nearly_parallel(joint, &framed));
-        // A joint that follows a fixed one does not move.
-        let terms = k.filter(|_| follows.multiplier != 0.0).map(|k| (k, follows.multiplier));
-        let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
-        let drive = match (follows.leader == moving.joint, variable.terms.is_empty()) {
-            (true, _) => Drive::Actuated,
-            (false, false) => Drive::Passive,
-            (false, true) => Drive::Locked,
-        };
-        links.push(link(&model, &checked, moving, framed, (drive, variable), &mut notes));
+        links.push(link(&model, &checked, moving, framed, drive(moving, follows, k), &mut notes));
     }
     for (k, follows, limits) in narrower {
         follows.narrow(&mut coordinates[k.0], limits);
@@ -103,6 +95,19 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     };
     check_frames(source, &checked, &robot, &given, &follows)?;
     Ok(robot)
+}
+
+/// Who moves a joint, and as which multiple of the coordinate k.
+fn drive(moving: &Moving, follows: &Follows, k: Option<CoordinateId>) -> (Drive, Affine) {
+    // A joint that follows a fixed one does not move.
+    let terms = k.filter(|_| follows.multiplier != 0.0).map(|k| (k, follows.multiplier));
+    let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
+    let drive = match (follows.leader == moving.joint, variable.terms.is_empty()) {
+        (true, _) => Drive::Actuated,
+        (false, false) => Drive::Passive,
+        (false, true) => Drive::Locked,
+    };
+    (drive, variable)
 }
 
 /// Axes that are parallel but for a hair meet their common normal far away, and figures about

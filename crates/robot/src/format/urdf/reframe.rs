@@ -36,6 +36,9 @@ pub(super) struct Framed {
 const PARALLEL: f64 = 1e-9;
 /// Distance of axes that count as one, m.
 const COINCIDENT: f64 = 1e-11;
+/// Cosine of the angle between directions that count as perpendicular: rounding of unit vectors that
+/// went through the chain of a robot's rotations.
+const PERPENDICULAR: f64 = 1e-12;
 
 /// The frames of all links, in their order.
 pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
@@ -123,7 +126,7 @@ impl Normal {
 /// Of a direction in the xy plane and its opposite the one nearer to x, its angle, and the signed
 /// distance along it; of two equally near the one with a positive distance.
 fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
-    let opposite = direction[0] < -1e-12 || (direction[0].abs() <= 1e-12 && distance < -COINCIDENT);
+    let opposite = direction[0] < -PERPENDICULAR || (direction[0].abs() <= PERPENDICULAR && distance < -COINCIDENT);
     let sign = if opposite { -1.0 } else { 1.0 };
     let direction = scaled(direction, sign);
     (direction, direction[1].atan2(direction[0]), sign * distance)
@@ -149,7 +152,7 @@ fn towards(normal: &Normal, axis: Vector3, child_point: Option<Vector3>, child_a
     };
     let along = dot(normal.direction, direction);
     let distance = offset.map_or(0.0, |o| dot(o, direction));
-    let opposite = along < -1e-12 || (along.abs() <= 1e-12 && distance < -COINCIDENT);
+    let opposite = along < -PERPENDICULAR || (along.abs() <= PERPENDICULAR && distance < -COINCIDENT);
     let direction = if opposite { scaled(direction, -1.0) } else { direction };
     (dot(cross(normal.direction, direction), axis).atan2(dot(normal.direction, direction)), r)
 }

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use crate::format::expression::is_name;
 use crate::inertial::Pose;
 use crate::parameter::Inertial;
-use crate::robot::{Drive, JointKind, Limits, LinkId, ModifiedDh, Note, Robot, RotorInertia};
+use crate::robot::{Drive, JointKind, Limits, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
 /// The text, and what it could not carry.
@@ -35,61 +35,15 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     }
     line!("coordinates: [{}]", names.coordinates[..robot.n_coordinates()].join(", "));
     line!("rotor_inertia: none\nlinks:");
-    let label = |j: Option<LinkId>| j.map_or("base".into(), |j| names.labels[j.0].clone());
-    for (j, link) in robot.links.iter().enumerate() {
-        let joint = &link.joint;
-        let mut items = vec![format!("link: {}", names.labels[j])];
-        if link.name != format!("link {}", names.labels[j]) {
-            items.push(format!("name: {}", quoted(&link.name)));
-        }
-        items.push(format!("antecedent: {}", label(link.antecedent)));
-        match joint.kind {
-            JointKind::Revolute => {}
-            JointKind::Prismatic => items.push("joint: prismatic".into()),
-            JointKind::Fixed => items.push("joint: fixed".into()),
-        }
-        match joint.drive {
-            Drive::Passive => items.push("drive: passive".into()),
-            Drive::Locked if joint.kind != JointKind::Fixed => items.push("drive: locked".into()),
-            Drive::Locked | Drive::Actuated => {}
-        }
-        items.extend(placement(robot, &names, &link.geometry, joint.kind, &joint.variable));
-        match joint.rotor_inertia {
-            RotorInertia::Absent => {}
-            RotorInertia::Unknown => items.push("rotor_inertia: unknown".into()),
-            RotorInertia::Known(x) => items.push(format!("rotor_inertia: {x}")),
-        }
-        let friction = [
-            ("viscous", joint.friction.viscous),
-            ("coulomb", joint.friction.coulomb),
-            ("offset", joint.friction.offset),
-        ];
-        let friction: Vec<String> = friction.iter().filter_map(|(k, x)| x.map(|x| format!("{k}: {x}"))).collect();
-        if !friction.is_empty() {
-            items.push(format!("friction: {{{}}}", friction.join(", ")));
-        }
-        if let Some(gain) = joint.drive_gain {
-            items.push(format!("drive_gain: {gain}"));
-        }
-        if let (Drive::Actuated, [(k, _)]) = (joint.drive, &joint.variable.terms[..]) {
-            items.extend(limits(robot.coordinates.get(k.0).map(|c| c.limits).unwrap_or_default()));
-        }
-        line!("  - {{{}}}", items.join(", "));
+    for j in robot.link_ids() {
+        line!("  - {{{}}}", link_items(robot, &names, j).join(", "));
     }
     if !robot.loops.is_empty() {
         line!("loops:");
     }
     for one in &robot.loops {
         for (key, frame) in [("  - cut:", &one.cut), ("    twin:", &one.twin)] {
-            let kind = match (frame.kind, key.contains("cut")) {
-                (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
-                (JointKind::Revolute, false) => Some("joint: revolute"),
-                (JointKind::Prismatic, _) => Some("joint: prismatic"),
-                (JointKind::Fixed, true) => Some("joint: fixed"),
-            };
-            let mut items = vec![format!("antecedent: {}", label(frame.antecedent))];
-            items.extend(kind.map(str::to_string));
-            items.extend(placement(robot, &names, &frame.geometry, frame.kind, &frame.variable));
+            let items = frame_items(robot, &names, frame, key.contains("cut"));
             line!("{key} {{{}}}", items.join(", "));
         }
     }
@@ -104,6 +58,60 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
         }
     }
     (text, told(robot, &names))
+}
+
+/// What the file says of one link, up to its inertial parameters.
+fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
+    let (link, label) = (robot.link(j), &names.labels[j.0]);
+    let joint = &link.joint;
+    let mut items = vec![format!("link: {}", label)];
+    if link.name != format!("link {}", label) {
+        items.push(format!("name: {}", quoted(&link.name)));
+    }
+    items.push(format!("antecedent: {}", names.link(link.antecedent)));
+    match joint.kind {
+        JointKind::Revolute => {}
+        JointKind::Prismatic => items.push("joint: prismatic".into()),
+        JointKind::Fixed => items.push("joint: fixed".into()),
+    }
+    match joint.drive {
+        Drive::Passive => items.push("drive: passive".into()),
+        Drive::Locked if joint.kind != JointKind::Fixed => items.push("drive: locked".into()),
+        Drive::Locked | Drive::Actuated => {}
+    }
+    items.extend(placement(robot, names, &link.geometry, joint.kind, &joint.variable));
+    match joint.rotor_inertia {
+        RotorInertia::Absent => {}
+        RotorInertia::Unknown => items.push("rotor_inertia: unknown".into()),
+        RotorInertia::Known(x) => items.push(format!("rotor_inertia: {x}")),
+    }
+    let friction =
+        [("viscous", joint.friction.viscous), ("coulomb", joint.friction.coulomb), ("offset", joint.friction.offset)];
+    let friction: Vec<String> = friction.iter().filter_map(|(k, x)| x.map(|x| format!("{k}: {x}"))).collect();
+    if !friction.is_empty() {
+        items.push(format!("friction: {{{}}}", friction.join(", ")));
+    }
+    if let Some(gain) = joint.drive_gain {
+        items.push(format!("drive_gain: {gain}"));
+    }
+    if let (Drive::Actuated, [(k, _)]) = (joint.drive, &joint.variable.terms[..]) {
+        items.extend(limits(robot.coordinates.get(k.0).map(|c| c.limits).unwrap_or_default()));
+    }
+    items
+}
+
+/// What the file says of a cut or a twin; a cut is revolute and a twin fixed without a word.
+fn frame_items(robot: &Robot, names: &Names, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
+    let kind = match (frame.kind, is_cut) {
+        (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
+        (JointKind::Revolute, false) => Some("joint: revolute"),
+        (JointKind::Prismatic, _) => Some("joint: prismatic"),
+        (JointKind::Fixed, true) => Some("joint: fixed"),
+    };
+    let mut items = vec![format!("antecedent: {}", names.link(frame.antecedent))];
+    items.extend(kind.map(str::to_string));
+    items.extend(placement(robot, names, &frame.geometry, frame.kind, &frame.variable));
+    items
 }
 
 /// gamma .. r, what is zero left out but the variable of a joint that moves, or is held.
@@ -184,6 +192,11 @@ struct Names {
 }
 
 impl Names {
+    /// The label of a link, or `base`.
+    fn link(&self, j: Option<LinkId>) -> String {
+        j.map_or("base".into(), |j| self.labels[j.0].clone())
+    }
+
     fn new(robot: &Robot) -> Names {
         let word = |text: &str| -> String {
             text.chars().map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' }).collect()
