@@ -144,14 +144,17 @@ impl Tape {
         }
     }
 
+    /// Number of entries of all inputs together.
     pub fn n_inputs(&self) -> usize {
         self.inputs.len()
     }
 
+    /// Number of entries of all outputs together.
     pub fn n_outputs(&self) -> usize {
         self.outputs.len()
     }
 
+    /// Memory for evaluations of this tape, to be used again by each.
     pub fn workspace(&self) -> Workspace {
         let mut work = Workspace { one: vec![[0.0]; self.n_slots], many: Vec::new() };
         for &(slot, x) in &self.constants {

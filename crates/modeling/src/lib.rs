@@ -4,6 +4,7 @@
 //! derived symbolically as an [`expr::Function`], once, with the robot's lengths and angles as named
 //! constants. Nothing here reads files or prints.
 
+#![warn(missing_docs)]
 #![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]
 
 mod base;

@@ -20,6 +20,7 @@ pub struct Gap {
     pub position: f64,
     /// rad.
     pub orientation: f64,
+    /// The configuration with this gap: coordinates, then passive ones.
     pub q: Vec<f64>,
 }
 

@@ -59,18 +59,22 @@ type Row = (&'static str, Entry);
 /// Ten parameters of one link, each with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedParameters {
+    /// Whose names and order these are.
     pub convention: Convention,
+    /// The point the inertia is about.
     pub about: About,
     /// In the order of the convention.
     pub values: [(&'static str, f64); 10],
 }
 
 impl Convention {
+    /// Every convention, in the order of their declaration.
     pub const ALL: [Convention; 8] = {
         use Convention::*;
         [Symoro, Pinocchio, Urdf, Figaroh, SymPyBotics, Matlab, Mujoco, Drake]
     };
 
+    /// The word for it on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Convention::Symoro => "symoro",

@@ -5,6 +5,8 @@
 //!
 //! [Khalil, Kleinfinger 1986]: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r).
 
+#![warn(missing_docs)]
+
 mod angle_snap;
 pub mod closure;
 pub mod convention;

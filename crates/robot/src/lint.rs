@@ -16,17 +16,22 @@ use crate::robot::{Link, Robot};
 pub struct Finding {
     /// Name of the link, or of the part of it.
     pub link: String,
+    /// What looks wrong.
     pub mistake: Mistake,
     /// The evidence, with numbers.
     pub text: String,
 }
 
+/// The classic mistakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
+    /// The mass is below zero.
     NegativeMass,
+    /// There is an inertia, but no mass that could have it.
     InertiaWithoutMass,
     /// A principal moment is negative.
     NotPositive,
+    /// A principal moment is larger than the sum of the two others.
     TriangleInequality,
     /// Exchanging Ixz and Iyz would make it possible.
     SwappedProducts,

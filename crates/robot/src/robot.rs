@@ -11,9 +11,11 @@ pub struct LinkId(pub usize);
 /// pairs of cut frames.
 #[derive(Clone, Debug)]
 pub struct Robot {
+    /// Name in the file, or the file's own name.
     pub name: String,
     /// Where the figures come from, in the words of the file.
     pub source: Option<String>,
+    /// Named lengths and angles; a value names only symbols before it.
     pub symbols: Vec<Symbol>,
     /// The generalised coordinates q, in the order of every vector.
     pub coordinates: Vec<Coordinate>,
@@ -25,6 +27,7 @@ pub struct Robot {
     pub links: Vec<Link>,
     /// How many of the first links only carry others: they have no inertial parameters.
     pub massless: usize,
+    /// Pairs of frames that coincide; empty for a tree.
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],
@@ -35,13 +38,16 @@ pub struct Robot {
 /// One generalised coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
+    /// Name in the file: `q1`, or a URDF's joint.
     pub name: String,
+    /// Where the motor may take it.
     pub limits: Limits,
 }
 
 /// The variable of a passive joint or of a cut, left to the closure of the loops.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassiveCoordinate {
+    /// Name of the joint or cut.
     pub name: String,
     /// Where a search for the closed robot begins, rad or m: it chooses among several assemblies.
     pub start: f64,
@@ -56,7 +62,7 @@ pub struct Limits {
     pub velocity: Option<f64>,
     /// rad/s^2 or m/s^2.
     pub acceleration: Option<f64>,
-    /// N m or N.
+    /// N m (N).
     pub effort: Option<f64>,
 }
 
@@ -72,6 +78,7 @@ pub struct Link {
     /// Placement of the link frame in its antecedent's; the joint variable is added to theta
     /// (revolute) or r (prismatic).
     pub geometry: ModifiedDh,
+    /// What moves the link against its antecedent.
     pub joint: Joint,
     /// XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the link frame, where known.
     pub inertial: Option<[f64; 10]>,
@@ -85,15 +92,22 @@ pub struct Link {
 /// Rz(theta) Tz(r). Angles in rad, lengths in m; free of coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModifiedDh {
+    /// About z of the antecedent, rad.
     pub gamma: Value,
+    /// Along z of the antecedent, m.
     pub b: Value,
+    /// About the x so turned, rad.
     pub alpha: Value,
+    /// Along that x, m.
     pub d: Value,
+    /// About z of the link, rad; the variable of a revolute joint is added.
     pub theta: Value,
+    /// Along z of the link, m; the variable of a prismatic joint is added.
     pub r: Value,
 }
 
 impl ModifiedDh {
+    /// The frame of the antecedent itself.
     pub const ZERO: ModifiedDh = ModifiedDh {
         gamma: Value::ZERO,
         b: Value::ZERO,
@@ -107,25 +121,35 @@ impl ModifiedDh {
 /// The joint that carries a link; its axis is z of the link frame.
 #[derive(Clone, Debug)]
 pub struct Joint {
+    /// Name in the file.
     pub name: String,
+    /// Whether it turns, slides or does neither.
     pub kind: JointKind,
+    /// Who moves it.
     pub drive: Drive,
     /// The joint variable's motion; the constant part of the angle or length is in the geometry,
     /// so the offset here is zero.
     pub variable: Affine,
+    /// The motor's inertia, seen from the joint.
     pub rotor_inertia: RotorInertia,
+    /// What the file says of its friction.
     pub friction: Friction,
-    /// Torque per unit of measured current, N m/A.
+    /// Torque (force) per unit of measured current, N m/A (N/A).
     pub drive_gain: Option<f64>,
 }
 
+/// The motion a joint allows, about or along z of its link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
+    /// Turns; the variable is an angle, rad.
     Revolute,
+    /// Slides; the variable is a length, m.
     Prismatic,
+    /// Neither.
     Fixed,
 }
 
+/// What determines the variable of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
     /// A motor moves it.
@@ -148,35 +172,43 @@ pub enum RotorInertia {
 }
 
 impl RotorInertia {
+    /// Whether IA is among the parameters of the joint.
     pub fn is_modelled(self) -> bool {
         self != RotorInertia::Absent
     }
 }
 
-/// Friction of a joint, where the file gives it: tau = viscous dq + coulomb sign(dq) + offset.
+/// Friction of a joint, where the file gives it: tau = viscous dq + coulomb sign(dq) + offset, a torque
+/// of a revolute joint (a force of a prismatic one).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Friction {
-    /// N m s/rad.
+    /// N m s/rad (N s/m).
     pub viscous: Option<f64>,
-    /// N m.
+    /// N m (N).
     pub coulomb: Option<f64>,
-    /// N m.
+    /// N m (N).
     pub offset: Option<f64>,
 }
 
 /// Two frames, one on each side of a cut, that coincide in every reachable configuration.
 #[derive(Clone, Debug)]
 pub struct Loop {
+    /// The frame at the end of one branch; its variable moves it as a joint would.
     pub cut: LoopFrame,
+    /// The frame on the link that the loop returns to.
     pub twin: LoopFrame,
 }
 
 /// A frame placed from a link; `variable` moves it as a joint of its own kind would.
 #[derive(Clone, Debug)]
 pub struct LoopFrame {
+    /// The link that carries it; `None`: the fixed base.
     pub antecedent: Option<LinkId>,
+    /// Its placement in the frame of that link.
     pub geometry: ModifiedDh,
+    /// How its variable moves it.
     pub kind: JointKind,
+    /// The variable as a function of the coordinates.
     pub variable: Affine,
 }
 
@@ -185,18 +217,22 @@ pub struct LoopFrame {
 pub struct Note {
     /// Joint, link or key concerned.
     pub subject: String,
+    /// One sentence, the subject left out.
     pub text: String,
 }
 
 impl Robot {
+    /// Link j; `j` is one of this robot's.
     pub fn link(&self, j: LinkId) -> &Link {
         &self.links[j.0]
     }
 
+    /// All links, antecedents before what they carry.
     pub fn link_ids(&self) -> impl DoubleEndedIterator<Item = LinkId> + use<> {
         (0..self.links.len()).map(LinkId)
     }
 
+    /// Number of generalised coordinates: the length of dq, ddq and tau.
     pub fn n_coordinates(&self) -> usize {
         self.coordinates.len()
     }

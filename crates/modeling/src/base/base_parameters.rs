@@ -36,6 +36,7 @@ pub struct BaseParameters {
     /// Indices of the standard parameters that would be base parameters for robots of this structure in
     /// general, but are not at these numbers: two lengths or angles agree, or gravity is along an axis.
     pub coincident: Vec<usize>,
+    /// Why this number of them is believed.
     pub rank: Rank,
 }
 
@@ -61,6 +62,7 @@ pub struct BaseParameter {
 pub struct Term {
     /// Index in [`BaseParameters::standard`].
     pub parameter: usize,
+    /// The factor at the robot's values of its symbols.
     pub coefficient: f64,
     /// The coefficient in the robot's symbols; a number where no closed form was found.
     pub symbolic: String,
@@ -72,6 +74,7 @@ impl BaseParameters {
         self.base.len()
     }
 
+    /// Whether no parameter has an effect.
     pub fn is_empty(&self) -> bool {
         self.base.is_empty()
     }

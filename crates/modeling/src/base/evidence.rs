@@ -32,6 +32,7 @@ pub struct Rank {
     pub largest_dropped: f64,
     /// How many relations are proven in the symbols, and how many are only numeric.
     pub exact_relations: usize,
+    /// How many relations are only numeric.
     pub numeric_relations: usize,
 }
 
@@ -62,13 +63,34 @@ impl Rank {
 #[derive(Clone, Debug)]
 pub enum UnclearRank {
     /// Some columns are neither clearly independent nor clearly dependent.
-    Gap { rank: Rank, doubtful: Vec<(String, f64)> },
+    Gap {
+        /// The rank by the numbers alone.
+        rank: Rank,
+        /// Columns within the gap, with their relative distances.
+        doubtful: Vec<(String, f64)>,
+    },
     /// The loops were never found closed.
     NeverCloses(NeverCloses),
     /// Columns that the numbers keep although they are dependent for every robot of this structure.
-    Exact { numeric: usize, exact: usize, only_numeric: Vec<String> },
+    Exact {
+        /// Columns that the numbers keep.
+        numeric: usize,
+        /// Columns that are independent in the field.
+        exact: usize,
+        /// Names of those that only the numbers keep.
+        only_numeric: Vec<String>,
+    },
     /// The exact coefficient and the numeric one of a regrouping differ.
-    Disagreement { dropped: String, kept: String, exact: f64, numeric: f64 },
+    Disagreement {
+        /// The parameter that is absorbed.
+        dropped: String,
+        /// The base parameter that absorbs it.
+        kept: String,
+        /// The exact coefficient at the robot's values.
+        exact: f64,
+        /// The coefficient by the numbers.
+        numeric: f64,
+    },
 }
 
 impl fmt::Display for UnclearRank {

@@ -52,9 +52,15 @@ pub struct Closure {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Open {
     /// The loops cannot be closed here, or the search did not find how: what is left of e.
-    NotClosed { gap: f64 },
+    NotClosed {
+        /// |e| where the search ended, m and rad.
+        gap: f64,
+    },
     /// The passive coordinates are not determined here: smallest over largest singular value of J_p.
-    Singular { ratio: f64 },
+    Singular {
+        /// Zero in a singular configuration, one far from any.
+        ratio: f64,
+    },
 }
 
 impl fmt::Display for Open {

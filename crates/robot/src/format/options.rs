@@ -7,6 +7,7 @@ use crate::angle_snap::Angles;
 pub struct ReadOptions {
     /// The mimic joints of a URDF.
     pub mimic: Mimic,
+    /// The rounded angles of any file.
     pub angles: Angles,
 }
 

@@ -7,14 +7,17 @@ use super::exact::{CoordinateId, Symbol, Value};
 pub struct Affine {
     /// In the order of the coordinates, none of them zero.
     pub terms: Vec<(CoordinateId, f64)>,
+    /// What the variable is where all coordinates are zero, rad or m.
     pub offset: Value,
 }
 
 impl Affine {
+    /// A joint held at `offset`.
     pub fn constant(offset: Value) -> Affine {
         Affine { terms: Vec::new(), offset }
     }
 
+    /// A joint that moves as this coordinate does.
     pub fn coordinate(k: CoordinateId) -> Affine {
         Affine { terms: vec![(k, 1.0)], offset: Value::ZERO }
     }

@@ -17,6 +17,7 @@ pub struct CoordinateId(pub usize);
 /// A named constant of the robot: a length in m or an angle in rad.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Symbol {
+    /// As expressions write it.
     pub name: String,
     /// Its value, free of coordinates; may name symbols that stand before it.
     pub value: Value,
@@ -30,17 +31,29 @@ pub struct Symbol {
 /// A `Number` is the decimal the user wrote: the shortest decimal that reads back as this f64.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
+    /// A decimal.
     Number(f64),
+    /// The number pi.
     Pi,
+    /// A named constant.
     Symbol(SymbolId),
+    /// A coordinate: in joint variables only.
     Coordinate(CoordinateId),
+    /// -a.
     Neg(Box<Value>),
+    /// a + b.
     Add(Box<Value>, Box<Value>),
+    /// a - b.
     Sub(Box<Value>, Box<Value>),
+    /// a b.
     Mul(Box<Value>, Box<Value>),
+    /// a / b.
     Div(Box<Value>, Box<Value>),
+    /// Square root.
     Sqrt(Box<Value>),
+    /// Sine of an angle in rad.
     Sin(Box<Value>),
+    /// Cosine of an angle in rad.
     Cos(Box<Value>),
     /// Angle of the vector (second, first), rad.
     Atan2(Box<Value>, Box<Value>),
@@ -49,11 +62,14 @@ pub enum Value {
 /// What a name in an expression stands for.
 #[derive(Clone, Copy, Debug)]
 pub enum Name {
+    /// A named constant.
     Symbol(SymbolId),
+    /// A coordinate.
     Coordinate(CoordinateId),
 }
 
 impl Value {
+    /// The number 0.
     pub const ZERO: Value = Value::Number(0.0);
 
     /// The f64 of the value; coordinates count as zero.
