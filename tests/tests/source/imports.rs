@@ -2,8 +2,8 @@
 //!
 //! An import is any path into the crate in product code: in a `use` item or inline, from `crate::`,
 //! `super::`, `self::` or a child module. It counts for the file that defines the name: a `lib.rs` or
-//! `mod.rs` that only declares and re-exports is looked through. Items under `#[cfg(test)]` do not
-//! count, nor does what a `quote!` writes, which is the code of another crate.
+//! `mod.rs` that only declares and re-exports is looked through. Items and files under `#[cfg(test)]` do
+//! not count, nor does what a `quote!` writes, which is the code of another crate.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -36,10 +36,12 @@ struct Module {
     exports: Vec<(String, Place)>,
     /// Every path in it, inline modules apart.
     paths: Vec<Place>,
+    /// The modules it declares.
+    declared: Vec<String>,
 }
 
-/// Every import of a crate, by its files: path from `src` on -> text.
-pub fn imports(files: &BTreeMap<String, String>) -> Vec<Import> {
+/// The modules of the product, by the files of a crate: path from `src` on -> text.
+fn modules(files: &BTreeMap<String, String>) -> BTreeMap<Place, Module> {
     let mut modules: BTreeMap<Place, Module> = BTreeMap::new();
     for (file, text) in files {
         let mut place: Place = file.trim_end_matches(".rs").split('/').map(String::from).collect();
@@ -48,11 +50,26 @@ pub fn imports(files: &BTreeMap<String, String>) -> Vec<Import> {
         }
         read(without_tests(tokens(text, file)), &place, file, &mut modules);
     }
+    // A file that is declared for tests only is no part of the product.
+    let mut reached: BTreeSet<Place> = BTreeSet::new();
+    let mut next = vec![Place::new()];
+    while let Some(place) = next.pop() {
+        if let Some(module) = modules.get(&place) {
+            next.extend(module.declared.iter().map(|child| [place.clone(), vec![child.clone()]].concat()));
+            reached.insert(place);
+        }
+    }
+    modules.retain(|place, _| reached.contains(place));
+    modules
+}
+
+/// Every import among these modules.
+fn imports(modules: &BTreeMap<Place, Module>) -> Vec<Import> {
     let mut found = BTreeSet::new();
     for (place, module) in modules.iter().filter(|(_, m)| !m.is_front) {
         for path in &module.paths {
-            let Some(target) = absolute(&modules, place, path) else { continue };
-            for to in defining_files(&modules, &target, &module.file) {
+            let Some(target) = absolute(modules, place, path) else { continue };
+            for to in defining_files(modules, &target, &module.file) {
                 if to != module.file {
                     found.insert(Import { from: module.file.clone(), to, path: path.join("::") });
                 }
@@ -65,7 +82,8 @@ pub fn imports(files: &BTreeMap<String, String>) -> Vec<Import> {
 /// Reads a module, and the inline ones in it.
 fn read(stream: TokenStream, place: &Place, file: &str, modules: &mut BTreeMap<Place, Module>) {
     let is_front = (file.ends_with("lib.rs") || file.ends_with("mod.rs")) && only_declares(stream.clone());
-    let mut module = Module { file: file.into(), is_front, exports: Vec::new(), paths: Vec::new() };
+    let mut module =
+        Module { file: file.into(), is_front, exports: Vec::new(), paths: Vec::new(), declared: Vec::new() };
     let mut inline = Vec::new();
     gather(stream, &mut module, &mut inline);
     modules.insert(place.clone(), module);
@@ -111,8 +129,13 @@ fn gather(stream: TokenStream, module: &mut Module, inline: &mut Vec<(String, To
                 k = end;
             }
             (TokenTree::Ident(i), Some(TokenTree::Ident(name)), Some(TokenTree::Group(g))) if i == "mod" => {
+                module.declared.push(name.to_string());
                 inline.push((name.to_string(), g.stream()));
                 k += 3;
+            }
+            (TokenTree::Ident(i), Some(TokenTree::Ident(name)), _) if i == "mod" => {
+                module.declared.push(name.to_string());
+                k += 2;
             }
             (TokenTree::Ident(i), Some(TokenTree::Punct(_)), Some(TokenTree::Group(_)))
                 if word(k + 1) == "!" && i.to_string().contains("quote") =>
@@ -233,11 +256,13 @@ fn defining_files(modules: &BTreeMap<Place, Module>, path: &[String], user: &str
 /// What is wrong among the files of a crate: circles of files, circles of folders, and imports of what
 /// stands higher in `order`, the folders and files of `src` from bottom to top.
 pub fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<String> {
-    let imports = imports(files);
+    let modules = modules(files);
+    let imports = imports(&modules);
+    let files: BTreeSet<&String> = modules.values().map(|m| &m.file).collect();
     let mut faults = Vec::new();
 
     let mut folders: BTreeSet<String> = BTreeSet::new();
-    for file in files.keys() {
+    for file in &files {
         folders.extend(file.match_indices('/').map(|(k, _)| file[..=k].to_string()));
     }
     let whole = |file: &str| Some(file.to_string());
@@ -265,8 +290,9 @@ pub fn faults(files: &BTreeMap<String, String>, order: &[&str]) -> Vec<String> {
     }
     // A front door is no part of the order; everything else is.
     let fronts = ["lib.rs", "main.rs"].map(String::from);
-    let is_node = |file: &&String| !fronts.contains(file) || imports.iter().any(|i| i.from == **file || i.to == **file);
-    let units: BTreeSet<String> = files.keys().filter(is_node).map(|file| unit(file)).collect();
+    let is_node =
+        |file: &&&String| !fronts.contains(file) || imports.iter().any(|i| i.from == ***file || i.to == ***file);
+    let units: BTreeSet<String> = files.iter().filter(is_node).map(|file| unit(file)).collect();
     let listed: BTreeSet<String> = order.iter().map(|u| u.to_string()).collect();
     if units != listed {
         let (missing, stale): (Vec<_>, Vec<_>) =
@@ -310,7 +336,8 @@ fn circle(imports: &[Import], group: impl Fn(&str) -> Option<String>) -> Option<
 fn a_circle_and_a_way_back_up_are_found() {
     let file = |name: &str, text: &str| (name.to_string(), text.to_string());
     let mut files = BTreeMap::from([
-        file("lib.rs", "mod low; mod high; pub use high::{a::A, b};"),
+        file("lib.rs", "mod low; mod high; pub use high::{a::A, b}; #[cfg(test)] mod fixture;"),
+        file("fixture.rs", "use crate::high::a::A; use crate::nowhere::Nothing;"),
         file("low.rs", "pub struct Low; #[cfg(test)] mod tests { use crate::high::a::A; }"),
         file("high/mod.rs", "pub mod a; pub mod b; pub use a::A as Renamed;"),
         file("high/a.rs", "use crate::low::Low; pub struct A(Low);"),
@@ -319,7 +346,7 @@ fn a_circle_and_a_way_back_up_are_found() {
     let order = ["low", "high"];
     assert_eq!(faults(&files, &order), Vec::<String>::new());
     let to = |files: &BTreeMap<String, String>| {
-        imports(files).iter().map(|i| format!("{} {}", i.from, i.to)).collect::<Vec<_>>()
+        imports(&modules(files)).iter().map(|i| format!("{} {}", i.from, i.to)).collect::<Vec<_>>()
     };
     assert_eq!(to(&files), ["high/a.rs low.rs", "high/b.rs high/a.rs"]);
 
