@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use crate::cargo::cargo;
+
 /// A generated 7R file.
 const FILE: &str = "generated/src/robots/panda.rs";
 
@@ -13,7 +15,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     if let Some(argument) = arguments.first() {
         return Err(format!("bench takes no argument; found `{argument}`"));
     }
-    crate::cargo(&["bench", "--quiet", "--package", "tests", "--bench", "speed"])?;
+    cargo(&["bench", "--quiet", "--package", "tests", "--bench", "speed"])?;
     println!("\n| rustc -O, {FILE} | s |\n|---|---|");
     for (what, instantiated) in [("base_regressor for f64", true), ("generic, nothing instantiated", false)] {
         println!("| {what} | {:.2} |", compile(instantiated)?);

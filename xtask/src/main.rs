@@ -2,9 +2,12 @@
 //! `cargo xtask datasets DIR`.
 
 mod bench_task;
+mod cargo;
 mod gen_task;
 
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
+
+use cargo::cargo;
 
 const USAGE: &str = "\
 Tasks of this repository.
@@ -39,11 +42,4 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Runs cargo in a process of its own: what needs `generated` is not a dependency of what writes it.
-fn cargo(arguments: &[&str]) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
-    let status = Command::new(cargo).args(arguments).status().map_err(|e| format!("cargo: {e}"))?;
-    if status.success() { Ok(()) } else { Err(format!("cargo {} failed: {status}", arguments.join(" "))) }
 }

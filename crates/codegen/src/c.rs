@@ -18,7 +18,9 @@ use crate::steps::{Name, Step, is_read, names, steps};
 
 /// A header and its source file.
 pub struct CFiles {
+    /// Declarations, the constants, and what they mean.
     pub header: String,
+    /// Definitions; it includes the header.
     pub source: String,
 }
 

@@ -1,5 +1,7 @@
 //! A Module of Functions as source: one Rust file that needs no other, or a C99 header and source.
 
+#![warn(missing_docs)]
+
 mod c;
 mod numbers;
 mod rust_file;

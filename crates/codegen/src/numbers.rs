@@ -3,7 +3,6 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-/// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 /// Operations that not every file needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Operations {
@@ -11,9 +10,11 @@ pub(crate) struct Operations {
     pub sqrt: bool,
 }
 
+/// `Real`, its implementations for f64 and f32, and a sine and cosine that need no std.
 pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
+    let of_f64 = real_of_f64(sqrt_f64);
     quote! {
         /// The numbers this file computes with: f64, f32, or lanes of them.
         pub trait Real:
@@ -31,6 +32,28 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
             #sqrt
         }
 
+        #of_f64
+
+        impl Real for f32 {
+            #[inline(always)]
+            fn from_f64(x: f64) -> f32 {
+                x as f32
+            }
+
+            #[inline(always)]
+            fn sin_cos(self) -> (f32, f32) {
+                let (s, c) = Real::sin_cos(self as f64);
+                (s as f32, c as f32)
+            }
+
+            #sqrt_f32
+        }
+    }
+}
+
+/// `Real` for f64, with the method `sqrt_f64` where the file takes roots.
+fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
+    quote! {
         impl Real for f64 {
             #[inline(always)]
             fn from_f64(x: f64) -> f64 {
@@ -62,21 +85,6 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
             }
 
             #sqrt_f64
-        }
-
-        impl Real for f32 {
-            #[inline(always)]
-            fn from_f64(x: f64) -> f32 {
-                x as f32
-            }
-
-            #[inline(always)]
-            fn sin_cos(self) -> (f32, f32) {
-                let (s, c) = Real::sin_cos(self as f64);
-                (s as f32, c as f32)
-            }
-
-            #sqrt_f32
         }
     }
 }

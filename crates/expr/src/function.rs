@@ -5,6 +5,7 @@ use crate::graph::{Expr, Graph, Node, Symbol, SymbolKind};
 /// A vector of inputs under one name.
 #[derive(Clone, Debug)]
 pub struct Input {
+    /// Name of the argument in generated code: `q`.
     pub name: String,
     /// Input symbols, one an entry.
     pub entries: Vec<Expr>,
@@ -13,17 +14,24 @@ pub struct Input {
 /// A matrix of outputs under one name, row by row.
 #[derive(Clone, Debug)]
 pub struct Output {
+    /// Name of the argument in generated code: `y`.
     pub name: String,
+    /// Number of rows.
     pub rows: usize,
+    /// Number of columns.
     pub columns: usize,
+    /// rows x columns expressions, row after row.
     pub entries: Vec<Expr>,
 }
 
 /// Named inputs -> named outputs.
 #[derive(Clone, Debug)]
 pub struct Function {
+    /// Name in generated code: `base_regressor`.
     pub name: String,
+    /// In the order of the arguments.
     pub inputs: Vec<Input>,
+    /// In the order of the arguments, after the inputs.
     pub outputs: Vec<Output>,
     graph: Graph,
 }
@@ -32,24 +40,37 @@ pub struct Function {
 /// one addition; signs are free. `sin_cos` counts angles, each with its pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
+    /// Multiplications and divisions; a square root is not counted.
     pub mul: usize,
+    /// Additions and subtractions.
     pub add: usize,
+    /// Angles of which sine, cosine or both are taken.
     pub sin_cos: usize,
 }
 
 /// Where a function can be evaluated: f64, a finite field, polynomials.
 pub trait Algebra {
+    /// An element of the algebra.
     type Value: Clone;
+    /// The element that is the number x.
     fn constant(&mut self, x: f64) -> Self::Value;
+    /// The element that stands for an input or a named constant.
     fn symbol(&mut self, symbol: Symbol) -> Self::Value;
     /// Sine of the argument at this node; one argument's sine and cosine belong together.
     fn sin(&mut self, argument: Expr) -> Self::Value;
+    /// Cosine of the argument at this node; see [`Algebra::sin`].
     fn cos(&mut self, argument: Expr) -> Self::Value;
+    /// -a.
     fn neg(&mut self, a: &Self::Value) -> Self::Value;
+    /// a + b.
     fn add(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    /// a - b.
     fn sub(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    /// a b.
     fn mul(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    /// a / b.
     fn div(&mut self, a: &Self::Value, b: &Self::Value) -> Self::Value;
+    /// Square root of a.
     fn sqrt(&mut self, a: &Self::Value) -> Self::Value;
 }
 
@@ -60,6 +81,7 @@ impl Function {
         Function { name: name.to_string(), inputs, outputs, graph: Graph::new() }.rebuilt(graph, &|_| None)
     }
 
+    /// What the outputs need, and nothing else.
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
@@ -89,8 +111,8 @@ impl Function {
         outline.rebuilt(&self.graph, &|s| zero.contains(&s).then_some(0.0))
     }
 
-    /// The same function with fewer outputs: `keep(output, row, column)`; a column or row that keeps
-    /// nothing disappears.
+    /// These columns of one output, in this order, as a function of that output alone. Every input
+    /// stays, even where nothing reads it.
     pub fn with_columns(&self, name: &str, output: usize, columns: &[usize]) -> Function {
         let o = &self.outputs[output];
         let entries =

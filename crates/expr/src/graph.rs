@@ -30,10 +30,12 @@ impl Expr {
         (self.0 >> 1) as usize
     }
 
+    /// Whether the handle carries a minus.
     pub fn is_negative(self) -> bool {
         self.0 & 1 == 1
     }
 
+    /// Whether it is the constant 0, which is one node with one sign.
     pub fn is_zero(self) -> bool {
         self == Expr::ZERO
     }
@@ -68,10 +70,12 @@ pub enum SymbolKind {
     Constant(f64),
 }
 
+/// An operation on handles, or a leaf. The sign of a value is on its handle, not here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Node {
     /// Zero or positive.
     Constant(f64),
+    /// An input or a named constant.
     Symbol(Symbol),
     /// Sine of an expression without sign.
     Sin(Expr),
@@ -120,6 +124,7 @@ impl Default for Graph {
 }
 
 impl Graph {
+    /// A graph of the constants 0 and 1 alone.
     pub fn new() -> Graph {
         Graph::with_symbols(Vec::new())
     }
@@ -132,10 +137,12 @@ impl Graph {
         g
     }
 
+    /// All nodes, each after its operands.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
+    /// The node behind a handle; its sign is the handle's.
     pub fn node(&self, e: Expr) -> Node {
         self.nodes[e.node()]
     }
@@ -196,6 +203,7 @@ impl Graph {
         }
     }
 
+    /// a + b: folded where both are numbers, 2 a where they are one, shared with b + a and, but for the sign, with -a - b.
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() {
             return b;
@@ -218,10 +226,12 @@ impl Graph {
         self.intern(Node::Add(a.abs(), b.with_sign(negative))).with_sign(negative)
     }
 
+    /// a - b, the node that b - a has too.
     pub fn sub(&mut self, a: Expr, b: Expr) -> Expr {
         self.add(a, -b)
     }
 
+    /// a b: folded where both are numbers, the signs taken out.
     pub fn mul(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() || b.is_zero() {
             return Expr::ZERO;
@@ -278,6 +288,7 @@ impl Graph {
         self.intern(Node::Div(a, b)).with_sign(negative)
     }
 
+    /// Square root; of a negative number NaN.
     pub fn sqrt(&mut self, a: Expr) -> Expr {
         match self.as_constant(a) {
             Some(x) => self.constant(libm::sqrt(x)),

@@ -5,6 +5,8 @@
 //! unit of evaluation ([`Tape`]), of evaluation in another algebra ([`Function::evaluate_in`]), of
 //! counting ([`Function::count`]) and of code generation, where a [`Module`] of them makes a file. Nothing here knows what a robot is.
 
+#![warn(missing_docs)]
+
 mod function;
 mod graph;
 mod module;

@@ -9,7 +9,9 @@ pub struct Module {
     pub name: String,
     /// Lines of the file's head.
     pub doc: Vec<String>,
+    /// In the order of the file.
     pub constants: Vec<Constant>,
+    /// In the order of the file, after the constants.
     pub functions: Vec<Documented>,
 }
 
@@ -18,34 +20,44 @@ pub struct Module {
 pub struct Constant {
     /// Upper-case letters, digits and underscores.
     pub name: String,
+    /// One line that says what it is.
     pub doc: String,
+    /// What stands behind the name.
     pub value: Value,
 }
 
 /// The value of a [`Constant`].
 #[derive(Clone, Debug)]
 pub enum Value {
+    /// One text.
     Text(String),
+    /// A list of texts.
     Texts(Vec<String>),
+    /// A whole number, such as a fingerprint.
     Number(u64),
 }
 
 /// A function and the lines above it: its equation, shapes and units.
 #[derive(Clone, Debug)]
 pub struct Documented {
+    /// One entry a line.
     pub doc: Vec<String>,
+    /// The function itself.
     pub function: Function,
 }
 
 impl Module {
+    /// An empty module; `name` is made an identifier.
     pub fn new(name: &str) -> Module {
         Module { name: identifier(name), doc: Vec::new(), constants: Vec::new(), functions: Vec::new() }
     }
 
+    /// Adds a constant with its line.
     pub fn constant(&mut self, name: &str, doc: &str, value: Value) {
         self.constants.push(Constant { name: name.into(), doc: doc.into(), value });
     }
 
+    /// Adds a function with the lines of `doc`.
     pub fn function(&mut self, doc: &str, function: Function) {
         self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function });
     }

@@ -48,6 +48,37 @@ pub struct Workspace {
     many: Vec<[f64; LANES]>,
 }
 
+/// Sine and cosine of an angle are one operation, at the place of the first: for each node the other one.
+fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
+    let mut partner = vec![None; nodes.len()];
+    let mut angles = std::collections::BTreeMap::new();
+    for (i, node) in nodes.iter().enumerate() {
+        if let Node::Sin(a) | Node::Cos(a) = node
+            && let Some(first) = angles.insert(*a, i)
+        {
+            partner[first] = Some(i);
+            partner[i] = Some(first);
+        }
+    }
+    partner
+}
+
+/// For each node the last one that reads it; inputs and outputs are read to the end.
+fn last_uses(function: &Function) -> Vec<usize> {
+    let nodes = function.graph().nodes();
+    let mut last_use = vec![0; nodes.len()];
+    for (i, &node) in nodes.iter().enumerate() {
+        for e in operands(node) {
+            last_use[e.node()] = i;
+        }
+    }
+    let (outputs, inputs) = (function.outputs.iter().map(|o| &o.entries), function.inputs.iter().map(|i| &i.entries));
+    for e in outputs.chain(inputs).flatten() {
+        last_use[e.node()] = usize::MAX;
+    }
+    last_use
+}
+
 /// Samples abreast: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
 const LANES: usize = 32;
 
@@ -56,31 +87,9 @@ impl Tape {
     pub fn new(function: &Function) -> Tape {
         let bound = function.bound();
         let nodes = bound.graph().nodes();
-        let n = nodes.len();
-
-        // Sine and cosine of an angle are one operation, at the place of the first.
-        let mut partner = vec![None; n];
-        let mut angles = std::collections::BTreeMap::new();
-        for (i, node) in nodes.iter().enumerate() {
-            if let Node::Sin(a) | Node::Cos(a) = node
-                && let Some(first) = angles.insert(*a, i)
-            {
-                partner[first] = Some(i);
-                partner[i] = Some(first);
-            }
-        }
-
-        let mut last_use = vec![0; n];
-        for (i, &node) in nodes.iter().enumerate() {
-            for e in operands(node) {
-                last_use[e.node()] = i;
-            }
-        }
-        for e in bound.outputs.iter().flat_map(|o| &o.entries).chain(bound.inputs.iter().flat_map(|i| &i.entries)) {
-            last_use[e.node()] = usize::MAX;
-        }
-
-        let mut schedule = Schedule { free: Vec::new(), n_slots: 0, slot: vec![None; n] };
+        let partner = partners(nodes);
+        let mut last_use = last_uses(&bound);
+        let mut schedule = Schedule { free: Vec::new(), n_slots: 0, slot: vec![None; nodes.len()] };
         let mut constants = Vec::new();
         let mut ops = Vec::new();
         for (i, &node) in nodes.iter().enumerate() {
@@ -135,14 +144,17 @@ impl Tape {
         }
     }
 
+    /// Number of entries of all inputs together.
     pub fn n_inputs(&self) -> usize {
         self.inputs.len()
     }
 
+    /// Number of entries of all outputs together.
     pub fn n_outputs(&self) -> usize {
         self.outputs.len()
     }
 
+    /// Memory for evaluations of this tape, to be used again by each.
     pub fn workspace(&self) -> Workspace {
         let mut work = Workspace { one: vec![[0.0]; self.n_slots], many: Vec::new() };
         for &(slot, x) in &self.constants {

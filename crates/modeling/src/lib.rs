@@ -4,35 +4,19 @@
 //! derived symbolically as an [`expr::Function`], once, with the robot's lengths and angles as named
 //! constants. Nothing here reads files or prints.
 
+#![warn(missing_docs)]
 #![allow(non_snake_case, reason = "Khalil's notation, docs/notation.md")]
 
-mod angle;
-mod base_parameters;
-mod closure;
-mod coefficient;
-mod composite;
-mod constants;
+mod base;
 mod derivation;
-mod energy;
-mod exact_rank;
-mod field;
-mod forward_dynamics;
-mod friction;
-mod implicit;
-mod inertia_matrix;
-mod interpolation;
+mod dynamics;
+mod functions;
 mod kinematics;
-mod names;
-mod pose;
-mod rank;
-mod regressor;
-mod rigid_regrouping;
+mod random;
 mod robot_module;
-mod rule;
-mod torque;
-mod vector;
 
-pub use base_parameters::{BaseParameter, BaseParameters, Rank, Term, UnclearRank};
-pub use closure::{Closure, Open};
+pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
+pub use base::evidence::{Rank, UnclearRank};
 pub use derivation::{Derivation, NeverCloses};
+pub use kinematics::closure::{Closure, Open};
 pub use robot_module::{RobotFunction, module};

@@ -3,24 +3,38 @@
 use expr::{Function, Module, Value};
 use robot::{LinkId, Robot};
 
-use crate::base_parameters::{BaseParameters, UnclearRank};
+use crate::base::base_parameters::BaseParameters;
+use crate::base::evidence::UnclearRank;
 use crate::derivation::Derivation;
 
 /// A model of a robot that a file may hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RobotFunction {
+    /// Y of the base parameters, which every file holds.
     BaseRegressor,
+    /// D of the standard parameters: [`Derivation::regressor`].
     Regressor,
+    /// [`Derivation::power_regressor`].
     PowerRegressor,
+    /// [`Derivation::energy`].
     Energy,
+    /// [`Derivation::inverse_dynamics`].
     InverseDynamics,
+    /// [`Derivation::inertia_matrix`].
     InertiaMatrix,
+    /// [`Derivation::bias`].
     Bias,
+    /// [`Derivation::gravity`].
     Gravity,
+    /// [`Derivation::forward_dynamics`].
     ForwardDynamics,
+    /// [`Derivation::friction`].
     Friction,
+    /// [`Derivation::pose`] of this link.
     Pose(LinkId),
+    /// [`Derivation::jacobian`] of this link.
     Jacobian(LinkId),
+    /// [`Derivation::external_torque`] on this link.
     ExternalTorque(LinkId),
 }
 

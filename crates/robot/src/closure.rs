@@ -5,7 +5,8 @@
 //! have been solved for, so that its gap says nothing at other points.
 
 use crate::inertial::Pose;
-use crate::link::{Loop, Robot};
+use crate::robot::{Loop, Robot};
+use crate::value::Value;
 
 /// Largest distance, m, and angle, rad, between frames that are to coincide.
 pub const TOLERANCE: f64 = 1e-9;
@@ -19,6 +20,7 @@ pub struct Gap {
     pub position: f64,
     /// rad.
     pub orientation: f64,
+    /// The configuration with this gap: coordinates, then passive ones.
     pub q: Vec<f64>,
 }
 
@@ -58,6 +60,20 @@ pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
         }
     }
     Ok(())
+}
+
+impl Robot {
+    /// Gives a symbol a value, m or rad. Fails when there is no such symbol, or when a loop no longer
+    /// closes: the relations of its joints stay those of the file.
+    pub fn set_symbol(&mut self, name: &str, value: f64) -> Result<(), String> {
+        let Some(s) = self.symbols.iter().position(|s| s.name == name) else {
+            let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
+            return Err(format!("there is no such symbol; there are {}", known.join(", ")));
+        };
+        self.symbols[s].value = Value::Number(value);
+        self.symbols[s].generic = false;
+        check(self).map_err(|(_, message)| message)
+    }
 }
 
 /// Distance of the origins, m, and angle between the axes, rad.

@@ -59,18 +59,22 @@ type Row = (&'static str, Entry);
 /// Ten parameters of one link, each with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedParameters {
+    /// Whose names and order these are.
     pub convention: Convention,
+    /// The point the inertia is about.
     pub about: About,
     /// In the order of the convention.
     pub values: [(&'static str, f64); 10],
 }
 
 impl Convention {
+    /// Every convention, in the order of their declaration.
     pub const ALL: [Convention; 8] = {
         use Convention::*;
         [Symoro, Pinocchio, Urdf, Figaroh, SymPyBotics, Matlab, Mujoco, Drake]
     };
 
+    /// The word for it on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Convention::Symoro => "symoro",
@@ -99,104 +103,52 @@ impl Convention {
 
     fn rows(self) -> [Row; 10] {
         use Entry::{Centre as C, FirstMoment as H, Inertia as I, Mass, UnitInertia as G};
-        match self {
-            Convention::Symoro => [
-                ("XX", I(0)),
-                ("XY", I(1)),
-                ("XZ", I(2)),
-                ("YY", I(3)),
-                ("YZ", I(4)),
-                ("ZZ", I(5)),
-                ("MX", H(0)),
-                ("MY", H(1)),
-                ("MZ", H(2)),
-                ("M", Mass),
-            ],
-            Convention::Pinocchio => [
-                ("m", Mass),
-                ("mx", H(0)),
-                ("my", H(1)),
-                ("mz", H(2)),
-                ("Ixx", I(0)),
-                ("Ixy", I(1)),
-                ("Iyy", I(3)),
-                ("Ixz", I(2)),
-                ("Iyz", I(4)),
-                ("Izz", I(5)),
-            ],
-            Convention::Urdf => [
-                ("mass", Mass),
-                ("x", C(0)),
-                ("y", C(1)),
-                ("z", C(2)),
-                ("ixx", I(0)),
-                ("ixy", I(1)),
-                ("ixz", I(2)),
-                ("iyy", I(3)),
-                ("iyz", I(4)),
-                ("izz", I(5)),
-            ],
-            Convention::Figaroh => [
-                ("Ixx", I(0)),
-                ("Ixy", I(1)),
-                ("Ixz", I(2)),
-                ("Iyy", I(3)),
-                ("Iyz", I(4)),
-                ("Izz", I(5)),
-                ("mx", H(0)),
-                ("my", H(1)),
-                ("mz", H(2)),
-                ("m", Mass),
-            ],
-            Convention::SymPyBotics => [
-                ("L_xx", I(0)),
-                ("L_xy", I(1)),
-                ("L_xz", I(2)),
-                ("L_yy", I(3)),
-                ("L_yz", I(4)),
-                ("L_zz", I(5)),
-                ("l_x", H(0)),
-                ("l_y", H(1)),
-                ("l_z", H(2)),
-                ("m", Mass),
-            ],
-            Convention::Matlab => [
-                ("Mass", Mass),
-                ("CenterOfMass_x", C(0)),
-                ("CenterOfMass_y", C(1)),
-                ("CenterOfMass_z", C(2)),
-                ("Ixx", I(0)),
-                ("Iyy", I(3)),
-                ("Izz", I(5)),
-                ("Iyz", I(4)),
-                ("Ixz", I(2)),
-                ("Ixy", I(1)),
-            ],
-            Convention::Mujoco => [
-                ("mass", Mass),
-                ("pos_x", C(0)),
-                ("pos_y", C(1)),
-                ("pos_z", C(2)),
-                ("xx", I(0)),
-                ("yy", I(3)),
-                ("zz", I(5)),
-                ("xy", I(1)),
-                ("xz", I(2)),
-                ("yz", I(4)),
-            ],
-            Convention::Drake => [
-                ("mass", Mass),
-                ("p_BoBcm_x", C(0)),
-                ("p_BoBcm_y", C(1)),
-                ("p_BoBcm_z", C(2)),
-                ("Gxx", G(0)),
-                ("Gyy", G(3)),
-                ("Gzz", G(5)),
-                ("Gxy", G(1)),
-                ("Gxz", G(2)),
-                ("Gyz", G(4)),
-            ],
-        }
+        let (names, entries) = match self {
+            Convention::Symoro => (
+                ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M"],
+                [I(0), I(1), I(2), I(3), I(4), I(5), H(0), H(1), H(2), Mass],
+            ),
+            Convention::Pinocchio => (
+                ["m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz"],
+                [Mass, H(0), H(1), H(2), I(0), I(1), I(3), I(2), I(4), I(5)],
+            ),
+            Convention::Urdf => (
+                ["mass", "x", "y", "z", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"],
+                [Mass, C(0), C(1), C(2), I(0), I(1), I(2), I(3), I(4), I(5)],
+            ),
+            Convention::Figaroh => (
+                ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "mx", "my", "mz", "m"],
+                [I(0), I(1), I(2), I(3), I(4), I(5), H(0), H(1), H(2), Mass],
+            ),
+            Convention::SymPyBotics => (
+                ["L_xx", "L_xy", "L_xz", "L_yy", "L_yz", "L_zz", "l_x", "l_y", "l_z", "m"],
+                [I(0), I(1), I(2), I(3), I(4), I(5), H(0), H(1), H(2), Mass],
+            ),
+            Convention::Matlab => (
+                [
+                    "Mass",
+                    "CenterOfMass_x",
+                    "CenterOfMass_y",
+                    "CenterOfMass_z",
+                    "Ixx",
+                    "Iyy",
+                    "Izz",
+                    "Iyz",
+                    "Ixz",
+                    "Ixy",
+                ],
+                [Mass, C(0), C(1), C(2), I(0), I(3), I(5), I(4), I(2), I(1)],
+            ),
+            Convention::Mujoco => (
+                ["mass", "pos_x", "pos_y", "pos_z", "xx", "yy", "zz", "xy", "xz", "yz"],
+                [Mass, C(0), C(1), C(2), I(0), I(3), I(5), I(1), I(2), I(4)],
+            ),
+            Convention::Drake => (
+                ["mass", "p_BoBcm_x", "p_BoBcm_y", "p_BoBcm_z", "Gxx", "Gyy", "Gzz", "Gxy", "Gxz", "Gyz"],
+                [Mass, C(0), C(1), C(2), G(0), G(3), G(5), G(1), G(2), G(4)],
+            ),
+        };
+        std::array::from_fn(|i| (names[i], entries[i]))
     }
 
     /// From XX .. M about the origin of a frame, in that frame; `None` where the convention divides

@@ -5,15 +5,20 @@ use std::fmt;
 /// A place in a file; line and column count from 1, zero where unknown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
+    /// As the caller named it.
     pub file: String,
+    /// From 1; 0 where the error is of the whole file.
     pub line: usize,
+    /// From 1; 0 where unknown.
     pub column: usize,
 }
 
 /// A description that cannot be used: where, what was found, what was expected, what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
+    /// Where the description is wrong.
     pub place: Place,
+    /// What was found, what was expected, what to do.
     pub message: String,
 }
 

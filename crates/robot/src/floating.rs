@@ -5,11 +5,11 @@
 //! rates are those of these coordinates, not the twist of the base; at a pitch of +-pi/2 yaw and roll
 //! turn about one axis and the configuration is singular.
 
-use crate::affine::Affine;
 use crate::inertial::Pose;
-use crate::link::{
+use crate::robot::{
     Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, ModifiedDh, Robot, RotorInertia,
 };
+use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
 /// Coordinates of the base, before those of the robot.
@@ -19,53 +19,8 @@ impl Robot {
     /// This robot with its base afloat: six coordinates more, in front, and the base a link.
     pub fn floating(&self) -> Robot {
         let mut robot = self.clone();
-        let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
-        let minus = |v: Value| Value::Neg(Box::new(v));
-        let turned = |gamma: Value, alpha: Value, theta: Value| ModifiedDh { gamma, alpha, theta, ..ModifiedDh::ZERO };
-        use JointKind::{Fixed, Prismatic, Revolute};
-        // z of each frame along the axis: x, y, z of the ground, then z, y, x of the base so far.
-        let forward = || turned(half_pi(), half_pi(), Value::ZERO);
-        let root = [
-            (forward(), Prismatic),
-            (forward(), Prismatic),
-            (forward(), Prismatic),
-            (ModifiedDh::ZERO, Revolute),
-            (turned(Value::ZERO, minus(half_pi()), Value::ZERO), Revolute),
-            (forward(), Revolute),
-            // Back to the axes of the base.
-            (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
-        ];
-        let shift = root.len();
-        let mut links: Vec<Link> = root
-            .into_iter()
-            .enumerate()
-            .map(|(j, (geometry, kind))| {
-                let name = COORDINATES.get(j).copied().unwrap_or("base").to_string();
-                let (drive, variable) = match kind {
-                    Fixed => (Drive::Locked, Affine::constant(Value::ZERO)),
-                    _ => (Drive::Actuated, Affine::coordinate(CoordinateId(j))),
-                };
-                Link {
-                    label: name.clone(),
-                    antecedent: j.checked_sub(1).map(LinkId),
-                    geometry,
-                    joint: Joint {
-                        name: name.clone(),
-                        kind,
-                        drive,
-                        variable,
-                        rotor_inertia: RotorInertia::Absent,
-                        friction: Friction::default(),
-                        drive_gain: None,
-                    },
-                    name,
-                    inertial: None,
-                    file_frame: Pose::IDENTITY,
-                    parts: Vec::new(),
-                }
-            })
-            .collect();
-
+        let mut links = root_links();
+        let shift = links.len();
         let base = LinkId(shift - 1);
         let moved = |antecedent: Option<LinkId>| Some(antecedent.map_or(base, |i| LinkId(i.0 + shift)));
         let renumber = |variable: &mut Affine| variable.terms.iter_mut().for_each(|t| t.0.0 += COORDINATES.len());
@@ -84,6 +39,52 @@ impl Robot {
         robot.coordinates.splice(0..0, base_coordinates);
         robot
     }
+}
+
+/// The links from the ground to the base: six that a joint moves, and the base in its own axes.
+fn root_links() -> Vec<Link> {
+    use JointKind::{Fixed, Prismatic, Revolute};
+    let half_pi = || Value::Div(Box::new(Value::Pi), Box::new(Value::Number(2.0)));
+    let minus = |v: Value| Value::Neg(Box::new(v));
+    let turned = |gamma: Value, alpha: Value, theta: Value| ModifiedDh { gamma, alpha, theta, ..ModifiedDh::ZERO };
+    // z of each frame along the axis: x, y, z of the ground, then z, y, x of the base so far.
+    let forward = || turned(half_pi(), half_pi(), Value::ZERO);
+    let root = [
+        (forward(), Prismatic),
+        (forward(), Prismatic),
+        (forward(), Prismatic),
+        (ModifiedDh::ZERO, Revolute),
+        (turned(Value::ZERO, minus(half_pi()), Value::ZERO), Revolute),
+        (forward(), Revolute),
+        // Back to the axes of the base.
+        (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
+    ];
+    let link = |(j, (geometry, kind)): (usize, (ModifiedDh, JointKind))| {
+        let name = COORDINATES.get(j).copied().unwrap_or("base").to_string();
+        let (drive, variable) = match kind {
+            Fixed => (Drive::Locked, Affine::constant(Value::ZERO)),
+            _ => (Drive::Actuated, Affine::coordinate(CoordinateId(j))),
+        };
+        Link {
+            label: name.clone(),
+            antecedent: j.checked_sub(1).map(LinkId),
+            geometry,
+            joint: Joint {
+                name: name.clone(),
+                kind,
+                drive,
+                variable,
+                rotor_inertia: RotorInertia::Absent,
+                friction: Friction::default(),
+                drive_gain: None,
+            },
+            name,
+            inertial: None,
+            file_frame: Pose::IDENTITY,
+            parts: Vec::new(),
+        }
+    };
+    root.into_iter().enumerate().map(link).collect()
 }
 
 #[cfg(test)]

@@ -13,11 +13,14 @@ pub use crate::vector::Matrix3;
 /// Placement of a frame b in a frame a: `R_ab` orientation (rows), `p_ab` position, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
+    /// R_ab, row by row: column k is axis k of b in a.
     pub rotation: Matrix3,
+    /// p_ab: the origin of b in a, m.
     pub position: [f64; 3],
 }
 
 impl Pose {
+    /// b is a.
     pub const IDENTITY: Pose =
         Pose { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
 

@@ -6,7 +6,7 @@
 //!        [ sa st               sa ct               ca    ]          [ ca r + b       ]
 
 use crate::inertial::Pose;
-use crate::link::{JointKind, LoopFrame, ModifiedDh, Robot};
+use crate::robot::{JointKind, LoopFrame, ModifiedDh, Robot};
 use crate::value::{Symbol, Value};
 
 impl ModifiedDh {

@@ -5,7 +5,9 @@
 //!
 //! [Khalil, Kleinfinger 1986]: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r).
 
-mod affine;
+#![warn(missing_docs)]
+
+mod angle_snap;
 pub mod closure;
 pub mod convention;
 mod error;
@@ -14,22 +16,19 @@ pub mod format;
 mod inertial;
 pub mod kinematics;
 mod linear_angle;
-mod link;
 pub mod lint;
 mod parameter;
 mod passive;
 mod polygon;
+mod robot;
 pub mod value;
-mod value_parse;
-mod value_text;
 mod vector;
 
-pub use affine::Affine;
 pub use error::{Error, Place};
 pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
-pub use link::{
+pub use parameter::{Inertial, StandardParameter};
+pub use robot::{
     Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
     PassiveCoordinate, Robot, RotorInertia,
 };
-pub use parameter::{Inertial, StandardParameter};
-pub use value::{CoordinateId, Symbol, SymbolId, Value};
+pub use value::{Affine, CoordinateId, Symbol, SymbolId, Value};

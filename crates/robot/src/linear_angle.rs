@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use crate::format::computed_angle;
+use crate::angle_snap::computed_angle;
 use crate::value::{Symbol, SymbolId, Value};
 
 /// An angle as an integer combination of symbols, a multiple of pi/12, and what is neither.

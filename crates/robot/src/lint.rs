@@ -9,24 +9,29 @@
 //! Not here: whether the figures are those of the robot; that is identification's.
 
 use crate::inertial::{Matrix3, Part, Pose, transform_inertial};
-use crate::link::{Link, Robot};
+use crate::robot::{Link, Robot};
 
 /// One suspicion about one link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// Name of the link, or of the part of it.
     pub link: String,
+    /// What looks wrong.
     pub mistake: Mistake,
     /// The evidence, with numbers.
     pub text: String,
 }
 
+/// The classic mistakes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mistake {
+    /// The mass is below zero.
     NegativeMass,
+    /// There is an inertia, but no mass that could have it.
     InertiaWithoutMass,
     /// A principal moment is negative.
     NotPositive,
+    /// A principal moment is larger than the sum of the two others.
     TriangleInequality,
     /// Exchanging Ixz and Iyz would make it possible.
     SwappedProducts,
@@ -189,6 +194,10 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
     }
 }
 
+/// Part of the largest principal moment by which a turn may change an entry and be that of a rounded
+/// angle: files give six digits.
+const SAME_AXES: f64 = 1e-6;
+
 /// An inertial frame turned against its link, with an inertia to which that matters.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     if part.name != link.name || part.mass <= 0.0 {
@@ -200,7 +209,7 @@ fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     let turned = transform_inertial(&x, &Pose { position: [0.0; 3], ..in_file });
     let largest = principal_moments(&part.inertia)[2].abs();
     let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
-    if away > 1e-6 * largest {
+    if away > SAME_AXES * largest {
         let text = format!(
             "its inertial frame is turned (rpy): whoever ignores that reads entries wrong by up to {away:.2e} kg m^2, \
              {:.0} % of the largest principal moment",

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::link::{LinkId, Robot, RotorInertia};
+use crate::robot::{Link, LinkId, Robot, RotorInertia};
 
 /// The ten inertial parameters of a link and its rotor inertia, in the order of every vector.
 ///
@@ -11,16 +11,27 @@ use crate::link::{LinkId, Robot, RotorInertia};
 /// from the joint, kg m^2 (kg for a prismatic joint): the torque Ia ddq_j.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Inertial {
+    /// sum m (y^2 + z^2), kg m^2.
     Xx,
+    /// -sum m x y, kg m^2.
     Xy,
+    /// -sum m x z, kg m^2.
     Xz,
+    /// sum m (x^2 + z^2), kg m^2.
     Yy,
+    /// -sum m y z, kg m^2.
     Yz,
+    /// sum m (x^2 + y^2), kg m^2.
     Zz,
+    /// sum m x, kg m.
     Mx,
+    /// sum m y, kg m.
     My,
+    /// sum m z, kg m.
     Mz,
+    /// sum m, kg.
     M,
+    /// Rotor inertia seen from the joint, kg m^2 (kg).
     Ia,
 }
 
@@ -31,6 +42,7 @@ impl Inertial {
         [Xx, Xy, Xz, Yy, Yz, Zz, Mx, My, Mz, M]
     };
 
+    /// As SYMORO writes it: `XX`, `MX`, `IA`.
     pub fn letters(self) -> &'static str {
         use Inertial::*;
         match self {
@@ -48,7 +60,7 @@ impl Inertial {
         }
     }
 
-    /// Inertias 2, first moments 1, mass 0; the rotor inertia counts as an inertia.
+    /// Whether it is MX, MY or MZ: what gravity acts on besides the mass.
     pub fn is_first_moment(self) -> bool {
         matches!(self, Inertial::Mx | Inertial::My | Inertial::Mz)
     }
@@ -57,14 +69,16 @@ impl Inertial {
 /// One standard parameter of one link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StandardParameter {
+    /// The link, or the link behind the joint for a rotor.
     pub link: LinkId,
+    /// Which of its eleven.
     pub inertial: Inertial,
 }
 
 impl StandardParameter {
     /// All of a robot, link by link: XX XY XZ YY YZ ZZ MX MY MZ M, then IA where the joint has one.
     pub fn all(robot: &Robot) -> Vec<StandardParameter> {
-        let of_link = |(j, link): (usize, &crate::Link)| {
+        let of_link = |(j, link): (usize, &Link)| {
             let rotor = link.joint.rotor_inertia.is_modelled().then_some(Inertial::Ia);
             let inertials = Inertial::BODY.into_iter().chain(rotor);
             inertials.map(move |inertial| StandardParameter { link: LinkId(j), inertial })

@@ -18,11 +18,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use crate::affine::Affine;
-use crate::format::computed_angle;
+use crate::angle_snap::computed_angle;
 use crate::linear_angle::{LinearAngle, wrapped};
-use crate::link::{JointKind, ModifiedDh, Note, Robot};
 use crate::polygon::{Polygon, ROUNDING, polygon};
+use crate::robot::{JointKind, ModifiedDh, Note, Robot};
+use crate::value::Affine;
 use crate::value::{CoordinateId, Symbol, SymbolId, Value};
 
 /// Settles what it can of [`Robot::passive`]: variables become affine, their constants go into the
@@ -213,6 +213,10 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
     Ok(true)
 }
 
+/// rad/rad: a slope this near to an integer is one. Differences of angles accurate to 1e-15 over a step
+/// of 0.01 leave 1e-13; a slope that is no integer is one of lengths, and those are not this round.
+const INTEGER: f64 = 1e-9;
+
 /// The constants of the relations as values: exact, or a number that holds at these lengths.
 fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec<(Value, bool)> {
     let free: Vec<usize> = (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect();
@@ -247,7 +251,7 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
         for (&s, constants) in free.iter().zip(&singly) {
             let Some(constants) = constants else { return inexact };
             let slope = wrapped(constants[r] - at) / STEP;
-            if (slope - slope.round()).abs() > 1e-9 {
+            if (slope - slope.round()).abs() > INTEGER {
                 return inexact;
             }
             if slope.round() != 0.0 {
@@ -257,7 +261,7 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
             }
         }
         match &together {
-            Some(constants) if wrapped(constants[r] - expected).abs() < 1e-9 => {
+            Some(constants) if wrapped(constants[r] - expected).abs() < ROUNDING => {
                 let mut sum = LinearAngle::default();
                 terms.into_iter().for_each(|(s, m)| sum.add_symbol(SymbolId(s), m));
                 sum.add(&computed_angle(wrapped(rest)), 1, &robot.symbols);
@@ -311,26 +315,7 @@ fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)])
 
     let symbols = robot.symbols.clone();
     let put_in = |geometry: &mut ModifiedDh, kind: JointKind, variable: &mut Affine| {
-        let mut coefficients: BTreeMap<CoordinateId, f64> = BTreeMap::new();
-        for &(k, c) in &variable.terms {
-            let solved = &solutions[k.0].0;
-            for &(i, x) in &solved.terms {
-                *coefficients.entry(i).or_default() += c * x;
-            }
-            if solved.offset != Value::ZERO {
-                let slot = if kind == JointKind::Prismatic { &mut geometry.r } else { &mut geometry.theta };
-                *slot = if c.fract() == 0.0 && kind == JointKind::Revolute {
-                    let mut sum = LinearAngle::default();
-                    sum.add(slot, 1, &symbols);
-                    sum.add(&solved.offset, c as i64, &symbols);
-                    sum.value()
-                } else {
-                    let product = Value::Mul(Box::new(Value::Number(c)), Box::new(solved.offset.clone()));
-                    Value::Add(Box::new(slot.clone()), Box::new(product))
-                };
-            }
-        }
-        variable.terms = coefficients.into_iter().filter(|t| t.1.abs() > ROUNDING).collect();
+        substitute(&solutions, &symbols, geometry, kind, variable);
     };
     for link in &mut robot.links {
         put_in(&mut link.geometry, link.joint.kind, &mut link.joint.variable);
@@ -341,6 +326,37 @@ fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)])
         }
     }
     robot.passive = remains.iter().map(|&k| robot.passive[k - n].clone()).collect();
+}
+
+/// Replaces each variable in a joint's by its solution: the terms stay in the joint's variable, the
+/// constants go into theta (or r) of the geometry.
+fn substitute(
+    solutions: &[(Affine, bool)],
+    symbols: &[Symbol],
+    geometry: &mut ModifiedDh,
+    kind: JointKind,
+    variable: &mut Affine,
+) {
+    let mut coefficients: BTreeMap<CoordinateId, f64> = BTreeMap::new();
+    for &(k, c) in &variable.terms {
+        let solved = &solutions[k.0].0;
+        for &(i, x) in &solved.terms {
+            *coefficients.entry(i).or_default() += c * x;
+        }
+        if solved.offset != Value::ZERO {
+            let slot = if kind == JointKind::Prismatic { &mut geometry.r } else { &mut geometry.theta };
+            *slot = if c.fract() == 0.0 && kind == JointKind::Revolute {
+                let mut sum = LinearAngle::default();
+                sum.add(slot, 1, symbols);
+                sum.add(&solved.offset, c as i64, symbols);
+                sum.value()
+            } else {
+                let product = Value::Mul(Box::new(Value::Number(c)), Box::new(solved.offset.clone()));
+                Value::Add(Box::new(slot.clone()), Box::new(product))
+            };
+        }
+    }
+    variable.terms = coefficients.into_iter().filter(|t| t.1.abs() > ROUNDING).collect();
 }
 
 fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {

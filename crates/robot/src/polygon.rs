@@ -10,7 +10,7 @@
 //! The Phi are linear in the variables; what is constant in an angle is in the s_k and in delta.
 
 use crate::inertial::Pose;
-use crate::link::{JointKind, Loop, LoopFrame, Robot};
+use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, norm, plus, product, scaled, transposed, turn};
 

@@ -1,95 +1,20 @@
 //! File formats: each reads a text into a [`crate::Robot`].
 //!
-//! A description is refused with one [`Error`]: the file, the line, what was found, what was
+//! A description is refused with one [`crate::Error`]: the file, the line, what was found, what was
 //! expected. No text makes a reader panic: sizes, depths and expressions are bounded here.
 
 mod expression;
 mod node;
+mod options;
 mod par;
-mod par_generic;
-mod par_parameters;
-mod par_table;
-mod par_text;
-mod par_variables;
-mod par_write;
-mod reframe;
-mod snap;
+mod read;
 mod suggestion;
 mod urdf;
-mod urdf_mimic;
-mod urdf_text;
-mod urdf_tree;
-mod urdf_write;
 mod yaml;
-mod yaml_link;
-mod yaml_loop;
-mod yaml_write;
 
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
-
-use crate::error::{Error, Place};
-use crate::link::Robot;
-pub use par::read_par;
-pub use par_write::write_par;
-pub(crate) use snap::computed_angle;
-pub use urdf::{Angles, ReadOptions, read_urdf, read_urdf_with};
-pub use urdf_mimic::Mimic;
-pub use urdf_write::write_urdf;
-pub use yaml::read_yaml;
-pub use yaml_write::write_yaml;
-
-/// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
-const MAX_BYTES: u64 = 16 << 20;
-
-/// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
-/// YAML; `urdf`, `xml`: URDF; `par`: SYMORO, in UTF-8 or Latin-1).
-///
-/// Fails when the file cannot be read, is larger than 16 MiB, is not in its encoding, or does not describe
-/// a robot.
-pub fn read(path: &Path) -> Result<Robot, Error> {
-    read_with(path, ReadOptions::default())
-}
-
-/// As [`read`], with options.
-pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
-    let file_name = path.display().to_string();
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let text = || read_text(path, &file_name, extension == "par");
-    match extension.as_str() {
-        "yaml" | "yml" => yaml::read_yaml_with(&text()?, &file_name, options.angles),
-        "urdf" | "xml" => read_urdf_with(&text()?, &file_name, options),
-        "par" => read_par(&text()?, &file_name),
-        _ => {
-            let message =
-                format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
-            Err(whole_file(&file_name, message))
-        }
-    }
-}
-
-fn read_text(path: &Path, file_name: &str, may_be_latin: bool) -> Result<String, Error> {
-    let fail = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
-        _ => whole_file(file_name, format!("the file cannot be read: {e}")),
-    };
-    let mut bytes = Vec::new();
-    File::open(path).map_err(fail)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
-    }
-    if may_be_latin && std::str::from_utf8(&bytes).is_err() {
-        // A byte of Latin-1 is a character of the same number.
-        return Ok(bytes.iter().map(|&b| char::from(b)).collect());
-    }
-    String::from_utf8(bytes).map_err(|e| {
-        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-        let message = "the text is not UTF-8: save the file in that encoding".to_string();
-        Error { place: Place { file: file_name.into(), line, column: 0 }, message }
-    })
-}
-
-fn whole_file(file: &str, message: String) -> Error {
-    Error { place: Place { file: file.into(), line: 0, column: 0 }, message }
-}
+pub use crate::angle_snap::Angles;
+pub use options::{Mimic, ReadOptions};
+pub use par::{read_par, write_par};
+pub use read::{read, read_with};
+pub use urdf::{read_urdf, read_urdf_with, write_urdf};
+pub use yaml::{read_yaml, write_yaml};

@@ -1,0 +1,341 @@
+//! Coefficients of the regrouping rules: Laurent polynomials in lengths, cosines and sines.
+//!
+//! `-D2^2`, `D10*cos(G10)/D4`, `cos(2*DEL)`: sums of rational multiples of products of integer
+//! powers. Normal form: sin^2 is written 1 - cos^2, so that equal coefficients are equal as data.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use expr::{Expr, Graph, Node, SymbolKind};
+
+use crate::base::field::{Assignment, Residue};
+
+/// A factor of a product.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Atom {
+    /// The length named by this symbol.
+    Length(u32),
+    /// cos and sin of the angle named by this symbol.
+    Cos(u32),
+    Sin(u32),
+}
+
+/// Powers of atoms, in order, none of them zero.
+pub(crate) type Monomial = Vec<(Atom, i32)>;
+
+/// A rational number: numerator, positive denominator, reduced.
+type Ratio = (i128, i128);
+
+/// sum of ratio * monomial; no zero ratio.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub(crate) struct Coefficient {
+    terms: BTreeMap<Monomial, Ratio>,
+}
+
+impl Coefficient {
+    pub fn zero() -> Coefficient {
+        Coefficient::default()
+    }
+
+    pub fn one() -> Coefficient {
+        Coefficient::ratio((1, 1))
+    }
+
+    pub fn ratio(ratio: Ratio) -> Coefficient {
+        Coefficient::product(Vec::new(), ratio)
+    }
+
+    /// ratio * product of the monomial, which has no power of a sine above one.
+    pub fn product(monomial: Monomial, ratio: Ratio) -> Coefficient {
+        let mut c = Coefficient::zero();
+        c.add_term(monomial, ratio);
+        c
+    }
+
+    pub fn is_zero(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// An expression in named constants; `None` when it is no such polynomial (a division by a sum).
+    pub fn from_expr(graph: &Graph, e: Expr) -> Option<Coefficient> {
+        let part = |e: Expr| Coefficient::from_expr(graph, e);
+        let symbol = |e: Expr| match graph.node(e) {
+            Node::Symbol(s) if matches!(graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_)) => Some(s.0),
+            _ => None,
+        };
+        let positive = match graph.node(e.abs()) {
+            Node::Constant(x) => Coefficient::ratio(dyadic(x)?),
+            Node::Symbol(_) => Coefficient::product(vec![(Atom::Length(symbol(e.abs())?), 1)], (1, 1)),
+            Node::Cos(a) => Coefficient::product(vec![(Atom::Cos(symbol(a)?), 1)], (1, 1)),
+            Node::Sin(a) => Coefficient::product(vec![(Atom::Sin(symbol(a)?), 1)], (1, 1)),
+            Node::Add(a, b) => part(a)?.plus(&part(b)?),
+            Node::Mul(a, b) => part(a)?.times(&part(b)?),
+            Node::Div(a, b) => part(a)?.times(&part(b)?.inverse()?),
+            Node::Sqrt(_) => return None,
+        };
+        Some(if e.is_negative() { positive.negated() } else { positive })
+    }
+
+    fn add_term(&mut self, monomial: Monomial, ratio: Ratio) {
+        if ratio.0 == 0 {
+            return;
+        }
+        let sum = match self.terms.get(&monomial) {
+            Some(&old) => reduced(old.0 * ratio.1 + ratio.0 * old.1, old.1 * ratio.1),
+            None => ratio,
+        };
+        if sum.0 == 0 {
+            self.terms.remove(&monomial);
+        } else {
+            self.terms.insert(monomial, sum);
+        }
+    }
+
+    pub fn plus(&self, other: &Coefficient) -> Coefficient {
+        let mut sum = self.clone();
+        for (m, &r) in &other.terms {
+            sum.add_term(m.clone(), r);
+        }
+        sum
+    }
+
+    pub fn negated(&self) -> Coefficient {
+        Coefficient { terms: self.terms.iter().map(|(m, &(n, d))| (m.clone(), (-n, d))).collect() }
+    }
+
+    pub fn times(&self, other: &Coefficient) -> Coefficient {
+        let mut product = Coefficient::zero();
+        for (a, &(an, ad)) in &self.terms {
+            for (b, &(bn, bd)) in &other.terms {
+                let ratio = reduced(an * bn, ad * bd);
+                for (monomial, sign) in without_squared_sines(multiplied(a, b)) {
+                    product.add_term(monomial, (sign * ratio.0, ratio.1));
+                }
+            }
+        }
+        product
+    }
+
+    /// 1 / self when self is one product without sines.
+    fn inverse(&self) -> Option<Coefficient> {
+        match self.terms.iter().next() {
+            Some((m, &(n, d))) if self.terms.len() == 1 && !m.iter().any(|f| matches!(f.0, Atom::Sin(_))) => {
+                let sign = n.signum();
+                let inverse = m.iter().map(|&(a, k)| (a, -k)).collect();
+                Some(Coefficient::product(inverse, (sign * d, sign * n)))
+            }
+            _ => None,
+        }
+    }
+
+    /// The coefficient where each constant has its value.
+    pub fn number(&self, graph: &Graph) -> f64 {
+        let value = |s: u32| match graph.symbols()[s as usize].1 {
+            SymbolKind::Constant(x) => x,
+            SymbolKind::Input => f64::NAN,
+        };
+        let factor = |&(atom, k): &(Atom, i32)| {
+            let x = match atom {
+                Atom::Length(s) => value(s),
+                Atom::Cos(s) => libm::cos(value(s)),
+                Atom::Sin(s) => libm::sin(value(s)),
+            };
+            (0..k.abs()).fold(1.0, |product, _| if k > 0 { product * x } else { product / x })
+        };
+        self.terms.iter().map(|(m, &(n, d))| m.iter().map(factor).fold(n as f64 / d as f64, |a, b| a * b)).sum()
+    }
+
+    pub fn display<'a>(&'a self, graph: &'a Graph) -> impl fmt::Display + 'a {
+        Displayed { coefficient: self, graph }
+    }
+
+    /// The summands, each alone, unless together they are the square or the double of an angle.
+    pub fn summands(&self, graph: &Graph) -> Vec<Coefficient> {
+        if double_angle(&self.terms, graph).is_some() {
+            return vec![self.clone()];
+        }
+        self.terms.iter().map(|(m, &r)| Coefficient { terms: BTreeMap::from([(m.clone(), r)]) }).collect()
+    }
+
+    #[cfg(test)]
+    pub fn is_one(&self) -> bool {
+        *self == Coefficient::one()
+    }
+}
+
+/// The element that a monomial is where its constants are assigned these.
+pub(crate) fn residue(monomial: &Monomial, constants: &[Assignment]) -> Residue {
+    monomial.iter().fold(Residue::ONE, |product, &(atom, k)| {
+        let x = match atom {
+            Atom::Length(s) => constants[s as usize].length,
+            Atom::Cos(s) => constants[s as usize].cos,
+            Atom::Sin(s) => constants[s as usize].sin,
+        };
+        let x = if k < 0 { x.inverse() } else { x };
+        product * x.power(u64::from(k.unsigned_abs()))
+    })
+}
+
+fn multiplied(a: &Monomial, b: &Monomial) -> Monomial {
+    let mut product: BTreeMap<Atom, i32> = a.iter().copied().collect();
+    for &(atom, k) in b {
+        *product.entry(atom).or_insert(0) += k;
+    }
+    product.into_iter().filter(|f| f.1 != 0).collect()
+}
+
+/// sin^2 = 1 - cos^2, until no sine is squared.
+fn without_squared_sines(monomial: Monomial) -> Vec<(Monomial, i128)> {
+    match monomial.iter().find(|f| matches!(f.0, Atom::Sin(_)) && f.1 > 1) {
+        None => vec![(monomial, 1)],
+        Some(&(Atom::Sin(s), _)) => {
+            let plain = multiplied(&monomial, &vec![(Atom::Sin(s), -2)]);
+            let squared = multiplied(&plain, &vec![(Atom::Cos(s), 2)]);
+            let mut terms = without_squared_sines(plain);
+            terms.extend(without_squared_sines(squared).into_iter().map(|(m, sign)| (m, -sign)));
+            terms
+        }
+        Some(_) => unreachable!("only sines are looked for"),
+    }
+}
+
+fn reduced(n: i128, d: i128) -> Ratio {
+    let (mut a, mut b) = (n.unsigned_abs(), d.unsigned_abs());
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    let g = a.max(1) as i128;
+    (n / g, d / g)
+}
+
+/// A number that is a ratio of small integers.
+fn dyadic(x: f64) -> Option<Ratio> {
+    [1i128, 2, 4, 8, 16, 1000, 1_000_000].into_iter().find_map(|d| {
+        let n = x * d as f64;
+        (n.fract() == 0.0 && n.abs() < 1e9).then(|| reduced(n as i128, d))
+    })
+}
+
+struct Displayed<'a> {
+    coefficient: &'a Coefficient,
+    graph: &'a Graph,
+}
+
+impl fmt::Display for Displayed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let terms = &self.coefficient.terms;
+        if terms.is_empty() {
+            return f.write_str("0");
+        }
+        if let Some(text) = double_angle(terms, self.graph) {
+            return f.write_str(&text);
+        }
+        // Positive terms first reads better than a leading minus.
+        let ordered = terms.iter().filter(|t| t.1.0 > 0).chain(terms.iter().filter(|t| t.1.0 < 0));
+        for (i, (monomial, &(n, d))) in ordered.enumerate() {
+            match (i, n < 0) {
+                (0, false) => {}
+                (0, true) => f.write_str("-")?,
+                (_, false) => f.write_str(" + ")?,
+                (_, true) => f.write_str(" - ")?,
+            }
+            f.write_str(&product_text(monomial, (n.abs(), d), self.graph))?;
+        }
+        Ok(())
+    }
+}
+
+fn product_text(monomial: &Monomial, (n, d): Ratio, graph: &Graph) -> String {
+    let name = |s: u32| &graph.symbols()[s as usize].0;
+    let factor = |atom: Atom, k: i32| {
+        let base = match atom {
+            Atom::Length(s) => name(s).clone(),
+            Atom::Cos(s) => format!("cos({})", name(s)),
+            Atom::Sin(s) => format!("sin({})", name(s)),
+        };
+        if k == 1 { base } else { format!("{base}^{k}") }
+    };
+    let above: Vec<String> = monomial.iter().filter(|f| f.1 > 0).map(|f| factor(f.0, f.1)).collect();
+    let below: Vec<String> = monomial.iter().filter(|f| f.1 < 0).map(|f| factor(f.0, -f.1)).collect();
+    let mut text = match (n, above.is_empty()) {
+        (n, true) => n.to_string(),
+        (1, false) => above.join("*"),
+        (n, false) => format!("{n}*{}", above.join("*")),
+    };
+    if d != 1 {
+        text += &format!("/{d}");
+    }
+    for b in below {
+        text += &format!("/{b}");
+    }
+    text
+}
+
+/// x (2 cos^2 - 1) as x cos(2 a), 2 x sin cos as x sin(2 a), x - x cos^2 as x sin^2.
+fn double_angle(terms: &BTreeMap<Monomial, Ratio>, graph: &Graph) -> Option<String> {
+    let name = |s: u32| &graph.symbols()[s as usize].0;
+    let signed = |rest: &Monomial, (n, d): Ratio, pair: String| {
+        let mut text = product_text(rest, (n.abs(), d), graph);
+        text = if text == "1" { pair } else { format!("{text}*{pair}") };
+        Some(if n < 0 { format!("-{text}") } else { text })
+    };
+    if terms.len() == 1 {
+        let (monomial, &(n, d)) = terms.iter().next()?;
+        let s = monomial.iter().find_map(|f| match f {
+            (Atom::Sin(s), 1) if monomial.contains(&(Atom::Cos(*s), 1)) => Some(*s),
+            _ => None,
+        })?;
+        if n % 2 != 0 {
+            return None;
+        }
+        let rest = multiplied(monomial, &vec![(Atom::Cos(s), -1), (Atom::Sin(s), -1)]);
+        return signed(&rest, (n / 2, d), format!("sin(2*{})", name(s)));
+    }
+    if terms.len() != 2 {
+        return None;
+    }
+    let (squared, &(n, d)) = terms.iter().find(|(m, _)| m.iter().any(|f| matches!(f, (Atom::Cos(_), 2))))?;
+    let s = squared.iter().find_map(|f| if let (Atom::Cos(s), 2) = f { Some(*s) } else { None })?;
+    let rest = multiplied(squared, &vec![(Atom::Cos(s), -2)]);
+    if terms.get(&rest) == Some(&(-n, d)) {
+        return signed(&rest, (-n, d), format!("sin({})^2", name(s)));
+    }
+    let half = reduced(-n, 2 * d);
+    (terms.get(&rest) == Some(&half)).then_some(())?;
+    signed(&rest, reduced(n, 2 * d), format!("cos(2*{})", name(s)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normal_form_and_text() {
+        let mut g = Graph::new();
+        let d2 = g.symbol("D2", SymbolKind::Constant(0.3));
+        let d4 = g.symbol("D4", SymbolKind::Constant(0.5));
+        let del = g.symbol("DEL", SymbolKind::Constant(0.7));
+        let (c, s) = (g.cos(del), g.sin(del));
+        let read = |g: &Graph, e: Expr| Coefficient::from_expr(g, e).unwrap();
+
+        let (cc, ss) = (g.mul(c, c), g.mul(s, s));
+        let one = g.add(cc, ss);
+        assert!(read(&g, one).is_one());
+
+        let cos_2 = g.sub(cc, ss);
+        let x = g.mul(d2, cos_2);
+        assert_eq!(read(&g, x).display(&g).to_string(), "D2*cos(2*DEL)");
+        assert!((read(&g, x).number(&g) - 0.3 * libm::cos(1.4)).abs() < 1e-16);
+
+        let sc = g.mul(s, c);
+        let y = g.add(sc, sc);
+        assert_eq!(read(&g, -y).display(&g).to_string(), "-sin(2*DEL)");
+
+        let ratio = g.div(d2, d4);
+        let z = g.mul(ratio, c);
+        assert_eq!(read(&g, z).display(&g).to_string(), "D2*cos(DEL)/D4");
+        let square = g.mul(d2, d2);
+        let w = g.sub(d4, square);
+        assert_eq!(read(&g, w).display(&g).to_string(), "D4 - D2^2");
+    }
+}

@@ -1,0 +1,17 @@
+//! The least set of inertial parameters on which the torque depends.
+//!
+//! [`base_parameters`] walks through it: the numbers choose columns ([`rank`]), a finite field
+//! confirms them ([`exact_rank`]), the relations of the dropped ones are found ([`regrouping`]), held
+//! against the numbers ([`evidence`]), and named and written as rules ([`names`], [`rule`]).
+
+pub(crate) mod base_parameters;
+pub(crate) mod coefficient;
+pub(crate) mod evidence;
+pub(crate) mod exact_rank;
+pub(crate) mod field;
+pub(crate) mod interpolation;
+pub(crate) mod names;
+pub(crate) mod rank;
+pub(crate) mod regrouping;
+pub(crate) mod rigid_regrouping;
+pub(crate) mod rule;

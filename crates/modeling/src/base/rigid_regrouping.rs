@@ -1,0 +1,149 @@
+//! What of a link its antecedent carries just as well: the regrouping rules of trees.
+//!
+//! A body that is symmetric about the axis of its joint moves as if it were part of the antecedent:
+//! turning it costs nothing. For a revolute joint these are the directions XX = YY, MZ and M, for
+//! a prismatic joint the whole inertia, for a fixed one everything [Gautier, Khalil 1990]. Such a body
+//! adds to the antecedent's parameters, about O_i and in frame i,
+//!
+//! ```text
+//! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
+//! MS_i += s + m p,   M_i += m,      s = R MS_j
+//! ```
+//! with R = R_ij and p = p_ij, where the joint's own motion has no effect. So the columns of D obey
+//! D_j X_j = D_i X_i: one relation a direction, exact in the robot's symbols. It holds for passive
+//! joints too, whatever moves them.
+
+use expr::{Expr, Graph};
+use robot::{Inertial, JointKind, LinkId, Robot};
+
+use crate::base::coefficient::Coefficient;
+use crate::kinematics::constants::Constants;
+use crate::kinematics::vector::{NULL, Vector, add, dot};
+
+/// `dropped` = sum of coefficient * column: the column of `dropped` follows from those of others.
+#[derive(Clone, Debug)]
+pub(crate) struct TreeRule {
+    pub dropped: (LinkId, Inertial),
+    pub terms: Vec<((LinkId, Inertial), Coefficient)>,
+}
+
+/// The rules between the links and their antecedents, link by link. A link whose lengths are
+/// not polynomials in symbols (a division by a sum) has none here.
+pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants) -> Vec<TreeRule> {
+    let mut rules = Vec::new();
+    // A link without parameters can neither give nor take any.
+    let has_parameters = |j: LinkId| j.0 >= robot.massless;
+    for j in robot.link_ids().filter(|&j| has_parameters(j) && robot.link(j).antecedent.is_none_or(has_parameters)) {
+        let frame = Frame::of(robot, g, constants, j);
+        for (dropped, own, body) in free_directions(robot.link(j).joint.kind) {
+            let carried = match robot.link(j).antecedent {
+                Some(i) => {
+                    let parameters = frame.carried(g, body);
+                    Inertial::BODY.into_iter().zip(parameters).map(|(inertial, e)| ((i, inertial), e)).collect()
+                }
+                None => Vec::new(),
+            };
+            let terms: Option<Vec<_>> = carried
+                .into_iter()
+                .filter(|(_, e)| !e.is_zero())
+                .map(|(parameter, e)| Some((parameter, Coefficient::from_expr(g, e)?)))
+                .collect();
+            let Some(mut terms) = terms else { continue };
+            terms.extend(own.iter().map(|&o| ((j, o), Coefficient::one().negated())));
+            rules.push(TreeRule { dropped: (j, dropped), terms });
+        }
+    }
+    rules
+}
+
+/// Ten parameters in the order of [`Inertial::BODY`], 1 where set.
+type Body = [bool; 10];
+
+/// The parameter that a free direction drops, those of the same link it takes along, and the body.
+fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, Body)> {
+    use Inertial::*;
+    let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));
+    match kind {
+        JointKind::Revolute => {
+            vec![(Yy, vec![Xx], body(&[Xx, Yy])), (Mz, vec![], body(&[Mz])), (M, vec![], body(&[M]))]
+        }
+        JointKind::Prismatic => [Xx, Xy, Xz, Yy, Yz, Zz].map(|i| (i, vec![], body(&[i]))).into(),
+        JointKind::Fixed => Inertial::BODY.map(|i| (i, vec![], body(&[i]))).into(),
+    }
+}
+
+/// Frame j in frame i at joint variable zero.
+struct Frame {
+    /// Columns: the axes of frame j in frame i.
+    axes: [Vector; 3],
+    p: Vector,
+}
+
+impl Frame {
+    fn of(robot: &Robot, g: &mut Graph, constants: &mut Constants, j: LinkId) -> Frame {
+        let link = robot.link(j);
+        let name = |letter: &str| format!("{letter}{}", link.label);
+        let dh = &link.geometry;
+        let mut turn = |g: &mut Graph, value, letter: &str| constants.angle(g, value, &name(letter)).turn(g);
+        let (gamma, alpha) = (turn(g, &dh.gamma, "gamma"), turn(g, &dh.alpha, "alpha"));
+        let theta = turn(g, &dh.theta, "theta");
+        let mut length = |g: &mut Graph, value, letter: &str| constants.length(g, value, &name(letter));
+        let (b, d, r) = (length(g, &dh.b, "b"), length(g, &dh.d, "d"), length(g, &dh.r, "r"));
+        let mut place = |v: Vector, offset: Vector| {
+            let v = alpha.unturned_about_x(g, v);
+            let v = add(g, v, offset);
+            gamma.unturned(g, v)
+        };
+        let p = place([Expr::ZERO, Expr::ZERO, r], [d, Expr::ZERO, b]);
+        let axes = [
+            place([theta.cos, theta.sin, Expr::ZERO], NULL),
+            place([-theta.sin, theta.cos, Expr::ZERO], NULL),
+            place([Expr::ZERO, Expr::ZERO, Expr::ONE], NULL),
+        ];
+        Frame { axes, p }
+    }
+
+    /// The ten parameters, in frame i about O_i, of a body given in frame j by unit parameters.
+    fn carried(&self, g: &mut Graph, body: Body) -> [Expr; 10] {
+        let unit = |i: usize| if body[i] { Expr::ONE } else { Expr::ZERO };
+        let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = std::array::from_fn(unit);
+        let J = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let (R, p) = (&self.axes, self.p);
+
+        let mut s = NULL;
+        for (moment, axis) in [mx, my, mz].into_iter().zip(R) {
+            for i in 0..3 {
+                let term = g.mul(moment, axis[i]);
+                s[i] = g.add(s[i], term);
+            }
+        }
+        let (ps, pp) = (dot(g, p, s), dot(g, p, p));
+        let mpp = g.mul(m, pp);
+        let two = g.constant(2.0);
+        let twice = g.mul(two, ps);
+        let isotropic = g.add(twice, mpp);
+
+        let mut inertia = |r: usize, c: usize| {
+            let mut sum = if r == c { isotropic } else { Expr::ZERO };
+            for a in 0..3 {
+                for b in 0..3 {
+                    let turned = g.mul(R[a][r], R[b][c]);
+                    let term = g.mul(J[a][b], turned);
+                    sum = g.add(sum, term);
+                }
+            }
+            let (p_s, s_p, p_p) = (g.mul(p[r], s[c]), g.mul(s[r], p[c]), g.mul(p[r], p[c]));
+            let mpp = g.mul(m, p_p);
+            for term in [p_s, s_p, mpp] {
+                sum = g.sub(sum, term);
+            }
+            sum
+        };
+        let six = [inertia(0, 0), inertia(0, 1), inertia(0, 2), inertia(1, 1), inertia(1, 2), inertia(2, 2)];
+        let first = [0, 1, 2].map(|i| {
+            let mp = g.mul(m, p[i]);
+            g.add(s[i], mp)
+        });
+        [six[0], six[1], six[2], six[3], six[4], six[5], first[0], first[1], first[2], m]
+    }
+}

@@ -1,0 +1,81 @@
+//! A regrouping rule as people write it: equal coefficients share a parenthesis.
+
+use expr::Graph;
+
+use crate::base::coefficient::Coefficient;
+
+/// A coefficient as text: a sign and what stands behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Factor {
+    negative: bool,
+    /// `1`, `D2^2`, `cos(2*DEL)`.
+    magnitude: String,
+}
+
+impl Factor {
+    pub fn one() -> Factor {
+        Factor { negative: false, magnitude: "1".into() }
+    }
+
+    /// The factors of a coefficient, one a summand.
+    pub fn summands(c: &Coefficient, graph: &Graph) -> Vec<Factor> {
+        let factor = |c: Coefficient| {
+            let text = c.display(graph).to_string();
+            match text.strip_prefix('-') {
+                Some(rest) => Factor { negative: true, magnitude: rest.to_string() },
+                None => Factor { negative: false, magnitude: text },
+            }
+        };
+        c.summands(graph).into_iter().map(factor).collect()
+    }
+
+    pub fn number(x: f64) -> Factor {
+        Factor { negative: x < 0.0, magnitude: rounded(x.abs()).to_string() }
+    }
+}
+
+/// The decimal of eleven digits nearest to x: what the scan of a numeric relation is good for.
+pub(crate) fn rounded(x: f64) -> f64 {
+    format!("{x:.10e}").parse().unwrap_or(x)
+}
+
+/// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)` from parameters with their factors, own first.
+pub(crate) fn text(left: &str, terms: &[(usize, Factor)], name: &impl Fn(usize) -> String) -> String {
+    let mut groups: Vec<(&str, Vec<(bool, usize)>)> = Vec::new();
+    for (parameter, factor) in terms {
+        match groups.iter_mut().find(|g| g.0 == factor.magnitude) {
+            Some(g) => g.1.push((factor.negative, *parameter)),
+            None => groups.push((&factor.magnitude, vec![(factor.negative, *parameter)])),
+        }
+    }
+    let mut text = format!("{left} =");
+    for (i, (magnitude, members)) in groups.iter().enumerate() {
+        let sum = |flip: bool| {
+            let mut sum = String::new();
+            for (m, &(negative, parameter)) in members.iter().enumerate() {
+                let sign = match (negative != flip, m) {
+                    (false, 0) => "",
+                    (true, 0) => "-",
+                    (false, _) => " + ",
+                    (true, _) => " - ",
+                };
+                sum += &format!("{sign}{}", name(parameter));
+            }
+            sum
+        };
+        let negative = members[0].0;
+        let sign = match (i, negative) {
+            (0, false) => " ",
+            (0, true) => " -",
+            (_, false) => " + ",
+            (_, true) => " - ",
+        };
+        text += sign;
+        text += &match (*magnitude, members.len()) {
+            ("1", _) => sum(negative),
+            (_, 1) => format!("{magnitude}*{}", sum(negative)),
+            _ => format!("{magnitude}*({})", sum(negative)),
+        };
+    }
+    text
+}

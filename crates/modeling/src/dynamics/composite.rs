@@ -1,0 +1,123 @@
+//! Composite bodies: each link with all it carries, as if its joints were locked.
+//!
+//! ```text
+//! J_i  += R J R^T + 2 (p . s) 1 - p s^T - s p^T + m (p . p 1 - p p^T)
+//! MS_i += s + m p,   M_i += m,      s = R MS_j,  over the links j that i carries
+//! ```
+//! [Walker, Orin 1982], with R = R_ij, p = p_ij, J and MS about the frame origins.
+
+use expr::{Expr, Graph};
+use robot::Robot;
+
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::kinematics::links::LinkMotion;
+use crate::kinematics::vector::{Turn, Vector, add, dot};
+
+/// A rigid body in a link frame, about its origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Body {
+    /// xx xy xz yy yz zz.
+    pub inertia: [Expr; 6],
+    pub first_moment: Vector,
+    pub mass: Expr,
+}
+
+impl Body {
+    pub fn new([xx, xy, xz, yy, yz, zz, mx, my, mz, m]: [Expr; 10]) -> Body {
+        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [mx, my, mz], mass: m }
+    }
+
+    pub fn plus(self, g: &mut Graph, b: Body) -> Body {
+        Body {
+            inertia: std::array::from_fn(|i| g.add(self.inertia[i], b.inertia[i])),
+            first_moment: add(g, self.first_moment, b.first_moment),
+            mass: g.add(self.mass, b.mass),
+        }
+    }
+
+    /// The same body in axes turned back about z.
+    fn unturned(self, g: &mut Graph, turn: Turn) -> Body {
+        let [xx, xy, xz, yy, yz, zz] = self.inertia;
+        // k = s (xx - yy) + 2 c xy; xx' = xx - s k, yy' = yy + s k, xy' = c k - xy
+        let (k, sk, ck);
+        if turn.sin.is_zero() {
+            (sk, ck) = (Expr::ZERO, {
+                let two = g.constant(2.0);
+                g.mul(two, xy)
+            });
+        } else {
+            let two = g.constant(2.0);
+            let (difference, twice) = (g.sub(xx, yy), g.mul(two, xy));
+            let (a, b) = (g.mul(turn.sin, difference), g.mul(turn.cos, twice));
+            k = g.add(a, b);
+            (sk, ck) = (g.mul(turn.sin, k), g.mul(turn.cos, k));
+        }
+        let [xz, yz, _] = turn.unturned(g, [xz, yz, Expr::ZERO]);
+        Body {
+            inertia: [g.sub(xx, sk), g.sub(ck, xy), xz, g.add(yy, sk), yz, zz],
+            first_moment: turn.unturned(g, self.first_moment),
+            mass: self.mass,
+        }
+    }
+
+    /// The same body in axes turned back about x: the turn about z, letters moved on.
+    fn unturned_about_x(self, g: &mut Graph, turn: Turn) -> Body {
+        let [xx, xy, xz, yy, yz, zz] = self.inertia;
+        let [x, y, z] = self.first_moment;
+        let moved = Body { inertia: [yy, yz, xy, zz, xz, xx], first_moment: [y, z, x], mass: self.mass };
+        let back = moved.unturned(g, turn);
+        let [yy, yz, xy, zz, xz, xx] = back.inertia;
+        let [y, z, x] = back.first_moment;
+        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: [x, y, z], mass: self.mass }
+    }
+
+    /// The same body about a point: p leads from the new origin to the old one.
+    fn moved(self, g: &mut Graph, p: Vector) -> Body {
+        let (s, m) = (self.first_moment, self.mass);
+        let mp = p.map(|p| g.mul(m, p));
+        // 2 (p . s) + m p . p = p . (s + s + m p)
+        let both: Vector = std::array::from_fn(|i| {
+            let two = g.constant(2.0);
+            let twice = g.mul(two, s[i]);
+            g.add(twice, mp[i])
+        });
+        let products: Vector = std::array::from_fn(|i| g.mul(p[i], both[i]));
+        let shifted: Vector = std::array::from_fn(|i| g.add(s[i], mp[i]));
+        let [xx, xy, xz, yy, yz, zz] = self.inertia;
+        let mut diagonal = |x: Expr, a: usize, b: usize| {
+            let sum = g.add(products[a], products[b]);
+            g.add(x, sum)
+        };
+        let (xx, yy, zz) = (diagonal(xx, 1, 2), diagonal(yy, 0, 2), diagonal(zz, 0, 1));
+        // - p_a s_b - s_a p_b - m p_a p_b
+        let mut product = |x: Expr, a: usize, b: usize| {
+            let (u, v) = (g.mul(p[a], shifted[b]), g.mul(s[a], p[b]));
+            let sum = g.add(u, v);
+            g.sub(x, sum)
+        };
+        let (xy, xz, yz) = (product(xy, 0, 1), product(xz, 0, 2), product(yz, 1, 2));
+        Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
+    }
+
+    /// J v.
+    pub fn times(self, g: &mut Graph, v: Vector) -> Vector {
+        let [xx, xy, xz, yy, yz, zz] = self.inertia;
+        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(|row| dot(g, row, v))
+    }
+}
+
+/// The composite body of every link.
+pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Body> {
+    let mut bodies: Vec<Body> = robot.link_ids().map(|j| Body::new(x.body(j))).collect();
+    for j in robot.link_ids().rev() {
+        if let Some(i) = robot.link(j).antecedent {
+            let placement = &links[j.0].placement;
+            let body = bodies[j.0].unturned(g, placement.theta);
+            let body = body.unturned_about_x(g, placement.alpha);
+            let body = body.unturned(g, placement.gamma);
+            let body = body.moved(g, placement.p);
+            bodies[i.0] = bodies[i.0].plus(g, body);
+        }
+    }
+    bodies
+}

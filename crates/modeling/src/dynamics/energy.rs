@@ -1,0 +1,103 @@
+//! Kinetic and potential energy, linear in the standard parameters.
+//!
+//! ```text
+//! K_j = 1/2 w . J w + v . (w x MS) + 1/2 M v . v + 1/2 IA dq_j^2
+//! U_j = -g . (M p_0j + R_0j MS)
+//! ```
+//! with v the velocity of O_j, everything in frame j; U is zero where O_j is at the base's origin.
+
+use expr::{Expr, Function, Graph, Output};
+use robot::{Inertial, StandardParameter};
+
+use crate::derivation::Derivation;
+use crate::kinematics::links::{LinkMotion, MotionInput};
+use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
+
+/// Inputs `q`, `dq`; outputs `kinetic` and `potential`, 1 x p: the energy per unit of each parameter.
+pub(crate) fn energy(derivation: &mut Derivation) -> Function {
+    let parameters = StandardParameter::all(derivation.robot);
+    let weights = weights(derivation);
+    let Derivation { robot, graph: g, motion, links, .. } = derivation;
+    let (mut kinetic, mut potential) = (Vec::new(), Vec::new());
+    for p in &parameters {
+        let link = &links[p.link.0];
+        kinetic.push(match p.inertial {
+            Inertial::Ia => {
+                let mut rate = Expr::ZERO;
+                for &(k, c) in &robot.link(p.link).joint.variable.terms {
+                    let c = g.constant(c);
+                    let term = g.mul(c, motion.dq[k.0]);
+                    rate = g.add(rate, term);
+                }
+                half_square(g, rate)
+            }
+            body => kinetic_column(g, link, &motion.dq, body),
+        });
+        let (weight, height) = weights[p.link.0];
+        potential.push(match p.inertial {
+            Inertial::Mx => weight[0],
+            Inertial::My => weight[1],
+            Inertial::Mz => weight[2],
+            Inertial::M => height,
+            _ => Expr::ZERO,
+        });
+    }
+    let row = |name: &str, entries| Output { name: name.into(), rows: 1, columns: parameters.len(), entries };
+    let outputs = vec![row("kinetic", kinetic), row("potential", potential)];
+    let mut inputs = motion.configuration();
+    inputs.push(motion.input(MotionInput::Dq));
+    Function::new("energy", g, inputs, outputs)
+}
+
+fn kinetic_column(g: &mut Graph, link: &LinkMotion, dq: &[Expr], parameter: Inertial) -> Expr {
+    let [x, y, z] = link.w;
+    let velocity = |g: &mut Graph| {
+        let mut v = NULL;
+        for (twist, &rate) in link.jacobian.iter().zip(dq) {
+            if let Some(twist) = twist {
+                let part = twist.d.map(|d| g.mul(d, rate));
+                v = add(g, v, part);
+            }
+        }
+        v
+    };
+    match parameter {
+        Inertial::Xx => half_square(g, x),
+        Inertial::Yy => half_square(g, y),
+        Inertial::Zz => half_square(g, z),
+        Inertial::Xy => g.mul(x, y),
+        Inertial::Xz => g.mul(x, z),
+        Inertial::Yz => g.mul(y, z),
+        // v . (w x e) = e . (v x w)
+        Inertial::Mx | Inertial::My | Inertial::Mz => {
+            let v = velocity(g);
+            cross(g, v, link.w)[parameter as usize - Inertial::Mx as usize]
+        }
+        Inertial::M => {
+            let v = velocity(g);
+            let squares = v.map(|x| half_square(g, x));
+            sum(g, &squares)
+        }
+        Inertial::Ia => Expr::ZERO,
+    }
+}
+
+fn half_square(g: &mut Graph, x: Expr) -> Expr {
+    let half = g.constant(0.5);
+    let square = g.mul(x, x);
+    g.mul(half, square)
+}
+
+/// -g in each link's frame, and -g . p_0j.
+fn weights(derivation: &mut Derivation) -> Vec<(Vector, Expr)> {
+    let Derivation { robot, graph: g, constants, links, .. } = derivation;
+    let base = constants.weight(g);
+    let mut weights: Vec<(Vector, Expr)> = Vec::new();
+    for j in robot.link_ids() {
+        let (weight, height) = robot.link(j).antecedent.map_or((base, Expr::ZERO), |i| weights[i.0]);
+        let placement = &links[j.0].placement;
+        let rise = dot(g, weight, placement.p);
+        weights.push((placement.to_link(g, weight), g.add(height, rise)));
+    }
+    weights
+}

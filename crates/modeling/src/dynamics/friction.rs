@@ -1,0 +1,33 @@
+//! Joint friction, linear in its parameters.
+//!
+//! ```text
+//! tau_f,k = FV_k dq_k + FS_k sign(dq_k) + OFF_k
+//! ```
+//! The sign is an input: what it is at rest is for the caller to say, and the function stays smooth.
+
+use expr::{Expr, Function, Input, Output, SymbolKind};
+
+use crate::derivation::Derivation;
+use crate::kinematics::links::MotionInput;
+use crate::kinematics::vector::sum;
+
+/// Inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate); output `tau`, N m (N).
+pub(crate) fn friction(derivation: &mut Derivation) -> Function {
+    let n = derivation.robot.n_coordinates();
+    let g = &mut derivation.graph;
+    let mut inputs = |name: &str, count: usize| -> Input {
+        let entries = (0..count).map(|i| g.symbol(&format!("{name}[{i}]"), SymbolKind::Input)).collect();
+        Input { name: name.into(), entries }
+    };
+    let (sign, f) = (inputs("sign_dq", n), inputs("f", 3 * n));
+    let dq = derivation.motion.input(MotionInput::Dq);
+    let entries: Vec<Expr> = (0..n)
+        .map(|k| {
+            let viscous = g.mul(f.entries[3 * k], dq.entries[k]);
+            let coulomb = g.mul(f.entries[3 * k + 1], sign.entries[k]);
+            sum(g, &[viscous, coulomb, f.entries[3 * k + 2]])
+        })
+        .collect();
+    let output = Output { name: "tau".into(), rows: n, columns: 1, entries };
+    Function::new("friction", g, vec![dq, sign, f], vec![output])
+}

@@ -1,0 +1,92 @@
+//! The inertia matrix, by composite bodies.
+//!
+//! Joint j alone accelerating by one moves the composite body of its link with the wrench
+//!
+//! ```text
+//! f = z x MS (revolute) or M z (prismatic),   n = J z or MS x z
+//! ```
+//! at O_j; carried inward to joint k, its part along z_k is A_kj [Walker, Orin 1982]. Where joints
+//! follow the coordinates, A of the coordinates is C^T A C with C = d(joints)/d(coordinates).
+
+use expr::{Expr, Function, Graph, Output};
+use robot::{Inertial, JointKind, LinkId, Robot};
+
+use crate::derivation::Derivation;
+use crate::dynamics::composite::{Body, composites};
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::kinematics::implicit::reduced;
+use crate::kinematics::vector::{NULL, Vector, add, cross};
+
+/// A(q, x), n x n: inputs `q` and `x`, output `a`.
+pub(crate) fn inertia_matrix(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
+    let entries = entries(derivation, x);
+    let n = derivation.robot.n_coordinates();
+    let mut inputs = derivation.motion.configuration();
+    inputs.push(x.input());
+    let output = Output { name: "a".into(), rows: n, columns: n, entries };
+    Function::new("inertia_matrix", &derivation.graph, inputs, vec![output])
+}
+
+pub(crate) fn entries(derivation: &mut Derivation, x: &ParameterInputs) -> Vec<Expr> {
+    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
+    let bodies = composites(g, robot, links, x);
+    let n = robot.n_variables();
+    let mut a = vec![Expr::ZERO; n * n];
+    for j in robot.link_ids() {
+        if robot.link(j).joint.variable.terms.is_empty() {
+            continue;
+        }
+        let rotor = x.get(j, Inertial::Ia);
+        let (mut f, mut moment) = unit_wrench(g, bodies[j.0], robot.link(j).joint.kind);
+        let mut k = Some(j);
+        while let Some(at) = k {
+            let link = robot.link(at);
+            let mut along = match link.joint.kind {
+                JointKind::Revolute => moment[2],
+                JointKind::Prismatic => f[2],
+                JointKind::Fixed => Expr::ZERO,
+            };
+            if at == j {
+                along = g.add(along, rotor);
+            }
+            accumulate(g, robot, &mut a, (at, j), along);
+            let placement = &links[at.0].placement;
+            (f, moment) = (placement.to_antecedent(g, f), placement.to_antecedent(g, moment));
+            let lever = cross(g, placement.p, f);
+            moment = add(g, moment, lever);
+            k = link.antecedent;
+        }
+    }
+    let Some(implicit) = implicit else { return a };
+    // [1 G^T] A [1; G]: the rows, then, A being symmetric, the columns.
+    let rows: Vec<Vec<Expr>> = a.chunks(n).map(<[Expr]>::to_vec).collect();
+    let half = reduced(g, &implicit.G, &rows);
+    let transposed: Vec<Vec<Expr>> = (0..n).map(|c| half.iter().map(|row| row[c]).collect()).collect();
+    reduced(g, &implicit.G, &transposed).concat()
+}
+
+/// A_kj of joints, and A_jk with it, to the coordinates they follow.
+fn accumulate(g: &mut Graph, robot: &Robot, a: &mut [Expr], (k, j): (LinkId, LinkId), entry: Expr) {
+    let n = robot.n_variables();
+    let terms = |link: LinkId| &robot.link(link).joint.variable.terms;
+    for &(row, rc) in terms(k) {
+        for &(column, cc) in terms(j) {
+            let factor = g.constant(rc * cc);
+            let term = g.mul(factor, entry);
+            let places = if k == j { vec![(row.0, column.0)] } else { vec![(row.0, column.0), (column.0, row.0)] };
+            for (r, c) in places {
+                a[r * n + c] = g.add(a[r * n + c], term);
+            }
+        }
+    }
+}
+
+/// Force and moment at O_j of a body that its own joint accelerates by one.
+fn unit_wrench(g: &mut Graph, body: Body, kind: JointKind) -> (Vector, Vector) {
+    let [mx, my, _] = body.first_moment;
+    match kind {
+        JointKind::Revolute => ([-my, mx, Expr::ZERO], body.times(g, [Expr::ZERO, Expr::ZERO, Expr::ONE])),
+        JointKind::Prismatic => ([Expr::ZERO, Expr::ZERO, body.mass], [my, -mx, Expr::ZERO]),
+        JointKind::Fixed => (NULL, NULL),
+    }
+}

@@ -1,0 +1,47 @@
+//! Inertial parameters as inputs of a function: all of X, or the kept ones of X_base.
+//!
+//! A function from base parameters is the function from standard parameters with zeros in the place
+//! of those that were dropped, which the graph then leaves out.
+
+use expr::{Expr, Input, SymbolKind};
+use robot::{Inertial, LinkId, StandardParameter};
+
+use crate::base::base_parameters::BaseParameters;
+use crate::derivation::Derivation;
+
+/// Standard parameters as inputs: the p entries of X, or the kept ones of X_base.
+pub(crate) struct ParameterInputs {
+    pub x: Vec<Expr>,
+    parameters: Vec<StandardParameter>,
+}
+
+impl ParameterInputs {
+    pub fn standard(derivation: &mut Derivation) -> ParameterInputs {
+        ParameterInputs::of(derivation, StandardParameter::all(derivation.robot))
+    }
+
+    /// A base parameter stands in the place of the standard one it is named after.
+    pub fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
+        ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect())
+    }
+
+    fn of(derivation: &mut Derivation, parameters: Vec<StandardParameter>) -> ParameterInputs {
+        let g = &mut derivation.graph;
+        let x = (0..parameters.len()).map(|c| g.symbol(&format!("x[{c}]"), SymbolKind::Input)).collect();
+        ParameterInputs { x, parameters }
+    }
+
+    /// Zero where the parameter is not among them.
+    pub fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
+        let parameter = StandardParameter { link, inertial };
+        self.parameters.iter().position(|p| *p == parameter).map_or(Expr::ZERO, |c| self.x[c])
+    }
+
+    pub fn body(&self, link: LinkId) -> [Expr; 10] {
+        Inertial::BODY.map(|i| self.get(link, i))
+    }
+
+    pub fn input(&self) -> Input {
+        Input { name: "x".into(), entries: self.x.clone() }
+    }
+}

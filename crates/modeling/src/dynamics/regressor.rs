@@ -1,0 +1,119 @@
+//! The regressor of the standard parameters: tau = D(q, dq, ddq) X.
+//!
+//! The force and the moment at O_j that move link j are linear in its parameters:
+//!
+//! ```text
+//! f = M a + U MS,   n = J dw + w x (J w) + MS x a
+//! ```
+//! so that row k, column c of link j is z_jk . n_c + d_jk . f_c: the power of the wrench per unit of
+//! parameter c along the twist of coordinate k. The twists travel outward with the frames
+//! ([`crate::kinematics::links`]); no wrench travels inward. A rotor's column is (d q_j / d q_k) ddq_j.
+
+use expr::{Expr, Function, Graph, Output};
+use robot::{Inertial, StandardParameter};
+
+use crate::derivation::Derivation;
+use crate::kinematics::implicit::reduced;
+use crate::kinematics::links::{LinkMotion, Twist};
+use crate::kinematics::vector::{NULL, Vector, cross, dot};
+
+/// D(q, dq, ddq), n x p: one row a coordinate, one column a parameter of
+/// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
+pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
+    let entries = entries(derivation);
+    let rows = derivation.robot.n_coordinates();
+    let columns = entries.len().checked_div(rows).unwrap_or(0);
+    let output = Output { name: "y".into(), rows, columns, entries };
+    Function::new("regressor", &derivation.graph, derivation.motion.inputs(), vec![output])
+}
+
+/// dq^T D, 1 x p: the power of the joints per unit of each parameter, the derivative of the energy
+/// [Gautier 1997]. Inputs `q`, `dq`, `ddq`; output `power`.
+pub(crate) fn power_regressor(derivation: &mut Derivation) -> Function {
+    let entries = entries(derivation);
+    let Derivation { robot, graph: g, motion, .. } = derivation;
+    let columns = entries.len().checked_div(robot.n_coordinates()).unwrap_or(0);
+    let mut power = vec![Expr::ZERO; columns];
+    for (row, &rate) in entries.chunks(columns.max(1)).zip(&motion.dq) {
+        for (sum, &entry) in power.iter_mut().zip(row) {
+            let term = g.mul(rate, entry);
+            *sum = g.add(*sum, term);
+        }
+    }
+    let output = Output { name: "power".into(), rows: 1, columns, entries: power };
+    Function::new("power_regressor", g, motion.inputs(), vec![output])
+}
+
+fn entries(derivation: &mut Derivation) -> Vec<Expr> {
+    let Derivation { robot, graph: g, links, implicit, .. } = derivation;
+    let parameters = StandardParameter::all(robot);
+    let n = robot.n_variables();
+    let mut entries = vec![Expr::ZERO; n * parameters.len()];
+    for (c, parameter) in parameters.iter().enumerate() {
+        let j = &links[parameter.link.0];
+        if parameter.inertial == Inertial::Ia {
+            for &(k, coefficient) in &robot.link(parameter.link).joint.variable.terms {
+                let coefficient = g.constant(coefficient);
+                entries[k.0 * parameters.len() + c] = g.mul(coefficient, j.joint_acceleration);
+            }
+            continue;
+        }
+        let wrench = unit_wrench(g, j, parameter.inertial);
+        for (k, twist) in j.jacobian.iter().enumerate() {
+            if let Some(twist) = twist {
+                entries[k * parameters.len() + c] = power(g, *twist, wrench);
+            }
+        }
+    }
+    match implicit {
+        None => entries,
+        Some(implicit) => {
+            let rows: Vec<Vec<Expr>> = entries.chunks(parameters.len().max(1)).map(<[Expr]>::to_vec).collect();
+            reduced(g, &implicit.G, &rows).concat()
+        }
+    }
+}
+
+/// Force and moment at O_j per unit of one inertial parameter.
+#[derive(Clone, Copy)]
+struct Wrench {
+    f: Vector,
+    n: Vector,
+}
+
+fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
+    let [wx, wy, wz] = j.w;
+    let [dwx, dwy, dwz] = j.dw;
+    let U = &j.U;
+    let column = |c: usize| [U[0][c], U[1][c], U[2][c]];
+    let axis = |c: usize| std::array::from_fn(|i| if i == c { Expr::ONE } else { Expr::ZERO });
+    let mut difference_of_squares = |a: Expr, b: Expr| {
+        let (aa, bb) = (g.mul(a, a), g.mul(b, b));
+        g.sub(aa, bb)
+    };
+    let n = match parameter {
+        Inertial::Xx => [dwx, g.mul(wx, wz), -g.mul(wx, wy)],
+        Inertial::Xy => [-U[2][0], U[2][1], difference_of_squares(wx, wy)],
+        Inertial::Xz => [U[1][0], difference_of_squares(wz, wx), -U[1][2]],
+        Inertial::Yy => [-g.mul(wy, wz), dwy, g.mul(wx, wy)],
+        Inertial::Yz => [difference_of_squares(wy, wz), -U[0][1], U[0][2]],
+        Inertial::Zz => [g.mul(wy, wz), -g.mul(wx, wz), dwz],
+        Inertial::Mx => cross(g, axis(0), j.a),
+        Inertial::My => cross(g, axis(1), j.a),
+        Inertial::Mz => cross(g, axis(2), j.a),
+        Inertial::M | Inertial::Ia => NULL,
+    };
+    let f = match parameter {
+        Inertial::Mx => column(0),
+        Inertial::My => column(1),
+        Inertial::Mz => column(2),
+        Inertial::M => j.a,
+        _ => NULL,
+    };
+    Wrench { f, n }
+}
+
+fn power(g: &mut Graph, twist: Twist, wrench: Wrench) -> Expr {
+    let (angular, linear) = (dot(g, twist.z, wrench.n), dot(g, twist.d, wrench.f));
+    g.add(angular, linear)
+}

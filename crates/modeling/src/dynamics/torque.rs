@@ -1,0 +1,122 @@
+//! The joint torques, by recursive Newton-Euler in the moments about the frame origins.
+//!
+//! ```text
+//! f_j = M_j a_j + U_j MS_j + sum_children R f_c
+//! n_j = J_j dw_j + w_j x (J_j w_j) + MS_j x a_j + sum_children (R n_c + p x R f_c)
+//! tau_j = z . n_j (revolute) or z . f_j (prismatic) + IA_j ddq_j
+//! ```
+//! [Khalil, Kleinfinger 1987]. With base parameters most masses, MZ and YY are zero and their terms
+//! are not there. The forces here travel inward, where the regressor's twists travel outward: the two
+//! share the link motions and nothing else.
+
+use expr::{Expr, Function, Graph, Output};
+use robot::{Inertial, JointKind};
+
+use crate::derivation::Derivation;
+use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::kinematics::implicit::reduced;
+use crate::kinematics::links::LinkMotion;
+use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
+
+/// tau(q, dq, ddq, x).
+pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
+    let links = std::mem::take(&mut derivation.links);
+    let tau = entries(derivation, &links, x);
+    derivation.links = links;
+    let mut inputs = derivation.motion.inputs();
+    inputs.push(x.input());
+    let output = Output { name: "tau".into(), rows: tau.len(), columns: 1, entries: tau };
+    Function::new(name, &derivation.graph, inputs, vec![output])
+}
+
+/// The entries of tau for these link motions.
+pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Expr> {
+    let Derivation { robot, graph: g, implicit, .. } = derivation;
+    let mut tau = vec![Expr::ZERO; robot.n_variables()];
+    let mut from_children = vec![(NULL, NULL); robot.links.len()];
+    for j in robot.link_ids().rev() {
+        let link = robot.link(j);
+        let (own_f, own_n) = wrench(g, &links[j.0], x.body(j));
+        let (child_f, child_n) = from_children[j.0];
+        let (f, n) = (add(g, own_f, child_f), add(g, own_n, child_n));
+
+        let along = match link.joint.kind {
+            JointKind::Revolute => n[2],
+            JointKind::Prismatic => f[2],
+            JointKind::Fixed => Expr::ZERO,
+        };
+        let rotor = g.mul(x.get(j, Inertial::Ia), links[j.0].joint_acceleration);
+        let along = g.add(along, rotor);
+        for &(k, c) in &link.joint.variable.terms {
+            let c = g.constant(c);
+            let term = g.mul(c, along);
+            tau[k.0] = g.add(tau[k.0], term);
+        }
+        if let Some(i) = link.antecedent {
+            let placement = &links[j.0].placement;
+            let (f, n) = (placement.to_antecedent(g, f), placement.to_antecedent(g, n));
+            let lever = cross(g, placement.p, f);
+            let n = add(g, n, lever);
+            let (sum_f, sum_n) = from_children[i.0];
+            from_children[i.0] = (add(g, sum_f, f), add(g, sum_n, n));
+        }
+    }
+    match implicit {
+        None => tau,
+        Some(implicit) => reduced(g, &implicit.G, &tau.into_iter().map(|t| vec![t]).collect::<Vec<_>>()).concat(),
+    }
+}
+
+/// Force and moment at O_j that move link j, from its ten parameters: f = M a + U MS,
+/// n = J dw + w x (J w) + MS x a. The terms of J are gathered by parameter, so that U serves both.
+fn wrench(g: &mut Graph, j: &LinkMotion, body: [Expr; 10]) -> (Vector, Vector) {
+    let [xx, xy, xz, yy, yz, zz, mx, my, mz, m] = body;
+    let (U, first_moment) = (&j.U, [mx, my, mz]);
+    let [wx, wy, wz] = j.w;
+    let [dwx, dwy, dwz] = j.dw;
+
+    let ma = j.a.map(|a| g.mul(m, a));
+    let u_ms = U.map(|row| dot(g, row, first_moment));
+    let f = add(g, ma, u_ms);
+
+    // n_x = XX dw_x + (ZZ - YY) w_y w_z - XY U_zx + XZ U_yx + YZ (w_y^2 - w_z^2)
+    let terms_x = [
+        g.mul(xx, dwx),
+        gyroscopic(g, (zz, yy), (wy, wz)),
+        g.mul(xy, -U[2][0]),
+        g.mul(xz, U[1][0]),
+        centrifugal(g, yz, (wy, wz)),
+    ];
+    // n_y = YY dw_y + (XX - ZZ) w_x w_z + XY U_zy - YZ U_xy + XZ (w_z^2 - w_x^2)
+    let terms_y = [
+        g.mul(yy, dwy),
+        gyroscopic(g, (xx, zz), (wx, wz)),
+        g.mul(xy, U[2][1]),
+        g.mul(yz, -U[0][1]),
+        centrifugal(g, xz, (wz, wx)),
+    ];
+    // n_z = ZZ dw_z + (YY - XX) w_x w_y - XZ U_yz + YZ U_xz + XY (w_x^2 - w_y^2)
+    let terms_z = [
+        g.mul(zz, dwz),
+        gyroscopic(g, (yy, xx), (wx, wy)),
+        g.mul(xz, -U[1][2]),
+        g.mul(yz, U[0][2]),
+        centrifugal(g, xy, (wx, wy)),
+    ];
+    let of_inertia = [sum(g, &terms_x), sum(g, &terms_y), sum(g, &terms_z)];
+    let of_first_moment = cross(g, first_moment, j.a);
+    (f, add(g, of_inertia, of_first_moment))
+}
+
+/// (plus - minus) a b.
+fn gyroscopic(g: &mut Graph, (plus, minus): (Expr, Expr), (a, b): (Expr, Expr)) -> Expr {
+    let (difference, product) = (g.sub(plus, minus), g.mul(a, b));
+    g.mul(difference, product)
+}
+
+/// inertia (a^2 - b^2).
+fn centrifugal(g: &mut Graph, inertia: Expr, (a, b): (Expr, Expr)) -> Expr {
+    let (aa, bb) = (g.mul(a, a), g.mul(b, b));
+    let squares = g.sub(aa, bb);
+    g.mul(inertia, squares)
+}

@@ -1,0 +1,81 @@
+//! Angles as integer combinations of symbols and quarter turns, and their sines and cosines.
+//!
+//! cos and sin of a sum are expanded, so that a graph only ever takes them of symbols: parallel axes
+//! share what they can, an angle of q3 - DEL with a constant DEL costs two products, and the same
+//! graph can be evaluated where a sine is not a function (a finite field).
+
+use expr::{Expr, Graph};
+
+use crate::kinematics::vector::Turn;
+
+/// quarter_turns pi/2 + sum n_i symbol_i.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub(crate) struct Angle {
+    pub quarter_turns: i64,
+    /// In the order of the symbols' creation; no zero multiple.
+    pub terms: Vec<(Expr, i64)>,
+}
+
+impl Angle {
+    pub fn plus(&self, other: &Angle) -> Angle {
+        let mut sum = self.clone();
+        sum.quarter_turns += other.quarter_turns;
+        for &(symbol, n) in &other.terms {
+            sum.add_term(symbol, n);
+        }
+        sum
+    }
+
+    pub fn negated(&self) -> Angle {
+        self.times(-1)
+    }
+
+    pub fn times(&self, factor: i64) -> Angle {
+        let terms = self.terms.iter().map(|&(s, n)| (s, factor * n)).filter(|t| t.1 != 0).collect();
+        Angle { quarter_turns: factor * self.quarter_turns, terms }
+    }
+
+    pub fn is_zero(&self) -> bool {
+        self.quarter_turns.rem_euclid(4) == 0 && self.terms.is_empty()
+    }
+
+    pub fn add_term(&mut self, symbol: Expr, n: i64) {
+        match self.terms.binary_search_by_key(&symbol, |t| t.0) {
+            Ok(i) => {
+                self.terms[i].1 += n;
+                if self.terms[i].1 == 0 {
+                    self.terms.remove(i);
+                }
+            }
+            Err(i) => {
+                if n != 0 {
+                    self.terms.insert(i, (symbol, n));
+                }
+            }
+        }
+    }
+
+    /// Cosine and sine; exact zeros and ones for quarter turns.
+    pub fn turn(&self, g: &mut Graph) -> Turn {
+        let mut turn = match self.quarter_turns.rem_euclid(4) {
+            0 => Turn { cos: Expr::ONE, sin: Expr::ZERO },
+            1 => Turn { cos: Expr::ZERO, sin: Expr::ONE },
+            2 => Turn { cos: -Expr::ONE, sin: Expr::ZERO },
+            _ => Turn { cos: Expr::ZERO, sin: -Expr::ONE },
+        };
+        for &(symbol, n) in &self.terms {
+            let (cos, sin) = (g.cos(symbol), g.sin(symbol));
+            let step = Turn { cos, sin: if n < 0 { -sin } else { sin } };
+            for _ in 0..n.unsigned_abs() {
+                turn = sum(g, turn, step);
+            }
+        }
+        turn
+    }
+}
+
+/// cos(a + b) = ca cb - sa sb, sin(a + b) = sa cb + ca sb.
+fn sum(g: &mut Graph, a: Turn, b: Turn) -> Turn {
+    let (cc, ss, sc, cs) = (g.mul(a.cos, b.cos), g.mul(a.sin, b.sin), g.mul(a.sin, b.cos), g.mul(a.cos, b.sin));
+    Turn { cos: g.sub(cc, ss), sin: g.add(sc, cs) }
+}

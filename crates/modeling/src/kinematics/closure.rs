@@ -1,0 +1,200 @@
+//! The passive coordinates of a robot whose loops no affine function closes, solved numerically.
+//!
+//! A loop is closed where its two cut frames C and T coincide. With e the position of T in C and the
+//! vector part of the rotation between them, and J_p = de/dq_p,
+//!
+//! ```text
+//! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
+//! ```
+//! until e is rounding. Near a singular configuration J_p loses rank; the smallest singular value
+//! relative to the largest says how near.
+
+use expr::{Function, Tape, Workspace};
+use nalgebra::{DMatrix, DVector};
+use std::fmt;
+
+use crate::random::SplitMix;
+
+/// |e| of a closed loop: m and rad.
+const CLOSED: f64 = 1e-11;
+/// Below this ratio of singular values a configuration counts as singular.
+const SINGULAR: f64 = 1e-6;
+/// Samples keep away from singular configurations by this ratio.
+const FAR_FROM_SINGULAR: f64 = 1e-2;
+/// Newton doubles its digits a step near the solution; halved steps towards it are not this many.
+const MAX_STEPS: usize = 60;
+/// A step is halved until |e| shrinks or this fraction of it is left: then it is taken all the same, to
+/// get out of where |e| has a minimum above zero.
+const SMALLEST_FRACTION: f64 = 1e-3;
+/// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal
+/// itself where lengths are many meters.
+const ALMOST: f64 = 100.0;
+/// Way of a coordinate between two solutions when an assembly is followed, rad or m: small against the
+/// distance between assemblies, which meet only in singular configurations.
+const STRIDE: f64 = 0.05;
+/// Random configurations tried for one that closes; a mechanism whose loops close at less than one
+/// place in a thousand is not found.
+const ORIGINS: usize = 2000;
+/// Ways tried for each sample wanted: many end at once, where the assembly does.
+const WAYS_A_SAMPLE: usize = 20;
+
+/// Solves for the passive coordinates of one robot.
+pub struct Closure {
+    tape: Tape,
+    work: Workspace,
+    start: Vec<f64>,
+    n_equations: usize,
+    /// A closed configuration of the assembly that the start chooses.
+    origin: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+/// Why there are no passive coordinates at these coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Open {
+    /// The loops cannot be closed here, or the search did not find how: what is left of e.
+    NotClosed {
+        /// |e| where the search ended, m and rad.
+        gap: f64,
+    },
+    /// The passive coordinates are not determined here: smallest over largest singular value of J_p.
+    Singular {
+        /// Zero in a singular configuration, one far from any.
+        ratio: f64,
+    },
+}
+
+impl fmt::Display for Open {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Open::NotClosed { gap } => {
+                write!(f, "the loops do not close at these coordinates: {gap:.1e} m (rad) are left")
+            }
+            Open::Singular { ratio } => write!(
+                f,
+                "the configuration is singular: the coordinates do not determine the passive joints (ratio of \
+                 singular values {ratio:.1e})"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for Open {}
+
+impl Closure {
+    /// From the function of [`crate::Derivation::closure_function`]: inputs `q`, `passive`; outputs
+    /// `e` and `j`.
+    pub(crate) fn new(function: &Function, start: Vec<f64>) -> Closure {
+        let tape = Tape::new(function);
+        let work = tape.workspace();
+        Closure { work, start, n_equations: function.outputs[0].rows, tape, origin: None }
+    }
+
+    /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
+    pub fn solve(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<Vec<f64>, Open> {
+        let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
+        let (mut e, mut j) = self.at(q, &passive);
+        for _ in 0..MAX_STEPS {
+            if e.norm() <= CLOSED {
+                break;
+            }
+            let svd = j.clone().svd(true, true);
+            let Ok(step) = svd.solve(&e, SINGULAR * svd.singular_values.max()) else { break };
+            let mut fraction = 1.0;
+            loop {
+                let next = &passive - fraction * &step;
+                let (e_next, j_next) = self.at(q, &next);
+                if e_next.norm() < e.norm() || fraction < SMALLEST_FRACTION {
+                    (passive, e, j) = (next, e_next, j_next);
+                    break;
+                }
+                fraction *= 0.5;
+            }
+        }
+        let gap = e.norm();
+        // NaN is not closed either.
+        if gap.is_nan() || gap > ALMOST * CLOSED {
+            return Err(Open::NotClosed { gap });
+        }
+        let ratio = self.ratio(q, passive.as_slice());
+        if ratio < SINGULAR {
+            return Err(Open::Singular { ratio });
+        }
+        Ok(passive.iter().copied().collect())
+    }
+
+    /// The passive coordinates at `q` of the assembly that the robot's start chooses: followed from where
+    /// the search begins in small steps, so that the answer depends on nothing but `q`.
+    pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, Open> {
+        if self.origin.is_none() {
+            self.origin = self.find_origin(q.len(), &mut SplitMix(7));
+        }
+        let Some(origin) = self.origin.clone() else { return Err(Open::NotClosed { gap: f64::INFINITY }) };
+        let reached = self.follow(&origin, q);
+        // The last step says what is wrong when the way ends before q.
+        self.solve(q, Some(&reached.1))
+    }
+
+    /// e and J_p.
+    pub(crate) fn at(&mut self, q: &[f64], passive: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+        let inputs = [q, passive.as_slice()].concat();
+        let mut outputs = vec![0.0; self.tape.n_outputs()];
+        self.tape.evaluate(&inputs, &mut self.work, &mut outputs);
+        let (e, j) = outputs.split_at(self.n_equations);
+        (DVector::from_column_slice(e), DMatrix::from_row_slice(self.n_equations, passive.len(), j))
+    }
+
+    /// Closed configurations of one assembly, q and q_p each: q is led from where the search begins to
+    /// random places in small steps, and away from singular configurations, where assemblies meet.
+    /// Fewer than asked when the loops hardly ever close.
+    pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        let Some(origin) = self.find_origin(n, random) else { return found };
+        let mut at = origin.clone();
+        for _ in 0..WAYS_A_SAMPLE * count {
+            if found.len() == count {
+                break;
+            }
+            let goal: Vec<f64> = (0..n).map(|_| std::f64::consts::PI * random.unit()).collect();
+            let reached = self.follow(&at, &goal);
+            if reached.0 != at.0 {
+                found.push(reached.clone());
+                at = reached;
+            } else {
+                at = origin.clone();
+            }
+        }
+        found
+    }
+
+    /// A closed configuration to begin with: at q = 0 if it closes and is not singular, else by chance.
+    fn find_origin(&mut self, n: usize, random: &mut SplitMix) -> Option<(Vec<f64>, Vec<f64>)> {
+        (0..ORIGINS).find_map(|attempt| {
+            let reach = if attempt == 0 { 0.0 } else { std::f64::consts::PI };
+            let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
+            let passive = self.solve(&q, None).ok()?;
+            (self.ratio(&q, &passive) > FAR_FROM_SINGULAR).then_some((q, passive))
+        })
+    }
+
+    /// As far towards `goal` as the same assembly goes.
+    fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let steps = (length / STRIDE).ceil().max(1.0) as usize;
+        let mut at = from.clone();
+        for step in 1..=steps {
+            let fraction = step as f64 / steps as f64;
+            let q: Vec<f64> = from.0.iter().zip(goal).map(|(a, b)| a + fraction * (b - a)).collect();
+            match self.solve(&q, Some(&at.1)) {
+                Ok(passive) if self.ratio(&q, &passive) > FAR_FROM_SINGULAR => at = (q, passive),
+                _ => break,
+            }
+        }
+        at
+    }
+
+    /// Smallest over largest singular value of J_p.
+    fn ratio(&mut self, q: &[f64], passive: &[f64]) -> f64 {
+        let values = self.at(q, &DVector::from_column_slice(passive)).1.svd(false, false).singular_values;
+        if values.is_empty() { 1.0 } else { values.min() / values.max() }
+    }
+}

@@ -1,0 +1,171 @@
+//! The robot's numbers as expressions: exact zeros and quarter turns, everything else a name.
+//!
+//! A symbol of the robot is a named constant of the graph. So is a number that stands alone for a
+//! length or an angle: it is named after its place (`d3`, `r4`, `alpha5`), and equal numbers share
+//! one name, since the file says they are equal. What a symbol is worth decides only whether it is
+//! exactly zero, or an exact multiple of pi/2: then it is that number.
+
+use expr::{Expr, Graph, SymbolKind};
+use robot::{Robot, SymbolId, Value};
+
+use crate::kinematics::angle::Angle;
+use crate::kinematics::vector::Vector;
+
+/// Names given so far.
+pub(crate) struct Constants<'a> {
+    robot: &'a Robot,
+    symbols: Vec<Option<Expr>>,
+    /// Kind and magnitude of a number -> its name.
+    numbers: Vec<(Kind, f64, Expr)>,
+}
+
+/// A length and an angle of the same number of m and rad are not the same.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Length,
+    Angle,
+}
+
+impl<'a> Constants<'a> {
+    pub fn new(robot: &'a Robot) -> Constants<'a> {
+        Constants { robot, symbols: vec![None; robot.symbols.len()], numbers: Vec::new() }
+    }
+
+    /// -g in the base frame, m/s^2: how the base seems to accelerate.
+    pub fn weight(&mut self, g: &mut Graph) -> Vector {
+        [(0, "gx"), (1, "gy"), (2, "gz")].map(|(i, name)| -self.length(g, &self.robot.gravity[i], name))
+    }
+
+    /// A length, m. `place` names the number if it has no name: `d3`.
+    pub fn length(&mut self, g: &mut Graph, value: &Value, place: &str) -> Expr {
+        match value {
+            Value::Number(x) => self.number(g, Kind::Length, *x, place),
+            Value::Neg(a) => -self.length(g, a, place),
+            _ => self.expression(g, value),
+        }
+    }
+
+    fn number(&mut self, g: &mut Graph, kind: Kind, x: f64, place: &str) -> Expr {
+        if x == 0.0 {
+            return Expr::ZERO;
+        }
+        let magnitude = match self.numbers.iter().find(|n| n.0 == kind && n.1 == x.abs()) {
+            Some(n) => n.2,
+            None => {
+                let mut name = place.to_string();
+                while self.robot.symbols.iter().any(|s| s.name == name) {
+                    name.push('_');
+                }
+                let symbol = g.symbol(&name, SymbolKind::Constant(x.abs()));
+                self.numbers.push((kind, x.abs(), symbol));
+                symbol
+            }
+        };
+        if x < 0.0 { -magnitude } else { magnitude }
+    }
+
+    fn symbol(&mut self, g: &mut Graph, s: SymbolId) -> Expr {
+        if let Some(e) = self.symbols[s.0] {
+            return e;
+        }
+        let symbol = &self.robot.symbols[s.0];
+        let x = symbol.value.number(&self.robot.symbols);
+        let e = if x == 0.0 {
+            Expr::ZERO
+        } else if names_a_symbol(&symbol.value) {
+            self.expression(g, &symbol.value)
+        } else {
+            g.symbol(&symbol.name, SymbolKind::Constant(x))
+        };
+        self.symbols[s.0] = Some(e);
+        e
+    }
+
+    fn expression(&mut self, g: &mut Graph, value: &Value) -> Expr {
+        match value {
+            Value::Number(x) => g.constant(*x),
+            Value::Pi => g.constant(std::f64::consts::PI),
+            Value::Symbol(s) => self.symbol(g, *s),
+            Value::Coordinate(_) => unreachable!("a length of the geometry is free of coordinates"),
+            Value::Neg(a) => -self.expression(g, a),
+            Value::Add(a, b) => {
+                let (a, b) = (self.expression(g, a), self.expression(g, b));
+                g.add(a, b)
+            }
+            Value::Sub(a, b) => {
+                let (a, b) = (self.expression(g, a), self.expression(g, b));
+                g.sub(a, b)
+            }
+            Value::Mul(a, b) => {
+                let (a, b) = (self.expression(g, a), self.expression(g, b));
+                g.mul(a, b)
+            }
+            Value::Div(a, b) => {
+                let (a, b) = (self.expression(g, a), self.expression(g, b));
+                g.div(a, b)
+            }
+            Value::Sqrt(a) => {
+                let a = self.expression(g, a);
+                g.sqrt(a)
+            }
+            Value::Sin(a) => {
+                let angle = self.angle(g, a, "angle");
+                angle.turn(g).sin
+            }
+            Value::Cos(a) => {
+                let angle = self.angle(g, a, "angle");
+                angle.turn(g).cos
+            }
+            // A name of its own: no graph has an inverse tangent.
+            Value::Atan2(..) => self.number(g, Kind::Angle, value.number(&self.robot.symbols), "atan"),
+        }
+    }
+
+    /// An angle, rad. `place` names the number if it has no name: `alpha5`.
+    pub fn angle(&mut self, g: &mut Graph, value: &Value, place: &str) -> Angle {
+        if let Some((n, d)) = value.as_multiple_of_pi(&self.robot.symbols)
+            && (2 * n) % d == 0
+        {
+            return Angle { quarter_turns: 2 * n / d, terms: Vec::new() };
+        }
+        match value {
+            Value::Neg(a) => self.angle(g, a, place).negated(),
+            Value::Add(a, b) => self.angle(g, a, place).plus(&self.angle(g, b, place)),
+            Value::Sub(a, b) => self.angle(g, a, place).plus(&self.angle(g, b, place).negated()),
+            Value::Mul(a, b) if integer(a).is_some() => self.angle(g, b, place).times(integer(a).unwrap_or(0)),
+            Value::Mul(a, b) if integer(b).is_some() => self.angle(g, a, place).times(integer(b).unwrap_or(0)),
+            Value::Symbol(s) if names_a_symbol(&self.robot.symbols[s.0].value) => {
+                self.angle(g, &self.robot.symbols[s.0].value.clone(), place)
+            }
+            Value::Symbol(s) => {
+                let symbol = self.symbol(g, *s);
+                Angle { quarter_turns: 0, terms: vec![(symbol, 1)] }
+            }
+            // Anything else is one angle with a name of its own.
+            _ => {
+                let symbol = self.number(g, Kind::Angle, value.number(&self.robot.symbols), place);
+                let sign = if symbol.is_negative() { -1 } else { 1 };
+                Angle { quarter_turns: 0, terms: vec![(symbol.abs(), sign)] }
+            }
+        }
+    }
+}
+
+fn integer(value: &Value) -> Option<i64> {
+    match value {
+        Value::Number(x) if x.fract() == 0.0 && x.abs() < 64.0 => Some(*x as i64),
+        _ => None,
+    }
+}
+
+/// A symbol defined by other symbols is its definition; one defined by a number is a name.
+fn names_a_symbol(value: &Value) -> bool {
+    match value {
+        Value::Number(_) | Value::Pi | Value::Coordinate(_) => false,
+        Value::Symbol(_) => true,
+        Value::Neg(a) | Value::Sqrt(a) | Value::Sin(a) | Value::Cos(a) => names_a_symbol(a),
+        Value::Add(a, b) | Value::Sub(a, b) | Value::Mul(a, b) | Value::Div(a, b) | Value::Atan2(a, b) => {
+            names_a_symbol(a) || names_a_symbol(b)
+        }
+    }
+}

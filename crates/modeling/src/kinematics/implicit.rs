@@ -1,0 +1,335 @@
+//! Loops that no affine function closes: the rates of the passive joints, from the loop Jacobian.
+//!
+//! In a closed loop the two cut frames move as one. With the twists of both per unit of every joint
+//! variable, J_a for the coordinates and J_p for the passive ones,
+//!
+//! ```text
+//! J_p dq_p + J_a dq = 0            dq_p  = G dq,             G = -J_p^-1 J_a
+//! J_p ddq_p + J_a ddq + c = 0      ddq_p = G ddq - J_p^-1 c
+//! ```
+//! c being what of the frames' relative acceleration is there at ddq = ddq_p = 0. Of the six equations
+//! a loop has, as many independent ones are taken as there are passive coordinates; which ones, and in
+//! which order they are eliminated, is read off closed configurations. By virtual work the torques of
+//! the coordinates are tau + G^T tau_p.
+
+use expr::{Expr, Function, Graph, Output};
+use nalgebra::DMatrix;
+use robot::{Drive, Joint, Link, LinkId, LoopFrame, Pose, Robot, RotorInertia, Value};
+
+use crate::kinematics::closure::Closure;
+use crate::kinematics::constants::Constants;
+use crate::kinematics::links::{LinkMotion, Motion, MotionInput, link_motions};
+use crate::kinematics::vector::{NULL, Vector, add, dot, sum};
+use crate::random::SplitMix;
+
+/// The passive coordinates of a derivation: their rates per unit of the coordinates'.
+pub(crate) struct Implicit {
+    /// m x n.
+    pub G: Vec<Vec<Expr>>,
+    /// Their accelerations at ddq = 0.
+    pub coast: Vec<Expr>,
+    /// e and J_p: inputs `q`, `passive`.
+    pub function: Function,
+}
+
+/// What the loops make of `motion`: the rates of its passive coordinates filled in.
+///
+/// `None` when no configuration could be found that closes the loops.
+pub(crate) fn implicit(
+    g: &mut Graph,
+    robot: &Robot,
+    constants: &mut Constants,
+    motion: &mut Motion,
+) -> Option<Implicit> {
+    let (n, m) = (robot.n_coordinates(), robot.passive.len());
+    let (open, pairs) = with_loop_frames(robot);
+    let still = Motion { dq: vec![Expr::ZERO; n + m], ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
+    let links = link_motions(g, &open, constants, &still);
+    let (gaps, equations) = loop_equations(g, &open, &links, &pairs);
+    let function = closure_function(g, motion, gaps, &equations);
+
+    let start = robot.passive.iter().map(|p| p.start).collect();
+    let order = elimination_order(&mut Closure::new(&function, start), n, m)?;
+    let solver = PassiveSolver::new(g, &equations, n, order);
+
+    // G = -J_p^-1 J_a and dq_p = G dq.
+    let columns: Vec<Vec<Expr>> = (0..n).map(|k| solver.solve(g, |row| -equations[row][k])).collect();
+    let G: Vec<Vec<Expr>> = (0..m).map(|p| columns.iter().map(|c| c[p]).collect()).collect();
+    for p in 0..m {
+        motion.dq[n + p] = combination(g, &G[p], &motion.dq[..n]);
+    }
+    // ddq_p = G ddq - J_p^-1 c.
+    let c = relative_accelerations(g, open, constants, motion, &pairs);
+    let coast = solver.solve(g, |row| -c[row]);
+    for p in 0..m {
+        let driven = combination(g, &G[p], &motion.ddq[..n]);
+        motion.ddq[n + p] = g.add(driven, coast[p]);
+    }
+    Some(Implicit { G, coast, function })
+}
+
+/// e and [J_a J_p], six rows a loop: the twist of the twin frame less that of the cut frame, per unit
+/// of every joint variable.
+fn loop_equations(
+    g: &mut Graph,
+    open: &Robot,
+    links: &[LinkMotion],
+    pairs: &[(LinkId, LinkId)],
+) -> (Vec<Expr>, Vec<Vec<Expr>>) {
+    let mut equations: Vec<Vec<Expr>> = Vec::new();
+    let mut gaps = Vec::new();
+    for &(cut, twin) in pairs {
+        for row in 0..6 {
+            let entry = |j: LinkId, k: usize| {
+                links[j.0].jacobian[k].map_or(Expr::ZERO, |t| if row < 3 { t.d[row] } else { t.z[row - 3] })
+            };
+            equations.push((0..open.n_variables()).map(|k| g.sub(entry(twin, k), entry(cut, k))).collect());
+        }
+        gaps.extend(gap(g, open, links, cut, twin));
+    }
+    (gaps, equations)
+}
+
+/// e and J_p as a function of `q` and `passive`.
+fn closure_function(g: &Graph, motion: &Motion, gaps: Vec<Expr>, equations: &[Vec<Expr>]) -> Function {
+    let n = motion.n;
+    let jacobian: Vec<Expr> = equations.iter().flat_map(|row| row[n..].to_vec()).collect();
+    let output =
+        |name: &str, columns, entries: Vec<Expr>| Output { name: name.into(), rows: equations.len(), columns, entries };
+    let inputs = vec![motion.input(MotionInput::Q), motion.input(MotionInput::Passive)];
+    let outputs = vec![output("e", 1, gaps), output("j", motion.q.len() - n, jacobian)];
+    Function::new("closure", g, inputs, outputs)
+}
+
+/// c: the frames' relative acceleration at ddq = ddq_p = 0, six numbers a loop. Gravity is the same for
+/// both frames and left out.
+fn relative_accelerations(
+    g: &mut Graph,
+    open: Robot,
+    constants: &mut Constants,
+    motion: &Motion,
+    pairs: &[(LinkId, LinkId)],
+) -> Vec<Expr> {
+    let weightless = Robot { gravity: [Value::ZERO, Value::ZERO, Value::ZERO], ..open };
+    let coasting = Motion { ddq: vec![Expr::ZERO; motion.ddq.len()], ..motion.clone() };
+    let links = link_motions(g, &weightless, constants, &coasting);
+    let mut rest: Vec<Expr> = Vec::new();
+    for &(cut, twin) in pairs {
+        for row in 0..6 {
+            let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].dw[row - 3] };
+            rest.push(g.sub(entry(twin), entry(cut)));
+        }
+    }
+    rest
+}
+
+/// J_p x = right for as many independent equations of the loops as there are passive coordinates.
+struct PassiveSolver {
+    /// (equation, passive coordinate) of each pivot.
+    order: Vec<(usize, usize)>,
+    elimination: Elimination,
+}
+
+impl PassiveSolver {
+    /// `equations` are [J_a J_p], J_a of n columns.
+    fn new(g: &mut Graph, equations: &[Vec<Expr>], n: usize, order: Vec<(usize, usize)>) -> PassiveSolver {
+        let J_p: Vec<Vec<Expr>> =
+            order.iter().map(|&(row, _)| order.iter().map(|&(_, c)| equations[row][n + c]).collect()).collect();
+        PassiveSolver { elimination: Elimination::new(g, J_p), order }
+    }
+
+    /// x in the order of the passive coordinates; `right` by equation.
+    fn solve(&self, g: &mut Graph, right: impl Fn(usize) -> Expr) -> Vec<Expr> {
+        let x = self.elimination.solve(g, self.order.iter().map(|&(row, _)| right(row)).collect());
+        let mut ordered = vec![Expr::ZERO; x.len()];
+        for (x, &(_, column)) in x.into_iter().zip(&self.order) {
+            ordered[column] = x;
+        }
+        ordered
+    }
+}
+
+/// Torques (or any rows) of the coordinates from those of all joint variables: r_k + sum_p G_pk r_p.
+pub(crate) fn reduced(g: &mut Graph, G: &[Vec<Expr>], rows: &[Vec<Expr>]) -> Vec<Vec<Expr>> {
+    let n = rows.len() - G.len();
+    (0..n)
+        .map(|k| {
+            (0..rows[k].len())
+                .map(|c| {
+                    let passive: Vec<Expr> = (0..G.len()).map(|p| g.mul(G[p][k], rows[n + p][c])).collect();
+                    passive.into_iter().fold(rows[k][c], |sum, term| g.add(sum, term))
+                })
+                .collect()
+        })
+        .collect()
+}
+
+fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
+    let terms: Vec<Expr> = row.iter().zip(x).map(|(&a, &b)| g.mul(a, b)).collect();
+    sum(g, &terms)
+}
+
+/// The robot with its implicit loops' frames as links of their own, and which those are.
+fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
+    let mut open = robot.clone();
+    let mut pairs = Vec::new();
+    for (i, one) in robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one)) {
+        let mut link = |frame: &LoopFrame, side: &str| {
+            let label = format!("_{side}{}", i + 1);
+            open.links.push(Link {
+                name: label.clone(),
+                label: label.clone(),
+                antecedent: frame.antecedent,
+                geometry: frame.geometry.clone(),
+                joint: Joint {
+                    name: label,
+                    kind: frame.kind,
+                    drive: Drive::Passive,
+                    variable: frame.variable.clone(),
+                    rotor_inertia: RotorInertia::Absent,
+                    friction: robot::Friction::default(),
+                    drive_gain: None,
+                },
+                inertial: None,
+                file_frame: Pose::IDENTITY,
+                parts: Vec::new(),
+            });
+            LinkId(open.links.len() - 1)
+        };
+        pairs.push((link(&one.cut, "cut"), link(&one.twin, "twin")));
+    }
+    (open, pairs)
+}
+
+/// Position of T in C, and the vector part of the rotation from C to T: six numbers, zero when closed.
+fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: LinkId) -> [Expr; 6] {
+    let frame = |g: &mut Graph, j: LinkId| -> ([Vector; 3], Vector) {
+        let unit = |i: usize| std::array::from_fn(|r| if r == i { Expr::ONE } else { Expr::ZERO });
+        let (mut axes, mut p, mut at) = ([unit(0), unit(1), unit(2)], NULL, Some(j));
+        while let Some(k) = at {
+            let placement = &links[k.0].placement;
+            axes = axes.map(|v| placement.to_antecedent(g, v));
+            p = placement.to_antecedent(g, p);
+            p = add(g, p, placement.p);
+            at = robot.link(k).antecedent;
+        }
+        (axes, p)
+    };
+    let ((c, p_c), (t, p_t)) = (frame(g, cut), frame(g, twin));
+    let offset = add(g, p_t, p_c.map(|x| -x));
+    let position = c.map(|axis| dot(g, axis, offset));
+    let half = g.constant(0.5);
+    let mut turn = |i: usize, j: usize| {
+        let (a, b) = (dot(g, c[j], t[i]), dot(g, c[i], t[j]));
+        let difference = g.sub(a, b);
+        g.mul(half, difference)
+    };
+    // R_CT - R_CT^T: entry (k, l) of R_CT is c_k . t_l.
+    let rotation = [turn(1, 2), turn(2, 0), turn(0, 1)];
+    [position[0], position[1], position[2], rotation[0], rotation[1], rotation[2]]
+}
+
+/// Closed configurations at which an order of elimination is held against the others.
+const CONFIGURATIONS: usize = 5;
+
+/// Pivots (equation, passive coordinate) by complete pivoting at a closed configuration, confirmed
+/// at others.
+fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
+    let samples = closure.sample(n, CONFIGURATIONS, &mut SplitMix(7));
+    let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
+    let jacobians: Vec<DMatrix<f64>> =
+        samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
+    for chosen_at in &jacobians {
+        let order = complete_pivots(chosen_at.clone(), m)?;
+        // The worst pivot over all samples speaks for an order.
+        let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
+        if best.as_ref().is_none_or(|b| worst > b.0) {
+            best = Some((worst, order));
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// A pivot below this is no pivot. Entries are of order one (rad a rad, or m a rad), closed
+/// configurations are accurate to 1e-11, and samples stay away from singular ones.
+const VANISHES: f64 = 1e-9;
+
+fn complete_pivots(mut a: DMatrix<f64>, m: usize) -> Option<Vec<(usize, usize)>> {
+    let mut order: Vec<(usize, usize)> = Vec::new();
+    for _ in 0..m {
+        let free = |&(r, c): &(usize, usize)| order.iter().all(|&(row, column)| row != r && column != c);
+        let places = (0..a.nrows()).flat_map(|r| (0..m).map(move |c| (r, c))).filter(free);
+        let (r, c) = places.max_by(|x, y| a[*x].abs().total_cmp(&a[*y].abs()))?;
+        if a[(r, c)].abs() < VANISHES {
+            return None;
+        }
+        for row in (0..a.nrows()).filter(|&row| row != r && order.iter().all(|o| o.0 != row)) {
+            let factor = a[(row, c)] / a[(r, c)];
+            for k in 0..m {
+                a[(row, k)] -= factor * a[(r, k)];
+            }
+        }
+        order.push((r, c));
+    }
+    Some(order)
+}
+
+fn smallest_pivot(j: &DMatrix<f64>, order: &[(usize, usize)]) -> f64 {
+    let mut a = DMatrix::from_fn(order.len(), order.len(), |r, c| j[(order[r].0, order[c].1)]);
+    let mut smallest = f64::INFINITY;
+    for k in 0..order.len() {
+        smallest = smallest.min(a[(k, k)].abs());
+        for r in k + 1..order.len() {
+            let factor = a[(r, k)] / a[(k, k)];
+            for c in k..order.len() {
+                a[(r, c)] -= factor * a[(k, c)];
+            }
+        }
+    }
+    smallest
+}
+
+/// L and U of a square matrix whose pivots stand on the diagonal.
+struct Elimination {
+    rows: Vec<Vec<Expr>>,
+}
+
+impl Elimination {
+    fn new(g: &mut Graph, mut rows: Vec<Vec<Expr>>) -> Elimination {
+        let m = rows.len();
+        for k in 0..m {
+            for r in k + 1..m {
+                if rows[r][k].is_zero() {
+                    continue;
+                }
+                let factor = g.div(rows[r][k], rows[k][k]);
+                for c in k + 1..m {
+                    let product = g.mul(factor, rows[k][c]);
+                    rows[r][c] = g.sub(rows[r][c], product);
+                }
+                rows[r][k] = factor;
+            }
+        }
+        Elimination { rows }
+    }
+
+    fn solve(&self, g: &mut Graph, mut x: Vec<Expr>) -> Vec<Expr> {
+        let m = self.rows.len();
+        for r in 0..m {
+            for k in 0..r {
+                let product = g.mul(self.rows[r][k], x[k]);
+                x[r] = g.sub(x[r], product);
+            }
+        }
+        for r in (0..m).rev() {
+            for k in r + 1..m {
+                let product = g.mul(self.rows[r][k], x[k]);
+                x[r] = g.sub(x[r], product);
+            }
+            if !x[r].is_zero() {
+                x[r] = g.div(x[r], self.rows[r][r]);
+            }
+        }
+        x
+    }
+}

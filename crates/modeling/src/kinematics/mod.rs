@@ -1,0 +1,11 @@
+//! How the links move: the robot's numbers as expressions, the motion of every link, closed loops.
+//!
+//! From the bottom up: [`vector`], [`angle`], [`constants`], then [`links`], then [`closure`] and
+//! [`implicit`] for the loops that no affine function closes.
+
+pub(crate) mod angle;
+pub(crate) mod closure;
+pub(crate) mod constants;
+pub(crate) mod implicit;
+pub(crate) mod links;
+pub(crate) mod vector;

@@ -1,0 +1,213 @@
+//! Angles and lengths as they were meant: 1.5707 is pi/2.
+//!
+//! An angle within [`RIGHT`] of a multiple of pi/2, or within [`ROUND`] of a multiple of pi/4 or
+//! pi/6, is taken to be that multiple: sine and cosine are then exact, and no base parameter is
+//! born from the digits somebody left out.
+
+use std::f64::consts::PI;
+
+use crate::kinematics::sin_cos;
+use crate::robot::{ModifiedDh, Note, Robot};
+use crate::value::Value;
+use crate::vector::{Matrix3, Vector3, norm, product, scaled};
+
+/// rad: 3.1415 is 9.3e-5 away from pi.
+const RIGHT: f64 = 1e-4;
+/// rad: 0.7854 is 1.8e-6 away from pi/4.
+const ROUND: f64 = 5e-6;
+/// Sine of the angle between a given axis and the coordinate axis it is taken for.
+const AXIS: f64 = 1e-6;
+/// m: the rounding noise of exporters.
+const LENGTH: f64 = 1e-9;
+/// rad: what a double of pi/2 misses is nobody's business.
+const SILENT: f64 = 1e-9;
+/// An entry of a rotation this near to a known value is that value: products of three sines or cosines
+/// carry a few units of the last place, 2e-16.
+const LAST_DIGITS: f64 = 1e-14;
+/// An axis whose largest component is smaller names no direction: files write unit vectors.
+const NO_AXIS: f64 = 1e-9;
+/// Rounding of what this program computes from snapped values: some operations on numbers below 10.
+const ROUNDING: f64 = 1e-12;
+
+/// What a rounded angle is taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Angles {
+    /// 1.5707 is pi/2.
+    #[default]
+    Meant,
+    /// 1.5707 is 1.5707.
+    AsGiven,
+}
+
+/// An angle as given: the exact multiple of pi/12 it is taken for, or itself.
+pub(crate) fn given_angle(angle: f64, angles: Angles) -> Value {
+    let twelfths = angle * 12.0 / PI;
+    let n = twelfths.round();
+    let away = (angle - n * PI / 12.0).abs();
+    let step = n.rem_euclid(12.0);
+    let tolerance = match (step as i64, angles) {
+        (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, Angles::AsGiven) => SILENT,
+        (0 | 6, Angles::Meant) => RIGHT,
+        (2 | 3 | 4 | 8 | 9 | 10, Angles::Meant) => ROUND,
+        _ => -1.0,
+    };
+    if away <= tolerance && n.abs() < 1e6 { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
+}
+
+/// An angle computed from snapped ones, in (-pi, pi].
+pub(crate) fn computed_angle(angle: f64) -> Value {
+    let n = (angle * 12.0 / PI).round();
+    if (angle - n * PI / 12.0).abs() <= ROUNDING {
+        let n = n as i64;
+        twelfths_of_pi(if n <= -12 { n + 24 } else { n })
+    } else {
+        Value::Number(decimal(angle))
+    }
+}
+
+/// A length computed from snapped ones, m.
+pub(crate) fn computed_length(length: f64) -> Value {
+    if length.abs() <= ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
+}
+
+/// A length as given, m.
+pub(crate) fn given_length(length: f64) -> f64 {
+    if length.abs() < LENGTH { 0.0 } else { length }
+}
+
+/// n pi / 12, reduced.
+fn twelfths_of_pi(n: i64) -> Value {
+    let (mut a, mut b) = (n.unsigned_abs(), 12u64);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    let (numerator, denominator) = (n.unsigned_abs() / a, 12 / a);
+    let number = |x: u64| Box::new(Value::Number(x as f64));
+    let multiple = match numerator {
+        0 => return Value::ZERO,
+        1 => Value::Pi,
+        k => Value::Mul(number(k), Box::new(Value::Pi)),
+    };
+    let fraction = if denominator == 1 { multiple } else { Value::Div(Box::new(multiple), number(denominator)) };
+    if n < 0 { Value::Neg(Box::new(fraction)) } else { fraction }
+}
+
+/// The decimal of twelve digits that `x` is but for rounding, or `x`: 0.13585 - 0.1197 is 0.01615.
+fn decimal(x: f64) -> f64 {
+    let short = format!("{x:.11e}").parse().unwrap_or(x);
+    if (short - x).abs() <= 4.0 * f64::EPSILON * x.abs().max(1.0) { short } else { x }
+}
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll).
+pub(crate) fn rotation(rpy: &[Value; 3]) -> Matrix3 {
+    let [(sr, cr), (sp, cp), (sy, cy)] = [0, 1, 2].map(|i| sin_cos(&rpy[i], &[]));
+    let x = [[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]];
+    let y = [[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]];
+    let z = [[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]];
+    exact(&product(&product(&z, &y), &x))
+}
+
+/// Entries that are 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 but for rounding, made so.
+pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
+    m.map(|row| row.map(exact_entry))
+}
+
+fn exact_entry(x: f64) -> f64 {
+    let known = [0.0, 0.5, 0.5f64.sqrt(), 3f64.sqrt() / 2.0, 1.0];
+    let near = known.into_iter().find(|k| (x.abs() - k).abs() <= LAST_DIGITS);
+    near.map_or(x, |k| if k == 0.0 { 0.0 } else { k.copysign(x) })
+}
+
+/// The unit vector along an axis as given; `None` for the zero vector.
+pub(crate) fn unit_axis(axis: Vector3) -> Option<Vector3> {
+    let largest = axis.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if largest < NO_AXIS {
+        return None;
+    }
+    let axis = scaled(axis, 1.0 / largest);
+    let unit = scaled(axis, 1.0 / norm(axis));
+    let along = (0..3).find(|&i| (0..3).all(|j| j == i || unit[j].abs() <= AXIS));
+    Some(match along {
+        Some(i) => [0, 1, 2].map(|j| if j == i { unit[i].signum() } else { 0.0 }),
+        None => unit.map(exact_entry),
+    })
+}
+
+/// Takes the angles that the user rounded for what they were meant to be, and says so.
+pub(crate) fn snap_angles(robot: &mut Robot, angles: Angles) {
+    let symbols = &robot.symbols;
+    let mut notes = Vec::new();
+    let mut snap = |subject: &str, geometry: &mut ModifiedDh| {
+        let given_angles =
+            [("gamma", &mut geometry.gamma), ("alpha", &mut geometry.alpha), ("theta", &mut geometry.theta)];
+        for (key, value) in given_angles {
+            if value.as_multiple_of_pi(symbols).is_some() {
+                continue;
+            }
+            let given = value.number(symbols);
+            let meant = given_angle(given, angles);
+            let Some((n, d)) = meant.as_multiple_of_pi(symbols) else { continue };
+            if (given - meant.number(symbols)).abs() > SILENT {
+                let text = format!("{key} = {given} is taken for {n}/{d} pi");
+                notes.push(Note { subject: subject.to_string(), text });
+            }
+            *value = meant;
+        }
+    };
+    for link in &mut robot.links {
+        snap(&format!("link {}", link.label), &mut link.geometry);
+    }
+    for (i, one) in robot.loops.iter_mut().enumerate() {
+        snap(&format!("cut of loop {}", i + 1), &mut one.cut.geometry);
+        snap(&format!("twin of loop {}", i + 1), &mut one.twin.geometry);
+    }
+    robot.notes.extend(notes);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_taken_for_what_was_meant() {
+        // As texts: the digits are what is tested.
+        for (angle, multiple) in [
+            ("1.5707", (1, 2)),
+            ("-1.57079632679", (-1, 2)),
+            ("3.1415", (1, 1)),
+            ("-0.7854", (-1, 4)),
+            ("0.523599", (1, 6)),
+            ("2.0943951", (2, 3)),
+            ("0", (0, 1)),
+            ("6.2832", (2, 1)),
+        ] {
+            assert_eq!(
+                given_angle(angle.parse().unwrap(), Angles::Meant).as_multiple_of_pi(&[]),
+                Some(multiple),
+                "{angle}"
+            );
+        }
+        for angle in ["1.57", "0.7853", "0.2618", "1.75057"] {
+            let angle = angle.parse().unwrap();
+            assert_eq!(given_angle(angle, Angles::Meant), Value::Number(angle));
+        }
+    }
+
+    #[test]
+    fn computed_values_lose_their_rounding() {
+        assert_eq!(computed_length(0.13585 - 0.1197), Value::Number(0.01615));
+        assert_eq!(computed_length(2f64.sqrt() / 10.0), Value::Number(2f64.sqrt() / 10.0));
+        assert_eq!(computed_angle(-PI), Value::Pi);
+        assert_eq!(computed_angle(-PI / 2.0 + 1e-15).as_multiple_of_pi(&[]), Some((-1, 2)));
+    }
+
+    #[test]
+    fn rotations_keep_exact_entries() {
+        let quarter = given_angle(PI / 4.0, Angles::Meant);
+        let m = rotation(&[quarter.clone(), Value::ZERO, quarter]);
+        assert_eq!(m[0], [0.5f64.sqrt(), -0.5, 0.5]);
+        assert_eq!(unit_axis([0.0, -3.0, 1e-9]), Some([0.0, -1.0, 0.0]));
+        assert_eq!(unit_axis([1e300, 1e300, 0.0]), Some([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0]));
+        assert_eq!(unit_axis([0.0; 3]), None);
+    }
+}

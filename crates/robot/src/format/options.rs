@@ -1,0 +1,25 @@
+//! What a file leaves to its reader, and the caller may choose.
+
+use crate::angle_snap::Angles;
+
+/// What a file leaves to its reader.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The mimic joints of a URDF.
+    pub mimic: Mimic,
+    /// The rounded angles of any file.
+    pub angles: Angles,
+}
+
+/// How the joints that mimic another are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mimic {
+    /// They follow it: passive joints, affine in its coordinate. A mimic joint has no motor, so a
+    /// torque of its own is nobody's, and the parameters of what it carries show in the torque of
+    /// the joint it follows: what somebody who measures torques needs.
+    #[default]
+    Constraint,
+    /// They are coordinates like any other, as in libraries that read past the tag (Pinocchio's
+    /// default).
+    Independent,
+}

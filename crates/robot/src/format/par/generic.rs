@@ -1,0 +1,34 @@
+//! Values for symbols to which a file gives none.
+
+use crate::robot::Note;
+use crate::value::Symbol;
+
+/// A value by the name alone, so that neither the order of the file nor other symbols change it:
+/// m or rad, in [0.2, 0.9), of five digits.
+pub(super) fn generic_value(name: &str) -> f64 {
+    // FNV-1a, then splitmix64: near names, far values.
+    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
+    let mut z = hash.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    let u = ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64;
+    (20_000.0 + (70_000.0 * u).floor()) / 100_000.0
+}
+
+/// The value that makes a component of gravity -9.81 m/s^2: of `G3`, or of the G3 in `-G3`.
+pub(super) fn gravity_value(component: &str) -> f64 {
+    if component.trim_start().starts_with('-') { 9.81 } else { -9.81 }
+}
+
+/// What to tell about symbols without values.
+pub(super) fn note_generic(symbols: &[Symbol]) -> Option<Note> {
+    let last = symbols.last()?;
+    let shown: Vec<String> = symbols.iter().map(|s| format!("{} = {}", s.name, s.value.number(symbols))).collect();
+    let text = format!(
+        "no value in the file; generic ones stand in ({}): ranks and rules hold, figures mean nothing; a value is given \
+         by a comment `(* Value {} = 0.45 *)`",
+        shown.join(", "),
+        last.name
+    );
+    Some(Note { subject: "symbols".into(), text })
+}

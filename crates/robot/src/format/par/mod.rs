@@ -1,0 +1,12 @@
+//! SYMORO's .par files.
+
+mod generic;
+mod parameters;
+mod read;
+mod table;
+mod text;
+mod variables;
+mod write;
+
+pub use read::read_par;
+pub use write::write_par;

@@ -1,0 +1,357 @@
+//! A robot described by a .par file of SYMORO, SYMORO+ or OpenSYMORO.
+//!
+//! Frame j stands in its antecedent's by iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)
+//! [Khalil, Kleinfinger 1986]. Frames 1..NL carry links, NL+1..NJ are the cut joints of the loops,
+//! NJ+1..NF their twins on the other side. The passive joints of the loops are found by
+//! [`crate::passive`].
+//!
+//! A file names symbols and gives them no values. Lengths and angles then get generic ones, by
+//! their names: what holds of ranks and rules holds for nearly all values. Gravity is -9.81. Such
+//! symbols are marked [`Symbol::generic`] and told in a note; figures need values, which the file
+//! may give as `(* Value D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor
+//! inertia of 0 is absent.
+//!
+//! Not here: floating and mobile bases (refused); elastic joints, the place Z of the base, external
+//! wrenches (noted where they are numbers).
+
+use std::collections::BTreeSet;
+
+use super::generic::{generic_value, gravity_value, note_generic};
+use super::parameters::{friction, inertial, note_unused, rotor_inertia};
+use super::table::{Table, text};
+use super::text::{ParText, scan};
+use super::variables::{Mover, own_variables};
+use crate::angle_snap::Angles;
+use crate::angle_snap::snap_angles;
+use crate::closure;
+use crate::error::Error;
+use crate::format::expression::{Names, identifiers, is_name};
+use crate::format::node::{Content, Node, Source};
+use crate::inertial::Pose;
+use crate::passive;
+use crate::robot::{
+    Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, PassiveCoordinate,
+    Robot,
+};
+use crate::value::Affine;
+use crate::value::Value;
+
+/// Reads a robot from a .par text; `file` is the name errors carry.
+///
+/// Fails, with the line and column, on a table that is incomplete or inconsistent, on a moving
+/// base, and on loops that cannot close.
+pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
+    let source = Source { file };
+    let mut notes = Vec::new();
+    let entries = scan(source, text)?;
+    let table = Table::new(source, &entries, &mut notes)?;
+    let frames = Frames::new(source, &table)?;
+    let order = frames.order(source, &table)?;
+
+    let mut names = valued_symbols(source, &entries)?;
+    let owners = frames.owners(source, &table, &names, &mut notes)?;
+    names.coordinates = owners.coordinates.iter().chain(&owners.passive).cloned().collect();
+    let gravity = table.list("G").map_or_else(|| ["0", "0", "GZ"].map(worded).to_vec(), <[Node]>::to_vec);
+    define_generic(&frames, &gravity, &mut names, &mut notes);
+
+    let mut links = Vec::with_capacity(table.nl);
+    for &j in &order {
+        links.push(link(source, &table, &frames, &order, &names, &owners, j, &mut notes)?);
+    }
+    let mut loops = Vec::new();
+    for cut in table.nl..table.nj {
+        let frame = |k: usize| -> Result<LoopFrame, Error> {
+            let (kind, _, geometry, variable) = frames.placed(source, &names, &owners, k)?;
+            Ok(LoopFrame { antecedent: frames.antecedent(&order, k), geometry, kind, variable })
+        };
+        loops.push(Loop { cut: frame(cut)?, twin: frame(cut + table.nj - table.nl)? });
+    }
+    let component = |n: &Node| names.constant(source, "a component of `G`", n);
+    let gravity = [component(&gravity[0])?, component(&gravity[1])?, component(&gravity[2])?];
+    note_unused(&table, &mut notes);
+    let stem = std::path::Path::new(file).file_stem().and_then(|s| s.to_str()).unwrap_or("robot");
+    let mut robot = Robot {
+        name: entries.name.clone().unwrap_or(stem.into()),
+        source: None,
+        symbols: names.symbols,
+        coordinates: owners
+            .coordinates
+            .into_iter()
+            .map(|name| Coordinate { name, limits: Limits::default() })
+            .collect(),
+        passive: owners.passive.into_iter().map(|name| PassiveCoordinate { name, start: 0.0 }).collect(),
+        links,
+        massless: 0,
+        loops,
+        gravity,
+        notes,
+    };
+    snap_angles(&mut robot, Angles::Meant);
+    let place = || table.at("ant", String::new()).place;
+    passive::resolve(&mut robot).map_err(|message| Error { place: place(), message })?;
+    closure::check(&robot).map_err(|(_, message)| Error { place: place(), message })?;
+    Ok(robot)
+}
+
+/// The symbols with their values from the comments of the file.
+fn valued_symbols(source: Source, entries: &ParText) -> Result<Names, Error> {
+    let mut names = Names::default();
+    for (name, node) in &entries.values {
+        if !is_name(name) || names.symbols.iter().any(|s| s.name == *name) {
+            return Err(source.at(node, format!("`{name}` cannot name a symbol, or stands twice")));
+        }
+        names.define(source, name.clone(), node)?;
+    }
+    Ok(names)
+}
+
+/// The link of frame j and the joint that moves it.
+fn link(
+    source: Source,
+    table: &Table,
+    frames: &Frames,
+    order: &[usize],
+    names: &Names,
+    owners: &Owners,
+    j: usize,
+    notes: &mut Vec<Note>,
+) -> Result<Link, Error> {
+    let (kind, drive, geometry, variable) = frames.placed(source, names, owners, j)?;
+    let joint = Joint {
+        name: format!("{}", j + 1),
+        kind,
+        drive,
+        variable,
+        rotor_inertia: rotor_inertia(source, table, names, j, drive)?,
+        friction: friction(source, table, names, j)?,
+        drive_gain: None,
+    };
+    Ok(Link {
+        name: format!("link {}", j + 1),
+        label: format!("{}", j + 1),
+        antecedent: frames.antecedent(order, j),
+        geometry,
+        joint,
+        inertial: inertial(source, table, names, j, notes)?,
+        file_frame: Pose::IDENTITY,
+        parts: Vec::new(),
+    })
+}
+
+/// The frames of the file, by index from zero.
+struct Frames {
+    /// Numbers, zero the base.
+    antecedent: Vec<usize>,
+    kind: Vec<JointKind>,
+    actuated: Vec<bool>,
+    /// gamma b alpha d theta r of each.
+    geometry: Vec<[Node; 6]>,
+    n_links: usize,
+    n_joints: usize,
+}
+
+const GEOMETRY: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
+
+/// The own variables of the joints, in the order of q.
+struct Owners {
+    coordinates: Vec<String>,
+    passive: Vec<String>,
+    /// Of each frame: whether a motor, or nothing but its own freedom in an open chain, moves it.
+    is_coordinate: Vec<bool>,
+}
+
+impl Frames {
+    fn new(source: Source, table: &Table) -> Result<Frames, Error> {
+        let antecedent = table.integers("ant", 0, table.nl, |j| (j - 1).min(table.nl))?;
+        let twin = |j: usize| j > table.nj;
+        let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
+        let actuated = table.integers("mu", 0, 1, |j| usize::from(!twin(j)))?;
+        if let Some(j) = (table.nj..table.nf).find(|&j| sigma[j] != 2) {
+            let message = format!(
+                "sigma of frame {} is 2, found {}: it is the twin of a cut, fixed to its link",
+                j + 1,
+                sigma[j]
+            );
+            return Err(table.list("sigma").map_or(table.at("sigma", message.clone()), |l| source.at(&l[j], message)));
+        }
+        let node = |key: &str, j: usize| match table.list(key) {
+            Some(items) => items[j].clone(),
+            None if key == "theta" && sigma[j] == 0 => worded(&format!("th{}", j + 1)),
+            None => worded("0"),
+        };
+        Ok(Frames {
+            antecedent,
+            kind: sigma.iter().map(|s| [JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][*s]).collect(),
+            actuated: actuated.iter().map(|m| *m == 1).collect(),
+            geometry: (0..table.nf).map(|j| GEOMETRY.map(|key| node(key, j))).collect(),
+            n_links: table.nl,
+            n_joints: table.nj,
+        })
+    }
+
+    /// The links, antecedents first, otherwise as they are numbered.
+    fn order(&self, source: Source, table: &Table) -> Result<Vec<usize>, Error> {
+        let mut order: Vec<usize> = Vec::with_capacity(self.n_links);
+        let mut placed = vec![false; self.n_links];
+        while order.len() < self.n_links {
+            let stands = |placed: &[bool], j: usize| self.antecedent[j].checked_sub(1).is_none_or(|i| placed[i]);
+            let Some(j) = (0..self.n_links).find(|&j| !placed[j] && stands(&placed, j)) else {
+                let stuck = (0..self.n_links).find(|&j| !placed[j]).unwrap_or_default();
+                let message = format!("the antecedents of link {} run in a circle and never reach the base", stuck + 1);
+                return Err(table
+                    .list("ant")
+                    .map_or(table.at("ant", message.clone()), |l| source.at(&l[stuck], message)));
+            };
+            placed[j] = true;
+            order.push(j);
+        }
+        Ok(order)
+    }
+
+    fn antecedent(&self, order: &[usize], j: usize) -> Option<LinkId> {
+        let number = self.antecedent[j].checked_sub(1)?;
+        order.iter().position(|&i| i == number).map(LinkId)
+    }
+
+    fn variable(&self, j: usize) -> Option<&Node> {
+        match self.kind[j] {
+            JointKind::Revolute => Some(&self.geometry[j][4]),
+            JointKind::Prismatic => Some(&self.geometry[j][5]),
+            JointKind::Fixed => None,
+        }
+    }
+
+    /// The constants of a frame: its geometry but the joint variable.
+    fn constants(&self, j: usize) -> impl Iterator<Item = &Node> {
+        let moving = self.variable(j).map(|v| (v.line, v.column));
+        self.geometry[j].iter().filter(move |n| n.line > 0 && Some((n.line, n.column)) != moving)
+    }
+
+    fn owners(&self, source: Source, table: &Table, names: &Names, notes: &mut Vec<Note>) -> Result<Owners, Error> {
+        let nf = self.kind.len();
+        let mut constants: BTreeSet<&str> = names.symbols.iter().map(|s| s.name.as_str()).collect();
+        for j in 0..nf {
+            for node in self.constants(j) {
+                constants.extend(identifiers(text(node)));
+            }
+        }
+        constants.extend(table.list("G").into_iter().flatten().flat_map(|n| identifiers(text(n))));
+        // Outside every loop nothing but a coordinate can say where a joint is.
+        let mut in_loop = vec![false; nf];
+        for k in self.n_links..nf {
+            in_loop[k] = true;
+            let mut j = self.antecedent[k];
+            while j > 0 {
+                in_loop[j - 1] = true;
+                j = self.antecedent[j - 1];
+            }
+        }
+        let is_coordinate: Vec<bool> = (0..nf).map(|j| self.actuated[j] || !in_loop[j]).collect();
+        let moving: Vec<usize> = (0..self.n_joints).filter(|&j| self.variable(j).is_some()).collect();
+        let movers: Vec<Mover> = moving
+            .iter()
+            .filter_map(|&j| self.variable(j).map(|variable| (j, variable)))
+            .map(|(j, variable)| Mover { frame: j + 1, actuated: self.actuated[j], variable })
+            .collect();
+        let own = own_variables(source, &movers, &constants)?;
+        let mut owners = Owners { coordinates: Vec::new(), passive: Vec::new(), is_coordinate };
+        let mut unactuated = Vec::new();
+        for (&j, name) in moving.iter().zip(own) {
+            let Some(name) = name else {
+                owners.is_coordinate[j] = false;
+                continue;
+            };
+            if !owners.is_coordinate[j] {
+                owners.passive.push(name);
+                continue;
+            }
+            if !self.actuated[j] {
+                unactuated.push((j + 1).to_string());
+            }
+            owners.coordinates.push(name);
+        }
+        if owners.coordinates.is_empty() {
+            return Err(source.error(0, 0, "no joint moves with a variable of its own and mu = 1"));
+        }
+        if !unactuated.is_empty() {
+            let text =
+                format!("0 for joints {} outside every loop: they are coordinates all the same", unactuated.join(", "));
+            notes.push(Note { subject: "mu".into(), text });
+        }
+        Ok(owners)
+    }
+
+    fn placed(
+        &self,
+        source: Source,
+        names: &Names,
+        owners: &Owners,
+        j: usize,
+    ) -> Result<(JointKind, Drive, ModifiedDh, Affine), Error> {
+        let kind = self.kind[j];
+        let mut variable = Affine::constant(Value::ZERO);
+        let moving = match kind {
+            JointKind::Revolute => 4,
+            JointKind::Prismatic => 5,
+            JointKind::Fixed => 6,
+        };
+        let mut values = Vec::with_capacity(6);
+        for (k, (key, node)) in GEOMETRY.into_iter().zip(&self.geometry[j]).enumerate() {
+            let what = format!("{key} of frame {}", j + 1);
+            if k != moving {
+                values.push(names.constant(source, &what, node)?);
+                continue;
+            }
+            let value = names.variable(source, &what, node)?;
+            let affine = Affine::from_value(&value, &names.symbols).ok_or_else(|| {
+                source.at(node, format!("{what} must be affine in the joint variables, found {}", node.kind()))
+            })?;
+            names.finite(source, &what, node, affine.offset.number(&names.symbols))?;
+            for (_, coefficient) in &affine.terms {
+                names.finite(source, &what, node, *coefficient)?;
+            }
+            variable.terms = affine.terms;
+            values.push(affine.offset);
+        }
+        let drive = match (&variable.terms[..], owners.is_coordinate[j]) {
+            ([], _) => Drive::Locked,
+            (_, false) => Drive::Passive,
+            ([(_, c)], true) if c.abs() == 1.0 => Drive::Actuated,
+            _ => {
+                let node = &self.geometry[j][moving.min(5)];
+                let message =
+                    format!("the variable of joint {} stands alone, with the factor 1 or -1, plus a constant", j + 1);
+                return Err(source.at(node, message));
+            }
+        };
+        let [gamma, b, alpha, d, theta, r]: [Value; 6] = values.try_into().unwrap_or([const { Value::ZERO }; 6]);
+        Ok((kind, drive, ModifiedDh { gamma, b, alpha, d, theta, r }, variable))
+    }
+}
+
+/// Symbols without a value, in the order of the file, and the note that tells them.
+fn define_generic(frames: &Frames, gravity: &[Node], names: &mut Names, notes: &mut Vec<Note>) {
+    let before = names.symbols.len();
+    let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
+    for node in gravity {
+        for word in identifiers(text(node)) {
+            let value = if lonely && !text(node).contains(['*', '/']) {
+                gravity_value(text(node))
+            } else {
+                10.0 * generic_value(word)
+            };
+            names.define_generic(word, value);
+        }
+    }
+    let rest = frames.geometry.iter().flatten();
+    for word in rest.flat_map(|n| identifiers(text(n))) {
+        if !names.coordinates.iter().any(|c| c == word) {
+            names.define_generic(word, generic_value(word));
+        }
+    }
+    notes.extend(note_generic(&names.symbols[before..]));
+}
+
+fn worded(text: &str) -> Node {
+    Node { line: 0, column: 0, content: Content::Text(text.into()) }
+}

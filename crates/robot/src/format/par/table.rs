@@ -1,0 +1,234 @@
+//! The table of a .par file: its sizes and its lists, each as long as it must be.
+
+use super::text::{Entry, ParText};
+use crate::error::Error;
+use crate::format::node::{Content, Node, Source};
+use crate::format::suggestion::did_you_mean;
+use crate::robot::Note;
+
+/// How long a list is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Per {
+    Frame,
+    Link,
+    Joint,
+    Axis,
+    Sixteen,
+}
+
+const LISTS: [(&str, Per); 39] = {
+    use Per::*;
+    [
+        ("ant", Frame),
+        ("sigma", Frame),
+        ("mu", Frame),
+        ("gamma", Frame),
+        ("b", Frame),
+        ("alpha", Frame),
+        ("d", Frame),
+        ("theta", Frame),
+        ("r", Frame),
+        ("XX", Link),
+        ("XY", Link),
+        ("XZ", Link),
+        ("YY", Link),
+        ("YZ", Link),
+        ("ZZ", Link),
+        ("MX", Link),
+        ("MY", Link),
+        ("MZ", Link),
+        ("M", Link),
+        ("IA", Link),
+        ("FV", Link),
+        ("FS", Link),
+        ("FX", Link),
+        ("FY", Link),
+        ("FZ", Link),
+        ("CX", Link),
+        ("CY", Link),
+        ("CZ", Link),
+        ("eta", Joint),
+        ("k", Joint),
+        ("QP", Joint),
+        ("QDP", Joint),
+        ("GAM", Joint),
+        ("W0", Axis),
+        ("WP0", Axis),
+        ("V0", Axis),
+        ("VP0", Axis),
+        ("G", Axis),
+        ("Z", Sixteen),
+    ]
+};
+
+const SCALARS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
+
+/// More links than this are no robot.
+const MAX_LINKS: usize = 500;
+
+/// The entries, counted and checked.
+pub(super) struct Table<'a> {
+    source: Source<'a>,
+    entries: &'a [Entry],
+    /// Links; joints, those of the cuts among them; frames, the twins of the cuts among them.
+    pub nl: usize,
+    pub nj: usize,
+    pub nf: usize,
+    /// Open chains, as the file calls itself.
+    pub is_open: bool,
+}
+
+impl<'a> Table<'a> {
+    pub fn new(source: Source<'a>, text: &'a ParText, notes: &mut Vec<Note>) -> Result<Table<'a>, Error> {
+        let entries = &text.entries[..];
+        if entries.is_empty() {
+            return Err(source.error(1, 1, "the file has no `key = value`; expected NL, NJ, Type, ant, sigma, ..."));
+        }
+        let mut table = Table { source, entries, nl: 0, nj: 0, nf: 0, is_open: true };
+        table.check_keys(notes)?;
+        table.nl = table.count("NL")?.ok_or_else(|| source.error(0, 0, "`NL`, the number of links, is missing"))?;
+        if table.nl == 0 || table.nl > MAX_LINKS {
+            let message = format!("NL is 1 to {MAX_LINKS}, found {}", table.nl);
+            return Err(table.at("NL", message));
+        }
+        table.nj = table.count("NJ")?.unwrap_or(table.nl);
+        if table.nj < table.nl || table.nj > 2 * MAX_LINKS {
+            let message =
+                format!("NJ = {} joints cannot move NL = {} links: every link has one joint", table.nj, table.nl);
+            return Err(table.at("NJ", message));
+        }
+        table.nf = 2 * table.nj - table.nl;
+        let kind = table.count("Type")?;
+        match kind {
+            None | Some(2) => {}
+            Some(0 | 1) if table.nj == table.nl => {}
+            Some(kind @ (0 | 1)) => {
+                let (nj, nl) = (table.nj, table.nl);
+                let message =
+                    format!("Type {kind} has no loops, but NJ = {nj} and NL = {nl} leave {} cut joints", nj - nl);
+                return Err(table.at("Type", message));
+            }
+            Some(kind) => {
+                return Err(table.at("Type", format!("Type is 0 (simple), 1 (tree) or 2 (closed), found {kind}")));
+            }
+        }
+        table.is_open = table.nj == table.nl;
+        if let Some(nf) = table.count("NF")?
+            && nf != table.nf
+        {
+            let text = format!("{nf} in the file; NL = {} and NJ = {} make {} frames", table.nl, table.nj, table.nf);
+            notes.push(Note { subject: "NF".into(), text });
+        }
+        table.check_lengths()?;
+        table.check_base()?;
+        Ok(table)
+    }
+
+    /// An error at a key.
+    pub fn at(&self, key: &str, message: String) -> Error {
+        let place = self.entry(key).map_or((0, 0), |e| (e.line, e.column));
+        self.source.place(place, message)
+    }
+
+    /// The items of a list; `None` when the file has no such list.
+    pub fn list(&self, key: &str) -> Option<&'a [Node]> {
+        self.entry(key).map(|e| &e.items[..])
+    }
+
+    /// Whole numbers of a list from `lowest` to `highest`; `default` of the frame where absent.
+    pub fn integers(
+        &self,
+        key: &str,
+        lowest: usize,
+        highest: usize,
+        default: impl Fn(usize) -> usize,
+    ) -> Result<Vec<usize>, Error> {
+        let Some(items) = self.list(key) else { return Ok((1..=self.nf).map(default).collect()) };
+        let read = |(k, item): (usize, &Node)| match text(item).parse::<usize>() {
+            Ok(n) if (lowest..=highest).contains(&n) => Ok(n),
+            _ => {
+                let what = item.kind();
+                let message = format!("{key} of frame {} is a whole number {lowest} to {highest}, found {what}", k + 1);
+                Err(self.source.at(item, message))
+            }
+        };
+        items.iter().enumerate().map(read).collect()
+    }
+
+    fn entry(&self, key: &str) -> Option<&'a Entry> {
+        self.entries.iter().find(|e| e.key == key)
+    }
+
+    fn count(&self, key: &str) -> Result<Option<usize>, Error> {
+        let Some(entry) = self.entry(key) else { return Ok(None) };
+        let found = text(&entry.items[0]);
+        found.parse().map(Some).map_err(|_| self.at(key, format!("{key} is a whole number, found `{found}`")))
+    }
+
+    fn check_keys(&self, notes: &mut Vec<Note>) -> Result<(), Error> {
+        let known = || LISTS.iter().map(|l| l.0).chain(SCALARS);
+        for entry in self.entries {
+            let listed = LISTS.iter().any(|l| l.0 == entry.key);
+            if listed != entry.is_list && known().any(|k| k == entry.key) {
+                let wanted = if listed { "a list `{..}`" } else { "one value" };
+                return Err(self.at(&entry.key, format!("`{}` is {wanted}", entry.key)));
+            }
+            if !known().any(|k| k == entry.key) {
+                let key: String = entry.key.chars().take(40).collect();
+                let meant = did_you_mean(&entry.key, known());
+                notes.push(Note { subject: key, text: format!("unknown key, ignored{meant}") });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_lengths(&self) -> Result<(), Error> {
+        for entry in self.entries.iter().filter(|e| e.is_list) {
+            let Some((_, per)) = LISTS.iter().find(|l| l.0 == entry.key) else { continue };
+            let (wanted, of) = match per {
+                Per::Frame => (self.nf, "frames (2 NJ - NL)"),
+                Per::Link => (self.nl, "links (NL)"),
+                Per::Joint => (self.nj, "joints (NJ)"),
+                Per::Axis => (3, "axes"),
+                Per::Sixteen => (16, "entries of a matrix"),
+            };
+            if entry.items.len() != wanted {
+                let message =
+                    format!("`{}` has one item for each of {wanted} {of}, found {}", entry.key, entry.items.len());
+                return Err(self.at(&entry.key, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// The base must be at rest.
+    fn check_base(&self) -> Result<(), Error> {
+        for key in ["is_floating", "is_mobile"] {
+            let Some(entry) = self.entry(key) else { continue };
+            match text(&entry.items[0]) {
+                "0" | "False" | "false" => {}
+                "1" | "True" | "true" => {
+                    let message = format!("`{key}`: only a fixed base is read; make the base a chain of joints");
+                    return Err(self.at(key, message));
+                }
+                other => return Err(self.at(key, format!("`{key}` is True or False, found `{other}`"))),
+            }
+        }
+        for key in ["W0", "WP0", "V0", "VP0"] {
+            let Some(items) = self.list(key) else { continue };
+            if let Some(moving) = items.iter().find(|n| text(n).parse() != Ok(0.0)) {
+                let message = format!("`{key}` moves the base ({}): only a base at rest is read", moving.kind());
+                return Err(self.source.at(moving, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The text of an item.
+pub(super) fn text(node: &Node) -> &str {
+    match &node.content {
+        Content::Text(t) => t,
+        _ => "",
+    }
+}

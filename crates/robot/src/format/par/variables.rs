@@ -1,0 +1,87 @@
+//! Which names in a .par file are joint variables, and which are constants.
+//!
+//! The file does not say. A name that stands in a constant (gamma, b, alpha, d, the r of a revolute
+//! joint, gravity, a value) is a constant. What is left in the variable of an actuated joint is its
+//! coordinate; in that of a passive joint it is its own unknown, unless it is another joint's
+//! coordinate, which it then follows. Of several names left, the one with the joint's number is
+//! meant (`th4 - DEL` of joint 4).
+
+use std::collections::BTreeSet;
+
+use super::table::text;
+use crate::error::Error;
+use crate::format::expression::identifiers;
+use crate::format::node::{Node, Source};
+
+/// A joint whose variable is looked for.
+pub(super) struct Mover<'a> {
+    /// The number of its frame.
+    pub frame: usize,
+    pub actuated: bool,
+    pub variable: &'a Node,
+}
+
+/// The own variable of each mover; `None` for one that follows others or stands still.
+pub(super) fn own_variables(
+    source: Source,
+    movers: &[Mover],
+    constants: &BTreeSet<&str>,
+) -> Result<Vec<Option<String>>, Error> {
+    let mut own: Vec<Option<String>> = vec![None; movers.len()];
+    let names = |m: &Mover| -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for word in identifiers(text(m.variable)).filter(|w| !constants.contains(w)) {
+            if !names.iter().any(|n| n == word) {
+                names.push(word.to_string());
+            }
+        }
+        names
+    };
+    for actuated in [true, false] {
+        for k in (0..movers.len()).filter(|&k| movers[k].actuated == actuated) {
+            let mover = &movers[k];
+            let candidates = names(mover);
+            let owner = |name: &String| own.iter().position(|o| o.as_ref() == Some(name));
+            let free: Vec<&String> = candidates.iter().filter(|n| owner(n).is_none()).collect();
+            let numbered = || free.iter().find(|n| number_of(n) == Some(mover.frame)).copied();
+            own[k] = match (&free[..], candidates.first()) {
+                ([], Some(taken)) if actuated => {
+                    let first = owner(taken).map_or(0, |i| movers[i].frame);
+                    let message = format!(
+                        "`{taken}` is the variable of joint {first} already: give joint {} its own, or mu = 0 where it \
+                         follows",
+                        mover.frame
+                    );
+                    return Err(source.at(mover.variable, message));
+                }
+                ([], _) => None,
+                // One that follows others may carry an angle of its own.
+                ([_], _) if free.len() < candidates.len() && numbered().is_none() => None,
+                ([name], _) => Some((*name).clone()),
+                _ => match numbered() {
+                    Some(name) => Some(name.clone()),
+                    None if free.len() < candidates.len() => None,
+                    None => {
+                        let listed: Vec<&str> = free.iter().map(|n| n.as_str()).collect();
+                        let message = format!(
+                            "which of `{}` is the variable of joint {}? Give one of them its number (th{})",
+                            listed.join("`, `"),
+                            mover.frame,
+                            mover.frame
+                        );
+                        return Err(source.at(mover.variable, message));
+                    }
+                },
+            };
+        }
+    }
+    Ok(own)
+}
+
+/// The 12 of `th12`.
+fn number_of(name: &str) -> Option<usize> {
+    let digits = name
+        .rfind(|c: char| !c.is_ascii_digit())
+        .map_or(0, |at| at + name[at..].chars().next().map_or(1, char::len_utf8));
+    name[digits..].parse().ok()
+}

@@ -1,0 +1,11 @@
+//! URDF files.
+
+mod mimic;
+mod read;
+mod reframe;
+mod text;
+mod tree;
+mod write;
+
+pub use read::{read_urdf, read_urdf_with};
+pub use write::write_urdf;

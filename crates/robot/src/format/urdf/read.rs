@@ -1,0 +1,268 @@
+//! A robot described in URDF, re-framed to Khalil-Kleinfinger.
+//!
+//! The text is checked with its line numbers (text.rs), read by urdf-rs, ordered into a tree
+//! of moving links (tree.rs), and every moving link gets a frame with z on its joint axis
+//! (reframe.rs). Fixed links are lumped into the moving link they hang on. What leads back is
+//! kept: [`Link::file_frame`] and [`Link::parts`]. At the end the re-framed robot is held against
+//! the file: every joint frame of the URDF is where the file has it.
+//!
+//! Joints that mimic another follow it (mimic.rs).
+//!
+//! Not here: rotors (a URDF describes none), meshes.
+
+use urdf_rs::JointType;
+
+use super::mimic::{Follows, followed};
+use super::reframe::{Framed, Given, frames};
+use super::text::{Checked, check, shown};
+use super::tree::{Moving, moving_links};
+use crate::angle_snap;
+use crate::closure::{configurations, distance};
+use crate::error::Error;
+use crate::format::node::Source;
+use crate::format::options::{Mimic, ReadOptions};
+use crate::inertial::{Part, Pose};
+use crate::kinematics::sin_cos;
+use crate::robot::{Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
+use crate::value::Affine;
+use crate::value::{CoordinateId, Value};
+use crate::vector::{rotation_about, scaled};
+
+/// Distance, m, and angle, rad, between a joint frame of the file and the re-framed one.
+const TOLERANCE: f64 = 1e-9;
+
+/// Reads a robot from URDF; `file` is the name errors carry.
+///
+/// Joints are labelled by their names, one coordinate each unless they mimic another, without rotor
+/// inertia. Gravity is (0, 0, -9.81) in the root link. Fails, with the line, on anything but a tree
+/// of revolute, continuous, prismatic and fixed joints with finite numbers.
+pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
+    read_urdf_with(text, file, ReadOptions::default())
+}
+
+/// As [`read_urdf`], with options.
+pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
+    let source = Source { file };
+    let checked = check(source, text)?;
+    let model = urdf_rs::read_from_string(&checked.text)
+        .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
+    let mut notes = Vec::new();
+    let moving = moving_links(source, &checked, &model, options.angles, &mut notes)?;
+    let given: Vec<Given> = moving.iter().map(|m| m.given.clone()).collect();
+    let framed = frames(&given);
+
+    let followed = followed(source, &checked, &model, options.mimic)?;
+    let follows: Vec<Follows> = moving.iter().map(|m| followed[m.joint]).collect();
+    // The joints that lead, in the order of the moving links.
+    let leaders: Vec<usize> = moving.iter().map(|m| m.joint).filter(|&j| followed[j].leader == j).collect();
+    let mut links = Vec::with_capacity(moving.len());
+    let mut coordinates: Vec<Coordinate> = Vec::with_capacity(leaders.len());
+    let mut narrower = Vec::new();
+    for ((moving, mut framed), follows) in moving.iter().zip(framed).zip(&follows) {
+        let joint = &model.joints[moving.joint];
+        let limits = limits(joint, &checked, &mut notes);
+        let k = leaders.iter().position(|&j| j == follows.leader).map(CoordinateId);
+        if follows.leader == moving.joint {
+            coordinates.push(Coordinate { name: joint.name.clone(), limits });
+        } else {
+            follows.shift(&mut framed.geometry, moving.given.prismatic);
+            narrower.extend(k.map(|k| (k, *follows, limits)));
+        }
+        if joint.mimic.is_some() && options.mimic == Mimic::Independent {
+            let text = "mimics another joint in the file; read as a coordinate of its own, as was asked".into();
+            notes.push(Note { subject: joint.name.clone(), text });
+        }
+        notes.extend(nearly_parallel(joint, &framed));
+        links.push(link(&model, &checked, moving, framed, drive(moving, follows, k), &mut notes));
+    }
+    for (k, follows, limits) in narrower {
+        follows.narrow(&mut coordinates[k.0], limits);
+    }
+    if coordinates.is_empty() {
+        return Err(source.place(checked.at, "no joint of the robot moves by itself"));
+    }
+    let robot = Robot {
+        name: if model.name.is_empty() { "robot".into() } else { model.name },
+        source: None,
+        symbols: Vec::new(),
+        coordinates,
+        passive: Vec::new(),
+        links,
+        massless: 0,
+        loops: Vec::new(),
+        gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],
+        notes,
+    };
+    check_frames(source, &checked, &robot, &given, &follows)?;
+    Ok(robot)
+}
+
+/// Who moves a joint, and as which multiple of the coordinate k.
+fn drive(moving: &Moving, follows: &Follows, k: Option<CoordinateId>) -> (Drive, Affine) {
+    // A joint that follows a fixed one does not move.
+    let terms = k.filter(|_| follows.multiplier != 0.0).map(|k| (k, follows.multiplier));
+    let variable = Affine { terms: terms.into_iter().collect(), offset: Value::ZERO };
+    let drive = match (follows.leader == moving.joint, variable.terms.is_empty()) {
+        (true, _) => Drive::Actuated,
+        (false, false) => Drive::Passive,
+        (false, true) => Drive::Locked,
+    };
+    (drive, variable)
+}
+
+/// Axes that are parallel but for a hair meet their common normal far away, and figures about
+/// frames out there lose digits.
+fn nearly_parallel(joint: &urdf_rs::Joint, framed: &Framed) -> Option<Note> {
+    const HAIR: f64 = 0.01;
+    let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
+    let text = format!(
+        "its axis is parallel to the one before it but for {sine:.1e} rad, so its frame lies {:.3} m along the axis; \
+         if they are meant to be parallel, say so in the file",
+        framed.geometry.r.number(&[]).abs()
+    );
+    (sine > 0.0 && sine < HAIR).then(|| Note { subject: joint.name.clone(), text })
+}
+
+fn link(
+    model: &urdf_rs::Robot,
+    checked: &Checked,
+    moving: &Moving,
+    framed: Framed,
+    (drive, variable): (Drive, Affine),
+    notes: &mut Vec<Note>,
+) -> Link {
+    let joint = &model.joints[moving.joint];
+    let (parts, inertial) = parts(model, checked, moving, &framed.file_frame, notes);
+    let mark = checked.joints.get(&joint.name);
+    let given = |has: bool, x: f64| has.then_some(x);
+    let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
+    Link {
+        name: joint.child.link.clone(),
+        label: joint.name.clone(),
+        antecedent: moving.given.antecedent.map(LinkId),
+        geometry: framed.geometry,
+        joint: Joint {
+            name: joint.name.clone(),
+            kind: if moving.given.prismatic { JointKind::Prismatic } else { JointKind::Revolute },
+            drive,
+            variable,
+            rotor_inertia: RotorInertia::Absent,
+            friction: Friction {
+                viscous: given(mark.is_some_and(|m| m.has_damping), damping),
+                coulomb: given(mark.is_some_and(|m| m.has_friction), friction),
+                offset: None,
+            },
+            drive_gain: None,
+        },
+        inertial,
+        file_frame: framed.file_frame,
+        parts,
+    }
+}
+
+/// The inertials lumped into a link, and their sum; without any, the sum is unknown.
+fn parts(
+    model: &urdf_rs::Robot,
+    checked: &Checked,
+    moving: &Moving,
+    file_frame: &Pose,
+    notes: &mut Vec<Note>,
+) -> (Vec<Part>, Option<[f64; 10]>) {
+    let mut parts = Vec::new();
+    let mut massless = Vec::new();
+    for (index, pose) in &moving.carried {
+        let link = &model.links[*index];
+        let Some(mark) = checked.links.get(&link.name) else { continue };
+        if !mark.has_inertial {
+            if mark.has_shape {
+                massless.push(link.name.as_str());
+            }
+            continue;
+        }
+        let origin = &link.inertial.origin;
+        let inertial_frame =
+            Pose { rotation: angle_snap::rotation(&origin.rpy.map(Value::Number)), position: *origin.xyz };
+        let i = &link.inertial.inertia;
+        parts.push(Part {
+            name: link.name.clone(),
+            pose: file_frame.compose(pose).compose(&inertial_frame),
+            mass: link.inertial.mass.value,
+            inertia: [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz],
+        });
+    }
+    let subject = &model.joints[moving.joint].child.link;
+    let mut note = |text: String| notes.push(Note { subject: subject.clone(), text });
+    if parts.is_empty() {
+        note("has no inertial: its standard parameters are unknown".into());
+        return (parts, None);
+    }
+    for name in massless {
+        note(format!("`{name}` has no inertial and counts as massless"));
+    }
+    let mut sum = [0.0; 10];
+    for part in &parts {
+        for (sum, x) in sum.iter_mut().zip(part.parameters()) {
+            *sum += x;
+        }
+    }
+    (parts, Some(sum))
+}
+
+fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> Limits {
+    let turns = joint.joint_type == JointType::Continuous;
+    let mut note = |text: &str| notes.push(Note { subject: joint.name.clone(), text: text.into() });
+    if !checked.joints.get(&joint.name).is_some_and(|m| m.has_limit) {
+        if !turns {
+            note("has no limit, though a URDF should give it one: taken as unlimited");
+        }
+        return Limits::default();
+    }
+    let limit = &joint.limit;
+    let magnitude = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
+    let position = (!turns && limit.lower < limit.upper).then_some((limit.lower, limit.upper));
+    if !turns && position.is_none() {
+        note("has limits that leave no range: taken as unlimited");
+    }
+    Limits {
+        position,
+        velocity: magnitude(limit.velocity),
+        acceleration: magnitude(limit.acceleration),
+        effort: magnitude(limit.effort),
+    }
+}
+
+/// The forward kinematics of the re-framed robot against that of the file.
+fn check_frames(
+    source: Source,
+    checked: &Checked,
+    robot: &Robot,
+    given: &[Given],
+    follows: &[Follows],
+) -> Result<(), Error> {
+    for q in configurations(robot.n_coordinates(), 4) {
+        // Positions of the joints of the file.
+        let position = |j: usize| robot.links[j].joint.variable.rate(&q) + follows[j].offset;
+        let poses = robot.link_poses(&q);
+        let mut file: Vec<Pose> = Vec::with_capacity(given.len());
+        for (j, joint) in given.iter().enumerate() {
+            let motion = match joint.prismatic {
+                true => Pose { position: scaled(joint.axis, position(j)), ..Pose::IDENTITY },
+                false => Pose { rotation: rotation_about(joint.axis, position(j)), ..Pose::IDENTITY },
+            };
+            let ahead = joint.pose.compose(&motion);
+            let wanted = joint.antecedent.map_or(ahead, |i| file[i].compose(&ahead));
+            let (position, angle) = distance(&poses[j].compose(&robot.links[j].file_frame), &wanted);
+            if !(position <= TOLERANCE && angle <= TOLERANCE) {
+                let name = &robot.links[j].joint.name;
+                let message = format!(
+                    "joint `{}` cannot be re-framed accurately: its frame comes out {position:.1e} m and {angle:.1e} rad \
+                     from the file's; its axis is too nearly parallel to a neighbour's, or its lengths are not in m",
+                    shown(name)
+                );
+                return Err(source.place(checked.joints.get(name).map_or((0, 0), |m| m.at), message));
+            }
+            file.push(wanted);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! Khalil-Kleinfinger frames for a tree of joints given by arbitrary axes and origins.
+//!
+//! Frame j has its z along the axis of joint j; the rest of it is free and is chosen to make the
+//! parameters sparse. Its x lies along the common normal of its axis and that of its main child
+//! (the one heading the longest chain), so that this child has gamma = b = 0; other children use
+//! gamma and b. Where axes are parallel the normal is free along them and r_j = 0 is chosen; where
+//! they coincide theta_j = 0 as well. A last link takes theta_j = r_j = 0. The line of a prismatic
+//! joint may pass anywhere: that of a last link passes through the origin of its antecedent.
+
+use crate::angle_snap::{computed_angle, computed_length, exact};
+use crate::inertial::Pose;
+use crate::robot::ModifiedDh;
+use crate::vector::{Vector3, cross, dot, norm, plus, scaled, turn};
+
+/// A joint and the link it moves, in the frames of a file.
+#[derive(Clone, Debug)]
+pub(super) struct Given {
+    /// Index of the antecedent; it stands before.
+    pub antecedent: Option<usize>,
+    /// The joint frame at q = 0 in that of the antecedent.
+    pub pose: Pose,
+    /// Unit vector of the axis in the joint frame.
+    pub axis: Vector3,
+    pub prismatic: bool,
+}
+
+/// A link in its new frame.
+#[derive(Clone, Debug)]
+pub(super) struct Framed {
+    pub geometry: ModifiedDh,
+    /// The file's joint frame in the link frame.
+    pub file_frame: Pose,
+}
+
+/// Sine of the angle between axes that count as parallel.
+const PARALLEL: f64 = 1e-9;
+/// Distance of axes that count as one, m.
+const COINCIDENT: f64 = 1e-11;
+/// Cosine of the angle between directions that count as perpendicular: rounding of unit vectors that
+/// went through the chain of a robot's rotations.
+const PERPENDICULAR: f64 = 1e-12;
+
+/// The frames of all links, in their order.
+pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
+    let main = main_children(links);
+    let mut framed: Vec<Framed> = Vec::with_capacity(links.len());
+    for (j, link) in links.iter().enumerate() {
+        let before = link.antecedent.map_or(Pose::IDENTITY, |i| framed[i].file_frame);
+        // The joint frame of j in the new frame of its antecedent.
+        let joint = before.compose(&link.pose);
+        let axis = turn(&joint.rotation, link.axis);
+        let point = if link.prismatic && main[j].is_none() { [0.0; 3] } else { joint.position };
+        let normal = Normal::from_z(point, axis);
+        let (theta, r) = match main[j] {
+            None => (0.0, 0.0),
+            Some(m) => {
+                let child = joint.compose(&links[m].pose);
+                let own = main[m].is_none() && links[m].prismatic;
+                let child_axis = turn(&child.rotation, links[m].axis);
+                towards(&normal, axis, if own { None } else { Some(child.position) }, child_axis)
+            }
+        };
+        let geometry = ModifiedDh {
+            gamma: computed_angle(normal.gamma),
+            b: computed_length(normal.b),
+            alpha: computed_angle(normal.alpha),
+            d: computed_length(normal.d),
+            theta: computed_angle(theta),
+            r: computed_length(r),
+        };
+        let frame = geometry.pose(&[], 0.0, 0.0).inverse().compose(&joint);
+        let position = frame.position.map(|x| computed_length(x).number(&[]));
+        framed.push(Framed { geometry, file_frame: Pose { rotation: exact(&frame.rotation), position } });
+    }
+    framed
+}
+
+/// The child that heads the longest chain, the first of equals.
+fn main_children(links: &[Given]) -> Vec<Option<usize>> {
+    let mut chain = vec![1usize; links.len()];
+    let mut main: Vec<Option<usize>> = vec![None; links.len()];
+    for (j, link) in links.iter().enumerate().rev() {
+        let Some(i) = link.antecedent else { continue };
+        // Going backwards: an earlier child of the same length wins.
+        if chain[j] + 1 >= chain[i] {
+            chain[i] = chain[j] + 1;
+            main[i] = Some(j);
+        }
+    }
+    main
+}
+
+/// The common normal from the z axis of a frame to another axis.
+struct Normal {
+    gamma: f64,
+    b: f64,
+    alpha: f64,
+    d: f64,
+    /// Unit vector along the normal, and its foot on the other axis.
+    direction: Vector3,
+    foot: Vector3,
+}
+
+impl Normal {
+    fn from_z(point: Vector3, axis: Vector3) -> Normal {
+        let [ax, ay, az] = axis;
+        let sine = ax.hypot(ay);
+        if sine < PARALLEL {
+            let alpha = if az > 0.0 { 0.0 } else { std::f64::consts::PI };
+            let distance = point[0].hypot(point[1]);
+            let along =
+                if distance < COINCIDENT { [1.0, 0.0, 0.0] } else { scaled([point[0], point[1], 0.0], 1.0 / distance) };
+            let (direction, gamma, d) = nearer(along, distance);
+            return Normal { gamma, b: 0.0, alpha, d, direction, foot: scaled(direction, d) };
+        }
+        let across = [-ay / sine, ax / sine, 0.0];
+        let t = -(point[0] * ax + point[1] * ay) / (sine * sine);
+        let distance = dot(point, across);
+        // With d = 0 the sign of the normal is the sign of alpha.
+        let (direction, gamma, d) = nearer(across, distance);
+        let alpha = (sine * dot(direction, across).signum()).atan2(az);
+        Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus(point, axis, t) }
+    }
+}
+
+/// Of a direction in the xy plane and its opposite the one nearer to x, its angle, and the signed
+/// distance along it; of two equally near the one with a positive distance.
+fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
+    let opposite = direction[0] < -PERPENDICULAR || (direction[0].abs() <= PERPENDICULAR && distance < -COINCIDENT);
+    let sign = if opposite { -1.0 } else { 1.0 };
+    let direction = scaled(direction, sign);
+    (direction, direction[1].atan2(direction[0]), sign * distance)
+}
+
+/// theta and r that bring the frame of an axis onto its common normal with the child's axis;
+/// the child's line passes through `child_point`, or through the origin to be chosen.
+fn towards(normal: &Normal, axis: Vector3, child_point: Option<Vector3>, child_axis: Vector3) -> (f64, f64) {
+    let across = cross(axis, child_axis);
+    let sine = norm(across);
+    let offset = child_point.map(|p| plus(p, normal.foot, -1.0));
+    let (direction, r) = match (sine < PARALLEL, offset) {
+        (true, None) => return (0.0, 0.0),
+        (true, Some(offset)) => {
+            let sideways = plus(offset, axis, -dot(offset, axis));
+            if norm(sideways) < COINCIDENT {
+                return (0.0, 0.0);
+            }
+            (scaled(sideways, 1.0 / norm(sideways)), 0.0)
+        }
+        (false, None) => (scaled(across, 1.0 / sine), 0.0),
+        (false, Some(offset)) => (scaled(across, 1.0 / sine), dot(cross(offset, child_axis), across) / (sine * sine)),
+    };
+    let along = dot(normal.direction, direction);
+    let distance = offset.map_or(0.0, |o| dot(o, direction));
+    let opposite = along < -PERPENDICULAR || (along.abs() <= PERPENDICULAR && distance < -COINCIDENT);
+    let direction = if opposite { scaled(direction, -1.0) } else { direction };
+    (dot(cross(normal.direction, direction), axis).atan2(dot(normal.direction, direction)), r)
+}

@@ -1,0 +1,283 @@
+//! A first reading of a URDF text: what urdf-rs hides or cannot place.
+//!
+//! urdf-rs gives a robot its data but no line numbers; it takes a missing inertial for a massless
+//! link, a missing limit for zeros, and NaN for a number. Here every element that describes the
+//! mechanism is checked where it stands, and written out again, alone and flat, for urdf-rs.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use crate::error::Error;
+use crate::format::node::Source;
+use crate::format::suggestion::did_you_mean;
+
+/// Elements with the children and attributes that are read; of an attribute, how many numbers it
+/// holds (0: a name) and whether it must be there.
+type Element = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
+
+const ELEMENTS: [Element; 13] = [
+    ("robot", &["link", "joint"], &[("name", 0, false)]),
+    ("link", &["inertial"], &[("name", 0, true)]),
+    ("inertial", &["origin", "mass", "inertia"], &[]),
+    ("mass", &[], &[("value", 1, true)]),
+    (
+        "inertia",
+        &[],
+        &[("ixx", 1, true), ("ixy", 1, true), ("ixz", 1, true), ("iyy", 1, true), ("iyz", 1, true), ("izz", 1, true)],
+    ),
+    (
+        "joint",
+        &["origin", "parent", "child", "axis", "limit", "dynamics", "mimic"],
+        &[("name", 0, true), ("type", 0, true)],
+    ),
+    ("origin", &[], &[("xyz", 3, false), ("rpy", 3, false)]),
+    ("parent", &[], &[("link", 0, true)]),
+    ("child", &[], &[("link", 0, true)]),
+    ("axis", &[], &[("xyz", 3, true)]),
+    (
+        "limit",
+        &[],
+        &[
+            ("lower", 1, false),
+            ("upper", 1, false),
+            ("effort", 1, false),
+            ("velocity", 1, true),
+            ("acceleration", 1, false),
+        ],
+    ),
+    ("dynamics", &[], &[("damping", 1, false), ("friction", 1, false)]),
+    ("mimic", &[], &[("joint", 0, true), ("multiplier", 1, false), ("offset", 1, false)]),
+];
+
+/// Children that must be there: of whom, and which.
+const REQUIRED: [(&str, &str); 4] =
+    [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
+
+/// Line and column of an element.
+pub(super) type At = (usize, usize);
+
+/// Where a link stands and what it has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LinkMark {
+    pub at: At,
+    pub has_inertial: bool,
+    /// A visual or a collision: something of substance.
+    pub has_shape: bool,
+}
+
+/// Where a joint stands and what it has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointMark {
+    pub at: At,
+    pub axis_at: At,
+    pub parent_at: At,
+    pub child_at: At,
+    pub mimic_at: At,
+    pub has_limit: bool,
+    pub has_damping: bool,
+    pub has_friction: bool,
+}
+
+/// A checked text.
+#[derive(Clone, Debug)]
+pub(super) struct Checked {
+    /// The mechanism alone, as XML.
+    pub text: String,
+    pub at: At,
+    pub links: BTreeMap<String, LinkMark>,
+    pub joints: BTreeMap<String, JointMark>,
+}
+
+/// More elements than this are no robot.
+const MAX_NODES: u32 = 2_000_000;
+
+pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
+    let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options).map_err(|e| {
+        // What is never closed is missed at the end.
+        let at = match e {
+            roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
+            _ => e.pos(),
+        };
+        let message = e.to_string();
+        // The library ends its messages with the place, which stands in front here.
+        let message = message.split(" at ").next().unwrap_or("").to_string();
+        let message = if text.trim().is_empty() { "the file is empty".into() } else { message };
+        source.error(at.row as usize, at.col as usize, format!("not valid XML: {message}"))
+    })?;
+    let root = document.root_element();
+    let mut reader = Reader { source, document: &document, out: String::new() };
+    if root.tag_name().name() != "robot" {
+        let message = format!("a URDF begins with <robot>, found <{}>", shown(root.tag_name().name()));
+        return Err(reader.error(root, message));
+    }
+    if let Some(xacro) = root.descendants().find(|n| n.tag_name().namespace().is_some_and(|n| n.contains("xacro"))) {
+        let message =
+            format!("<xacro:{}> is a macro: expand the file with xacro first", shown(xacro.tag_name().name()));
+        return Err(reader.error(xacro, message));
+    }
+    reader.copy(root, "the robot")?;
+    let (links, joints) = (reader.links(root)?, reader.joints(root)?);
+    let at = reader.at(root);
+    Ok(Checked { text: reader.out, at, links, joints })
+}
+
+struct Reader<'a, 'i> {
+    source: Source<'a>,
+    document: &'a Document<'i>,
+    out: String,
+}
+
+impl Reader<'_, '_> {
+    fn error(&self, node: Node, message: String) -> Error {
+        let at = self.at(node);
+        self.source.error(at.0, at.1, message)
+    }
+
+    fn at(&self, node: Node) -> At {
+        let at = self.document.text_pos_at(node.range().start);
+        (at.row as usize, at.col as usize)
+    }
+
+    /// Checks an element and what it holds, and writes it out; `owner` names its link or joint.
+    fn copy(&mut self, node: Node, owner: &str) -> Result<(), Error> {
+        let tag = node.tag_name().name();
+        let Some((_, children, attributes)) = ELEMENTS.iter().find(|e| e.0 == tag) else { return Ok(()) };
+        let named = match (tag, node.attribute("name")) {
+            ("link" | "joint", Some(name)) => format!("{tag} `{}`", shown(name)),
+            _ => owner.to_string(),
+        };
+        if tag == "origin" && node.has_attribute("quat_xyzw") {
+            return Err(self.error(node, format!("`quat_xyzw` of {named} is not read: give its orientation as rpy")));
+        }
+        // Writing to a String cannot fail.
+        let _ = write!(self.out, "<{tag}");
+        for &(attribute, count, required) in *attributes {
+            match node.attribute(attribute) {
+                Some(value) => {
+                    let value = self.attribute(node, &named, attribute, value, count)?;
+                    let _ = write!(self.out, " {attribute}=\"{value}\"");
+                }
+                None if required => {
+                    return Err(self.error(node, format!("<{tag}> of {named} has no `{attribute}`")));
+                }
+                None => {}
+            }
+        }
+        self.out.push('>');
+        for child in node.children().filter(Node::is_element) {
+            let name = child.tag_name().name();
+            if !children.contains(&name) {
+                continue;
+            }
+            if tag != "robot" && first(node, name) != Some(child) {
+                return Err(self.error(child, format!("<{name}> stands twice in {named}")));
+            }
+            self.copy(child, &named)?;
+        }
+        for (of, name) in REQUIRED {
+            if of == tag && first(node, name).is_none() {
+                return Err(self.error(
+                    node,
+                    format!("{named} has no <{name}>{}", if tag == "inertial" { " in its <inertial>" } else { "" }),
+                ));
+            }
+        }
+        let _ = write!(self.out, "</{tag}>");
+        Ok(())
+    }
+
+    /// An attribute's value, written for XML; its numbers are finite and as many as they must be.
+    fn attribute(&self, node: Node, named: &str, attribute: &str, value: &str, count: usize) -> Result<String, Error> {
+        let place = format!("`{attribute}` in <{}> of {named}", node.tag_name().name());
+        if count == 0 {
+            if value.trim().is_empty() && attribute != "name" {
+                return Err(self.error(node, format!("{place} is empty")));
+            }
+            let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+            return Ok(escaped.replace(['\n', '\r', '\t'], " "));
+        }
+        let words: Vec<&str> = value.split_whitespace().collect();
+        if words.len() != count {
+            let wanted = if count == 1 { "one number".to_string() } else { format!("{count} numbers") };
+            return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
+        }
+        for word in &words {
+            match word.parse::<f64>() {
+                Ok(x) if x.is_finite() && x.abs() < 1e100 => {}
+                _ => return Err(self.error(node, format!("{place}: `{}` is not a finite number", shown(word)))),
+            }
+        }
+        Ok(words.join(" "))
+    }
+
+    fn links(&self, root: Node) -> Result<BTreeMap<String, LinkMark>, Error> {
+        let mut links: BTreeMap<String, LinkMark> = BTreeMap::new();
+        for node in root.children().filter(|n| n.has_tag_name("link")) {
+            let name = node.attribute("name").unwrap_or("").to_string();
+            let has = |tag: &str| first(node, tag).is_some();
+            let mark = LinkMark {
+                at: self.at(node),
+                has_inertial: has("inertial"),
+                has_shape: has("visual") || has("collision"),
+            };
+            if let Some(first) = links.get(&name) {
+                let message = format!("link `{}` stands twice, first on line {}", shown(&name), first.at.0);
+                return Err(self.error(node, message));
+            }
+            links.insert(name, mark);
+        }
+        Ok(links)
+    }
+
+    fn joints(&self, root: Node) -> Result<BTreeMap<String, JointMark>, Error> {
+        const KINDS: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+        let mut joints: BTreeMap<String, JointMark> = BTreeMap::new();
+        for node in root.children().filter(|n| n.has_tag_name("joint")) {
+            let name = node.attribute("name").unwrap_or("").to_string();
+            let kind = node.attribute("type").unwrap_or("");
+            if !KINDS.contains(&kind) {
+                let meant = did_you_mean(kind, KINDS[..4].iter().copied());
+                let message = format!("joint `{}` is of the unknown type `{}`{meant}", shown(&name), shown(kind));
+                return Err(self.error(node, message));
+            }
+            if !KINDS[..4].contains(&kind) {
+                let message = format!(
+                    "joint `{}` is {kind}: only revolute, continuous, prismatic and fixed joints are read; make it \
+                     fixed, or a chain of revolute and prismatic ones",
+                    shown(&name)
+                );
+                return Err(self.error(node, message));
+            }
+            let at = |tag: &str| self.at(first(node, tag).unwrap_or(node));
+            let has = |tag: &str, a: &str| first(node, tag).is_some_and(|n| n.has_attribute(a));
+            let mark = JointMark {
+                at: self.at(node),
+                axis_at: at("axis"),
+                parent_at: at("parent"),
+                child_at: at("child"),
+                mimic_at: at("mimic"),
+                has_limit: first(node, "limit").is_some(),
+                has_damping: has("dynamics", "damping"),
+                has_friction: has("dynamics", "friction"),
+            };
+            if let Some(first) = joints.get(&name) {
+                let message = format!("joint `{}` stands twice, first on line {}", shown(&name), first.at.0);
+                return Err(self.error(node, message));
+            }
+            joints.insert(name, mark);
+        }
+        Ok(joints)
+    }
+}
+
+fn first<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|n| n.is_element() && n.tag_name().name() == tag)
+}
+
+/// A text of the file, short enough for a message.
+pub(super) fn shown(text: &str) -> String {
+    if text.chars().count() <= 60 { text.to_string() } else { text.chars().take(57).chain("...".chars()).collect() }
+}

@@ -1,0 +1,219 @@
+//! The tree of a URDF: its root, its moving links in order, and what each of them carries.
+//!
+//! Order: depth first, the joints of a link by their names, fixed joints among them. It is the
+//! order of Pinocchio and of others that keep the joints of a URDF sorted.
+
+use std::collections::BTreeMap;
+
+use urdf_rs::JointType;
+
+use super::reframe::Given;
+use super::text::{At, Checked, JointMark, shown};
+use crate::angle_snap::{self, Angles};
+use crate::error::Error;
+use crate::format::node::Source;
+use crate::format::suggestion::did_you_mean;
+use crate::inertial::Pose;
+use crate::robot::Note;
+use crate::value::Value;
+
+/// A moving link: its joint, and the links fixed to it with their place in its joint frame.
+#[derive(Clone, Debug)]
+pub(super) struct Moving {
+    /// Index in the file's joints.
+    pub joint: usize,
+    pub given: Given,
+    /// Index in the file's links, the moving link itself among them, in the order of the file.
+    pub carried: Vec<(usize, Pose)>,
+}
+
+/// The moving links, antecedents first.
+pub(super) fn moving_links(
+    source: Source,
+    checked: &Checked,
+    model: &urdf_rs::Robot,
+    angles: Angles,
+    notes: &mut Vec<Note>,
+) -> Result<Vec<Moving>, Error> {
+    let link_index: BTreeMap<&str, usize> = model.links.iter().enumerate().map(|(k, l)| (l.name.as_str(), k)).collect();
+    let tree = Tree::new(source, checked, model, &link_index)?;
+    let mut moving: Vec<Moving> = Vec::new();
+    let mut reached = vec![false; model.joints.len()];
+    // A joint to follow, the moving link it hangs on, its parent link in the joint frame of that.
+    let mut stack: Vec<(usize, Option<usize>, Pose)> = Vec::new();
+    let push = |link: usize, carrier, pose, stack: &mut Vec<_>| {
+        stack.extend(tree.below[link].iter().rev().map(|&j| (j, carrier, pose)));
+    };
+    push(tree.root, None, Pose::IDENTITY, &mut stack);
+    while let Some((j, carrier, parent)) = stack.pop() {
+        reached[j] = true;
+        let joint = &model.joints[j];
+        let child = tree.child[j];
+        let pose = parent.compose(&origin(joint, angles, notes));
+        let pose = Pose { rotation: angle_snap::exact(&pose.rotation), ..pose };
+        if joint.joint_type == JointType::Fixed {
+            if let Some(i) = carrier {
+                moving[i].carried.push((child, pose));
+            }
+            push(child, carrier, pose, &mut stack);
+            continue;
+        }
+        let axis = angle_snap::unit_axis(*joint.axis.xyz).ok_or_else(|| {
+            let message = format!("the axis of joint `{}` is zero: it needs a direction", shown(&joint.name));
+            source.place(mark(checked, joint).map_or((0, 0), |m| m.axis_at), message)
+        })?;
+        note_axis(joint, axis, notes);
+        let prismatic = joint.joint_type == JointType::Prismatic;
+        let given = Given { antecedent: carrier, pose, axis, prismatic };
+        moving.push(Moving { joint: j, given, carried: vec![(child, Pose::IDENTITY)] });
+        push(child, Some(moving.len() - 1), Pose::IDENTITY, &mut stack);
+    }
+    if let Some(j) = reached.iter().position(|r| !r) {
+        let circle = tree.circle(model, j);
+        let message = format!("the joints {} form a circle that hangs on nothing", circle.join(", "));
+        return Err(source.place(mark(checked, &model.joints[j]).map_or((0, 0), |m| m.at), message));
+    }
+    if moving.is_empty() {
+        return Err(source.place(checked.at, "no joint of the robot moves"));
+    }
+    for link in &mut moving {
+        link.carried.sort_by_key(|c| c.0);
+    }
+    Ok(moving)
+}
+
+struct Tree {
+    /// Index of the one link that is nobody's child.
+    root: usize,
+    /// The joints on each link, by name.
+    below: Vec<Vec<usize>>,
+    /// The parent and the child link of each joint.
+    parent: Vec<usize>,
+    child: Vec<usize>,
+}
+
+impl Tree {
+    fn new(
+        source: Source,
+        checked: &Checked,
+        model: &urdf_rs::Robot,
+        link_index: &BTreeMap<&str, usize>,
+    ) -> Result<Tree, Error> {
+        let mut below: Vec<Vec<usize>> = vec![Vec::new(); model.links.len()];
+        let mut above: Vec<Option<usize>> = vec![None; model.links.len()];
+        let (mut parents, mut children) = (Vec::new(), Vec::new());
+        for (j, joint) in model.joints.iter().enumerate() {
+            let find = |role: &str, name: &str, at: fn(&JointMark) -> At| {
+                link_index.get(name).copied().ok_or_else(|| {
+                    let meant = did_you_mean(name, link_index.keys().copied());
+                    let message =
+                        format!("the {role} of joint `{}` is no link: `{}`{meant}", shown(&joint.name), shown(name));
+                    source.place(mark(checked, joint).map_or((0, 0), at), message)
+                })
+            };
+            let parent = find("parent", &joint.parent.link, |m| m.parent_at)?;
+            let child = find("child", &joint.child.link, |m| m.child_at)?;
+            if let Some(first) = above[child].replace(j) {
+                let message = format!(
+                    "link `{}` has two parents: it is the child of joint `{}` and of joint `{}`; a URDF is a tree",
+                    shown(&joint.child.link),
+                    shown(&model.joints[first].name),
+                    shown(&joint.name)
+                );
+                return Err(source.place(mark(checked, joint).map_or((0, 0), |m| m.child_at), message));
+            }
+            below[parent].push(j);
+            parents.push(parent);
+            children.push(child);
+        }
+        for joints in &mut below {
+            joints.sort_by_key(|&j| &model.joints[j].name);
+        }
+        let roots: Vec<usize> = (0..model.links.len()).filter(|&l| above[l].is_none()).collect();
+        let at = |l: usize| checked.links.get(&model.links[l].name).map_or(checked.at, |m| m.at);
+        let tree = |root| Tree { root, below, parent: parents, child: children };
+        match roots[..] {
+            [root] => Ok(tree(root)),
+            [] if model.links.is_empty() => Err(source.place(checked.at, "the robot has no link")),
+            [] => {
+                let circle = tree(0).circle(model, 0).join(", ");
+                let message =
+                    format!("every link is a child, so the joints {circle} form a circle and there is no base");
+                Err(source.place(checked.at, message))
+            }
+            [first, second, ..] => {
+                let message = format!(
+                    "a robot has one root, found `{}` and `{}`: join them with a joint",
+                    shown(&model.links[first].name),
+                    shown(&model.links[second].name)
+                );
+                Err(source.place(at(second), message))
+            }
+        }
+    }
+
+    /// The names of the joints of the circle above a joint.
+    fn circle(&self, model: &urdf_rs::Robot, start: usize) -> Vec<String> {
+        let above: BTreeMap<usize, usize> = self.child.iter().enumerate().map(|(j, &link)| (link, j)).collect();
+        let mut seen: Vec<usize> = Vec::new();
+        let mut at = Some(start);
+        while let Some(j) = at {
+            if let Some(k) = seen.iter().position(|&s| s == j) {
+                let names = seen[k..].iter().rev().map(|&j| format!("`{}`", shown(&model.joints[j].name)));
+                return names.collect();
+            }
+            seen.push(j);
+            // Enough for a message; a longer circle is told by its first joints.
+            if seen.len() > 1000 {
+                break;
+            }
+            at = above.get(&self.parent[j]).copied();
+        }
+        seen.iter().take(5).map(|&j| format!("`{}`", shown(&model.joints[j].name))).collect()
+    }
+}
+
+fn mark<'a>(checked: &'a Checked, joint: &urdf_rs::Joint) -> Option<&'a JointMark> {
+    checked.joints.get(&joint.name)
+}
+
+/// The joint frame in the parent link's frame, with the angles that were meant.
+fn origin(joint: &urdf_rs::Joint, angles: Angles, notes: &mut Vec<Note>) -> Pose {
+    let given = *joint.origin.rpy;
+    let rpy: [Value; 3] = given.map(|angle| angle_snap::given_angle(angle, angles));
+    for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {
+        if (taken.number(&[]) - given).abs() > SILENT {
+            let text = format!("{name} {given} is taken as {}", multiple_of_pi(taken));
+            notes.push(Note { subject: joint.name.clone(), text });
+        }
+    }
+    let position = joint.origin.xyz.map(angle_snap::given_length);
+    Pose { rotation: angle_snap::rotation(&rpy), position }
+}
+
+/// A smaller correction, rad, is rounding and not worth a word.
+const SILENT: f64 = 1e-9;
+
+/// `-3*pi/4`, as a user would write it.
+fn multiple_of_pi(angle: &Value) -> String {
+    let Some((numerator, denominator)) = angle.as_multiple_of_pi(&[]) else { return angle.number(&[]).to_string() };
+    let sign = if numerator < 0 { "-" } else { "" };
+    let multiple = match numerator.unsigned_abs() {
+        0 => return "0".into(),
+        1 => "pi".to_string(),
+        n => format!("{n}*pi"),
+    };
+    if denominator == 1 { format!("{sign}{multiple}") } else { format!("{sign}{multiple}/{denominator}") }
+}
+
+fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], notes: &mut Vec<Note>) {
+    let given = *joint.axis.xyz;
+    let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    // A coordinate axis has one entry; what stood beside it was left out.
+    let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
+    let left_out = given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > SILENT * largest);
+    if along && left_out {
+        let text = format!("axis {given:?} is taken as {axis:?}");
+        notes.push(Note { subject: joint.name.clone(), text });
+    }
+}

@@ -1,0 +1,80 @@
+//! The loops of a YAML description: pairs of frames that coincide wherever the robot goes.
+
+use super::link::{Draft, find_link, joint_kind, passive_coordinate, placement};
+use crate::closure;
+use crate::error::Error;
+use crate::format::expression::Names;
+use crate::format::node::{Node, Source};
+use crate::robot::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
+
+const FRAME_KEYS: [&str; 9] = ["antecedent", "joint", "gamma", "b", "alpha", "d", "theta", "r", "start"];
+
+/// Reads `loops: [{cut: {..}, twin: {..}}]`; a cut moves as a revolute joint unless it says
+/// otherwise, a twin is fixed to its link. A cut without its variable is a passive coordinate.
+pub(super) fn loops(
+    source: Source,
+    node: &Node,
+    names: &Names,
+    drafts: &[Draft],
+    passive: &mut Vec<PassiveCoordinate>,
+) -> Result<Vec<Loop>, Error> {
+    let mut loops = Vec::new();
+    for (k, item) in node.list(source, "`loops`")?.iter().enumerate() {
+        let fields = item.fields(source, "a loop", &["cut", "twin"])?;
+        let mut frame =
+            |key: &str, kind| loop_frame(source, fields.require(key)?, names, drafts, k, key, kind, passive);
+        loops.push(Loop { cut: frame("cut", JointKind::Revolute)?, twin: frame("twin", JointKind::Fixed)? });
+    }
+    Ok(loops)
+}
+
+fn loop_frame(
+    source: Source,
+    node: &Node,
+    names: &Names,
+    drafts: &[Draft],
+    k: usize,
+    key: &str,
+    default: JointKind,
+    passive: &mut Vec<PassiveCoordinate>,
+) -> Result<LoopFrame, Error> {
+    let what = format!("the {key} of loop {}", k + 1);
+    let fields = node.fields(source, &what, &FRAME_KEYS)?;
+    let carrier = fields.require("antecedent")?;
+    let word = carrier.word(source, "`antecedent`")?;
+    let antecedent =
+        find_link(drafts, &word, drafts.len()).map_err(|e| source.at(carrier, format!("antecedent of {what}: {e}")))?;
+    let kind = joint_kind(source, &fields, default)?;
+    let unknown = passive_coordinate(source, names, &fields, kind, &format!("{key}{}", k + 1), passive)?;
+    let (geometry, variable) = placement(source, names, &fields, &what, kind, unknown)?;
+    Ok(LoopFrame { antecedent, geometry, kind, variable })
+}
+
+/// Refuses loops that do not close, with the distance left.
+pub(super) fn check_closure(source: Source, node: Option<&Node>, robot: &Robot) -> Result<(), Error> {
+    let Some(node) = node else { return Ok(()) };
+    let items = node.list(source, "`loops`")?;
+    closure::check(robot).map_err(|(k, message)| source.at(&items[k], message))
+}
+
+/// Refuses passive joints without an expression outside every loop: nothing says how they move.
+pub(super) fn check_passive(source: Source, robot: &Robot, drafts: &[Draft]) -> Result<(), Error> {
+    let mut in_loop = vec![false; robot.links.len()];
+    for frame in robot.loops.iter().flat_map(|l| [&l.cut, &l.twin]) {
+        for j in std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent) {
+            in_loop[j.0] = true;
+        }
+    }
+    for (j, (link, draft)) in robot.links.iter().zip(drafts).enumerate() {
+        let unknown = link.joint.variable.terms.iter().any(|t| t.0.0 >= robot.n_coordinates());
+        if unknown && !in_loop[j] {
+            let message = format!(
+                "{} of passive link {} is missing, and no loop passes through it: nothing says how it moves",
+                draft.variable_key(),
+                draft.label
+            );
+            return Err(source.at(draft.node, message));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,10 @@
+//! The YAML of this program.
+
+mod link;
+mod loops;
+mod read;
+mod write;
+
+pub use read::read_yaml;
+pub(super) use read::read_yaml_with;
+pub use write::write_yaml;

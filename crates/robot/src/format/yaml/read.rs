@@ -1,0 +1,327 @@
+//! A robot described in YAML, in modified Denavit-Hartenberg parameters with named keys.
+//!
+//! iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r)  [Khalil, Kleinfinger 1986]
+//!
+//! Any number may be an expression in the symbols. The variable of a joint (theta of a revolute
+//! one, r of a prismatic one) may also name coordinates and is affine in them: its constant part
+//! goes into the geometry, its linear part into [`crate::Joint::variable`]. A passive joint or a cut
+//! whose variable is left out is found from the loops ([`crate::passive`]). The keys are listed in
+//! the constants below and in link.rs; an unknown key is refused.
+
+use super::link::{Draft, drafts};
+use super::loops::{check_closure, check_passive, loops};
+use crate::angle_snap::Angles;
+use crate::angle_snap::snap_angles;
+use crate::error::Error;
+use crate::format::expression::{Names, identifiers, is_name};
+use crate::format::node::{Content, Fields, Node, Source};
+use crate::format::suggestion::did_you_mean;
+use crate::inertial::Pose;
+use crate::parameter::Inertial;
+use crate::passive;
+use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
+use crate::value::{CoordinateId, Value};
+
+const ROOT_KEYS: [&str; 10] = [
+    "convention",
+    "name",
+    "source",
+    "gravity",
+    "symbols",
+    "coordinates",
+    "rotor_inertia",
+    "links",
+    "loops",
+    "standard_parameters",
+];
+
+/// Descriptions are written by hand; a longer one is an accident or an attack.
+const MAX_BYTES: usize = 1 << 20;
+const MAX_SYMBOLS: usize = 1000;
+
+/// Reads a robot from YAML; `file` is the name errors carry.
+///
+/// Fails, with the line and column, on anything but a complete, consistent description whose
+/// loops close.
+pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
+    read_yaml_with(text, file, Angles::Meant)
+}
+
+/// As [`read_yaml`], with what rounded angles are taken for.
+pub(in crate::format) fn read_yaml_with(text: &str, file: &str, angles: Angles) -> Result<Robot, Error> {
+    let source = Source { file };
+    if text.len() > MAX_BYTES {
+        return Err(source.error(0, 0, "the description is larger than 1 MiB"));
+    }
+    let root = source.parse(text)?;
+    if matches!(root.content, Content::Null) {
+        return Err(source.error(1, 1, "the file is empty; expected a robot with `convention: khalil-kleinfinger`"));
+    }
+    check_convention(source, &root)?;
+    let fields = root.fields(source, "the robot", &ROOT_KEYS)?;
+    let name = fields.require("name")?.word(source, "`name`")?;
+    let cited = fields.get("source").map(|n| n.word(source, "`source`")).transpose()?;
+
+    let mut names = symbols(source, &fields)?;
+    let gravity = gravity(source, &fields, &names)?;
+    let drafts = drafts(source, fields.require("links")?)?;
+    names.coordinates = match fields.get("coordinates") {
+        Some(node) => listed_coordinates(source, node, &names)?,
+        None => found_coordinates(source, &drafts, &names)?,
+    };
+
+    let rotors = rotors(source, &fields)?;
+    let mut passive = Vec::new();
+    let mut links = Vec::with_capacity(drafts.len());
+    for draft in &drafts {
+        links.push(link(source, &names, &drafts, draft, rotors, &mut passive)?);
+    }
+    let mut coordinates: Vec<Coordinate> =
+        names.coordinates.iter().map(|c| Coordinate { name: c.clone(), limits: Limits::default() }).collect();
+    assign_coordinates(source, &fields, &names, &drafts, &links, &mut coordinates)?;
+    if let Some(node) = fields.get("standard_parameters") {
+        standard_parameters(source, node, &names, &mut links)?;
+    }
+    let loops = match fields.get("loops") {
+        Some(node) => loops(source, node, &names, &drafts, &mut passive)?,
+        None => Vec::new(),
+    };
+    let mut robot = Robot {
+        name,
+        source: cited,
+        symbols: names.symbols,
+        coordinates,
+        passive,
+        links,
+        massless: 0,
+        loops,
+        gravity,
+        notes: vec![],
+    };
+    snap_angles(&mut robot, angles);
+    check_passive(source, &robot, &drafts)?;
+    if let Some(node) = fields.get("loops") {
+        passive::resolve(&mut robot).map_err(|message| source.at(node, message))?;
+    }
+    check_closure(source, fields.get("loops"), &robot)?;
+    Ok(robot)
+}
+
+fn check_convention(source: Source, root: &Node) -> Result<(), Error> {
+    let entries = root.map(source, "a robot description")?;
+    let Some((_, node)) = entries.iter().find(|(k, _)| k.text == "convention") else {
+        let near = did_you_mean("convention", entries.iter().map(|(k, _)| k.text.as_str()));
+        let message = "`convention: khalil-kleinfinger` is missing: Denavit-Hartenberg parameters mean nothing \
+                       before their convention is named";
+        return Err(source.at(root, format!("{message}{}", near.replace("did you mean", "found"))));
+    };
+    let advice = match &node.content {
+        Content::Text(t) if t == "khalil-kleinfinger" => return Ok(()),
+        Content::Text(t) if t == "craig" => {
+            "Craig's a_(i-1), alpha_(i-1), d_i, theta_i are d, alpha, r, theta of link i here: rename them and say \
+             `convention: khalil-kleinfinger`"
+        }
+        Content::Text(t) if matches!(t.as_str(), "standard" | "paul" | "classical" | "distal") => {
+            "standard Denavit-Hartenberg frames sit at the far end of each link; move each row's a and alpha to the \
+             next link's d and alpha and say `convention: khalil-kleinfinger`"
+        }
+        _ => "expected `khalil-kleinfinger`",
+    };
+    Err(source.at(node, format!("the convention {} is not read: {advice}", node.kind())))
+}
+
+fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
+    let mut names = Names::default();
+    let Some(node) = fields.get("symbols") else { return Ok(names) };
+    let entries = node.map(source, "`symbols`")?;
+    if entries.len() > MAX_SYMBOLS {
+        return Err(source.at(node, format!("more than {MAX_SYMBOLS} symbols")));
+    }
+    for (key, value) in entries {
+        if !is_name(&key.text) {
+            let message = format!("`{}` cannot name a symbol: letters, digits and _, no digit first", key.text);
+            return Err(source.at_key(key, message));
+        }
+        names.define(source, key.text.clone(), value)?;
+    }
+    Ok(names)
+}
+
+fn gravity(source: Source, fields: &Fields, names: &Names) -> Result<[Value; 3], Error> {
+    let Some(node) = fields.get("gravity") else {
+        return Ok([Value::ZERO, Value::ZERO, Value::Number(-9.81)]);
+    };
+    let items = node.list(source, "`gravity`")?;
+    let [x, y, z] = items else {
+        let message = format!("`gravity` is a vector of three accelerations, m/s^2, found {}", node.kind());
+        return Err(source.at(node, message));
+    };
+    let component = |n| names.constant(source, "a component of `gravity`", n);
+    Ok([component(x)?, component(y)?, component(z)?])
+}
+
+fn listed_coordinates(source: Source, node: &Node, names: &Names) -> Result<Vec<String>, Error> {
+    let mut listed: Vec<String> = Vec::new();
+    for item in node.list(source, "`coordinates`")? {
+        let word = item.word(source, "a coordinate")?;
+        let refused = if !is_name(&word) {
+            "cannot name a coordinate: letters, digits and _, no digit first"
+        } else if names.symbols.iter().any(|s| s.name == word) {
+            "names a symbol already"
+        } else if listed.contains(&word) {
+            "stands twice among the coordinates"
+        } else {
+            listed.push(word);
+            continue;
+        };
+        return Err(source.at(item, format!("`{word}` {refused}")));
+    }
+    Ok(listed)
+}
+
+/// One coordinate an actuated joint: the name in its variable that is no symbol.
+fn found_coordinates(source: Source, drafts: &[Draft], names: &Names) -> Result<Vec<String>, Error> {
+    let mut found: Vec<String> = Vec::new();
+    for draft in drafts.iter().filter(|d| d.drive == Drive::Actuated) {
+        let Some(node) = draft.variable_node() else { continue };
+        let Content::Text(text) = &node.content else { continue };
+        let mut unknown: Vec<&str> =
+            identifiers(text).filter(|w| !names.symbols.iter().any(|s| s.name == *w)).collect();
+        unknown.sort_unstable();
+        unknown.dedup();
+        match unknown[..] {
+            [] => {}
+            [name] => {
+                if !found.iter().any(|f| f == name) {
+                    found.push(name.to_string());
+                }
+            }
+            _ => {
+                let symbols = || names.symbols.iter().map(|s| s.name.as_str());
+                let meant = unknown.iter().map(|w| did_you_mean(w, symbols())).find(|m| !m.is_empty());
+                let message = format!(
+                    "{} of link {} names one coordinate at most, found `{}`{}; list `coordinates` or define symbols",
+                    draft.variable_key(),
+                    draft.label,
+                    unknown.join("`, `"),
+                    meant.unwrap_or_default()
+                );
+                return Err(source.at(node, message));
+            }
+        }
+    }
+    Ok(found)
+}
+
+#[derive(Clone, Copy)]
+enum Rotors {
+    None,
+    Actuated,
+    All,
+}
+
+fn rotors(source: Source, fields: &Fields) -> Result<Rotors, Error> {
+    let Some(node) = fields.get("rotor_inertia") else { return Ok(Rotors::Actuated) };
+    let which = node.choice(source, "`rotor_inertia` of the robot", &["none", "actuated", "all"])?;
+    Ok([Rotors::None, Rotors::Actuated, Rotors::All][which])
+}
+
+fn link(
+    source: Source,
+    names: &Names,
+    drafts: &[Draft],
+    draft: &Draft,
+    rotors: Rotors,
+    passive: &mut Vec<PassiveCoordinate>,
+) -> Result<Link, Error> {
+    let (geometry, variable) = draft.placement(source, names, passive)?;
+    let moves = draft.kind != JointKind::Fixed;
+    let default = match (rotors, draft.drive) {
+        (Rotors::All, _) if moves => RotorInertia::Unknown,
+        (Rotors::Actuated, Drive::Actuated) if moves => RotorInertia::Unknown,
+        _ => RotorInertia::Absent,
+    };
+    Ok(Link {
+        name: draft.name(source)?,
+        label: draft.label.clone(),
+        antecedent: draft.antecedent(source, drafts)?,
+        geometry,
+        joint: Joint {
+            name: draft.label.clone(),
+            kind: draft.kind,
+            drive: draft.drive,
+            variable,
+            rotor_inertia: draft.rotor_inertia(source, names)?.unwrap_or(default),
+            friction: draft.friction(source, names)?,
+            drive_gain: draft.drive_gain(source, names)?,
+        },
+        inertial: None,
+        file_frame: Pose::IDENTITY,
+        parts: Vec::new(),
+    })
+}
+
+/// Every coordinate is moved by exactly one actuated joint, which gives it its limits.
+fn assign_coordinates(
+    source: Source,
+    fields: &Fields,
+    names: &Names,
+    drafts: &[Draft],
+    links: &[Link],
+    coordinates: &mut [Coordinate],
+) -> Result<(), Error> {
+    let mut mover: Vec<Option<usize>> = vec![None; coordinates.len()];
+    for (j, (draft, link)) in drafts.iter().zip(links).enumerate() {
+        let limits = draft.limits(source, names)?;
+        if link.joint.drive != Drive::Actuated || link.joint.kind == JointKind::Fixed {
+            if let (Some(_), Some(node)) = (limits, draft.fields.get("limits")) {
+                let message =
+                    format!("limits belong to the joint that moves a coordinate; link {} does not", draft.label);
+                return Err(source.at(node, message));
+            }
+            continue;
+        }
+        let CoordinateId(k) = link.joint.variable.terms[0].0;
+        if let Some(first) = mover[k].replace(j) {
+            let message = format!(
+                "the coordinate `{}` is moved by link {} already: a coordinate has one actuated joint; say \
+                 `drive: passive` where a joint only follows",
+                coordinates[k].name, drafts[first].label
+            );
+            return Err(source.at(draft.variable_node().unwrap_or(draft.node), message));
+        }
+        coordinates[k].limits = limits.unwrap_or_default();
+    }
+    match mover.iter().position(Option::is_none) {
+        None => Ok(()),
+        Some(k) => {
+            let listed = fields.get("coordinates").and_then(|n| n.list(source, "").ok()).and_then(|l| l.get(k));
+            let message = format!("no actuated joint moves the coordinate `{}`", coordinates[k].name);
+            Err(source.at(listed.unwrap_or(drafts[0].node), message))
+        }
+    }
+}
+
+/// XX .. M of some links, about the origin of the link frame, and IA where the joint has one.
+fn standard_parameters(source: Source, node: &Node, names: &Names, links: &mut [Link]) -> Result<(), Error> {
+    let letters = Inertial::BODY.map(Inertial::letters);
+    let valid: Vec<&str> = letters.iter().copied().chain(["IA"]).collect();
+    for (key, value) in node.map(source, "`standard_parameters`")? {
+        let labels: Vec<String> = links.iter().map(|l| l.label.clone()).collect();
+        let Some(j) = labels.iter().position(|l| *l == key.text) else {
+            let meant = did_you_mean(&key.text, labels.iter().map(String::as_str));
+            return Err(source.at_key(key, format!("no link is called `{}`{meant}", key.text)));
+        };
+        let what = format!("the standard parameters of link {}", key.text);
+        let fields = value.fields(source, &what, &valid)?;
+        let mut x = [0.0; 10];
+        for (x, letters) in x.iter_mut().zip(letters) {
+            *x = names.number(source, letters, fields.require(letters)?)?;
+        }
+        links[j].inertial = Some(x);
+        if let Some(node) = fields.get("IA") {
+            links[j].joint.rotor_inertia = RotorInertia::Known(names.number(source, "IA", node)?);
+        }
+    }
+    Ok(())
+}

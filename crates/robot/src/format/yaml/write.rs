@@ -1,0 +1,262 @@
+//! A robot written as the YAML that [`crate::format::read_yaml`] reads.
+//!
+//! Exact: expressions as they stand, numbers as the shortest decimals that read back. What the
+//! format has no word for is told, item by item.
+
+use std::fmt::Write;
+
+use crate::format::expression::is_name;
+use crate::inertial::Pose;
+use crate::parameter::Inertial;
+use crate::robot::{Drive, JointKind, Limits, LinkId, LoopFrame, ModifiedDh, Note, Robot, RotorInertia};
+use crate::value::{Affine, CoordinateId, Symbol, Value};
+
+/// The text, and what it could not carry.
+pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    macro_rules! line {
+        ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
+    }
+    let names = Names::new(robot);
+    line!("convention: khalil-kleinfinger\nname: {}", quoted(&robot.name));
+    if let Some(source) = &robot.source {
+        line!("source: {}", quoted(source));
+    }
+    let constant = |v: &Value| names.value(v);
+    let [x, y, z] = robot.gravity.each_ref().map(constant);
+    line!("gravity: [{x}, {y}, {z}]");
+    if !robot.symbols.is_empty() {
+        line!("symbols:");
+        for (symbol, name) in robot.symbols.iter().zip(&names.symbols) {
+            let told = if symbol.generic { "   # generic: the description gave no value" } else { "" };
+            line!("  {name}: {}{told}", constant(&symbol.value));
+        }
+    }
+    line!("coordinates: [{}]", names.coordinates[..robot.n_coordinates()].join(", "));
+    line!("rotor_inertia: none\nlinks:");
+    for j in robot.link_ids() {
+        line!("  - {{{}}}", link_items(robot, &names, j).join(", "));
+    }
+    if !robot.loops.is_empty() {
+        line!("loops:");
+    }
+    for one in &robot.loops {
+        for (key, frame) in [("  - cut:", &one.cut), ("    twin:", &one.twin)] {
+            let items = frame_items(robot, &names, frame, key.contains("cut"));
+            line!("{key} {{{}}}", items.join(", "));
+        }
+    }
+    if robot.links.iter().any(|l| l.inertial.is_some()) {
+        line!("standard_parameters:");
+    }
+    for (link, label) in robot.links.iter().zip(&names.labels) {
+        if let Some(x) = link.inertial {
+            let items: Vec<String> =
+                Inertial::BODY.iter().zip(x).map(|(i, x)| format!("{}: {x}", i.letters())).collect();
+            line!("  {label}: {{{}}}", items.join(", "));
+        }
+    }
+    (text, told(robot, &names))
+}
+
+/// What the file says of one link, up to its inertial parameters.
+fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
+    let (link, label) = (robot.link(j), &names.labels[j.0]);
+    let joint = &link.joint;
+    let mut items = vec![format!("link: {}", label)];
+    if link.name != format!("link {}", label) {
+        items.push(format!("name: {}", quoted(&link.name)));
+    }
+    items.push(format!("antecedent: {}", names.link(link.antecedent)));
+    match joint.kind {
+        JointKind::Revolute => {}
+        JointKind::Prismatic => items.push("joint: prismatic".into()),
+        JointKind::Fixed => items.push("joint: fixed".into()),
+    }
+    match joint.drive {
+        Drive::Passive => items.push("drive: passive".into()),
+        Drive::Locked if joint.kind != JointKind::Fixed => items.push("drive: locked".into()),
+        Drive::Locked | Drive::Actuated => {}
+    }
+    items.extend(placement(robot, names, &link.geometry, joint.kind, &joint.variable));
+    match joint.rotor_inertia {
+        RotorInertia::Absent => {}
+        RotorInertia::Unknown => items.push("rotor_inertia: unknown".into()),
+        RotorInertia::Known(x) => items.push(format!("rotor_inertia: {x}")),
+    }
+    let friction =
+        [("viscous", joint.friction.viscous), ("coulomb", joint.friction.coulomb), ("offset", joint.friction.offset)];
+    let friction: Vec<String> = friction.iter().filter_map(|(k, x)| x.map(|x| format!("{k}: {x}"))).collect();
+    if !friction.is_empty() {
+        items.push(format!("friction: {{{}}}", friction.join(", ")));
+    }
+    if let Some(gain) = joint.drive_gain {
+        items.push(format!("drive_gain: {gain}"));
+    }
+    if let (Drive::Actuated, [(k, _)]) = (joint.drive, &joint.variable.terms[..]) {
+        items.extend(limits(robot.coordinates.get(k.0).map(|c| c.limits).unwrap_or_default()));
+    }
+    items
+}
+
+/// What the file says of a cut or a twin; a cut is revolute and a twin fixed without a word.
+fn frame_items(robot: &Robot, names: &Names, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
+    let kind = match (frame.kind, is_cut) {
+        (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
+        (JointKind::Revolute, false) => Some("joint: revolute"),
+        (JointKind::Prismatic, _) => Some("joint: prismatic"),
+        (JointKind::Fixed, true) => Some("joint: fixed"),
+    };
+    let mut items = vec![format!("antecedent: {}", names.link(frame.antecedent))];
+    items.extend(kind.map(str::to_string));
+    items.extend(placement(robot, names, &frame.geometry, frame.kind, &frame.variable));
+    items
+}
+
+/// gamma .. r, what is zero left out but the variable of a joint that moves, or is held.
+fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKind, variable: &Affine) -> Vec<String> {
+    let keys = ["gamma", "b", "alpha", "d", "theta", "r"];
+    let values = [&geometry.gamma, &geometry.b, &geometry.alpha, &geometry.d, &geometry.theta, &geometry.r];
+    let moving = match kind {
+        JointKind::Revolute => "theta",
+        JointKind::Prismatic => "r",
+        JointKind::Fixed => "",
+    };
+    let n = robot.n_coordinates();
+    let mut items = Vec::new();
+    for (key, value) in keys.into_iter().zip(values) {
+        if key != moving {
+            if *value != Value::ZERO {
+                items.push(format!("{key}: {}", quoted(&names.value(value))));
+            }
+            continue;
+        }
+        // A passive coordinate alone is what the reader gives to a variable left out.
+        match &variable.terms[..] {
+            [(k, c)] if k.0 >= n && *c == 1.0 && *value == Value::ZERO => {
+                let start = robot.passive[k.0 - n].start;
+                if start != 0.0 {
+                    items.push(format!("start: {start}"));
+                }
+            }
+            _ => items.push(format!(
+                "{key}: {}",
+                quoted(&variable.text(value, &names.renamed, &|k| names.coordinates[k.0].clone()))
+            )),
+        }
+    }
+    items
+}
+
+fn limits(limits: Limits) -> Option<String> {
+    let mut items = Vec::new();
+    if let Some((low, high)) = limits.position
+        && low.is_finite()
+        && high.is_finite()
+    {
+        items.push(format!("position: [{low}, {high}]"));
+    }
+    for (key, x) in [("velocity", limits.velocity), ("acceleration", limits.acceleration), ("effort", limits.effort)] {
+        items.extend(x.map(|x| format!("{key}: {x}")));
+    }
+    (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
+}
+
+/// A plain word, or a text in quotes: JSON's are YAML's.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*' | '/' | '(' | ')' | '.');
+    if !text.is_empty() && text.trim() == text && text.chars().all(plain) && !text.starts_with(['-', '*', ' ']) {
+        return text.to_string();
+    }
+    if text.parse::<f64>().is_ok() {
+        return text.to_string();
+    }
+    let escaped: String = text
+        .chars()
+        .map(|c| match c {
+            '"' => "\\\"".into(),
+            '\\' => "\\\\".into(),
+            c if c.is_control() => " ".into(),
+            c => c.to_string(),
+        })
+        .collect();
+    format!("\"{escaped}\"")
+}
+
+struct Names {
+    labels: Vec<String>,
+    symbols: Vec<String>,
+    coordinates: Vec<String>,
+    renamed: Vec<Symbol>,
+}
+
+impl Names {
+    /// The label of a link, or `base`.
+    fn link(&self, j: Option<LinkId>) -> String {
+        j.map_or("base".into(), |j| self.labels[j.0].clone())
+    }
+
+    fn new(robot: &Robot) -> Names {
+        let word = |text: &str| -> String {
+            text.chars().map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' }).collect()
+        };
+        let mut taken: Vec<String> = Vec::new();
+        let mut unique = |name: &str| {
+            let mut name = word(name);
+            if !is_name(&name) {
+                name.insert(0, 'q');
+            }
+            while taken.contains(&name) {
+                name.push('_');
+            }
+            taken.push(name.clone());
+            name
+        };
+        let symbols: Vec<String> = robot.symbols.iter().map(|s| unique(&s.name)).collect();
+        let coordinates = (0..robot.n_variables()).map(|k| unique(robot.coordinate_name(CoordinateId(k)))).collect();
+        let mut labels: Vec<String> = Vec::new();
+        for link in &robot.links {
+            let mut label = word(&link.label);
+            while label.is_empty() || label == "base" || labels.contains(&label) {
+                label.push('_');
+            }
+            labels.push(label);
+        }
+        let rename = |(s, name): (&Symbol, &String)| Symbol { name: name.clone(), ..s.clone() };
+        let renamed = robot.symbols.iter().zip(&symbols).map(rename).collect();
+        Names { labels, symbols, coordinates, renamed }
+    }
+
+    fn value(&self, value: &Value) -> String {
+        value.text(&self.renamed, &|k| self.coordinates[k.0].clone())
+    }
+}
+
+fn told(robot: &Robot, names: &Names) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
+    for (link, label) in robot.links.iter().zip(&names.labels) {
+        if link.label != *label {
+            note(&link.label, format!("the link is called {label} in the file"));
+        }
+        if link.joint.name != link.label {
+            note(&link.name, format!("the name `{}` of its joint is not carried", link.joint.name));
+        }
+        if link.parts.len() > 1 {
+            note(&link.name, format!("its {} parts are written as one link", link.parts.len()));
+        }
+        if link.file_frame != Pose::IDENTITY {
+            note(&link.name, "the frame its own file gave it is not carried: parameters are in Khalil's frame".into());
+        }
+    }
+    for (k, coordinate) in robot.coordinates.iter().enumerate() {
+        if coordinate.name != names.coordinates[k] {
+            note(&coordinate.name, format!("the coordinate is called {} in the file", names.coordinates[k]));
+        }
+    }
+    for symbol in robot.symbols.iter().filter(|s| s.generic) {
+        note(&symbol.name, "has no value; its generic one is written as if it were one".into());
+    }
+    notes
+}

@@ -1,0 +1,182 @@
+//! A number as the user wrote it: kept exact until somebody asks for its f64.
+//!
+//! `5*pi/6`, `D2`, `-D4/2` and `q3 - q2 - DEL` are values; what may stand in one depends on the
+//! place: lengths and angles may name symbols, a joint variable may also name coordinates.
+
+use std::f64::consts::PI;
+
+/// Index of a symbol in [`crate::Robot::symbols`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SymbolId(pub usize);
+
+/// Index of a coordinate in [`crate::Robot::coordinates`], and beyond their number in
+/// [`crate::Robot::passive`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CoordinateId(pub usize);
+
+/// A named constant of the robot: a length in m or an angle in rad.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Symbol {
+    /// As expressions write it.
+    pub name: String,
+    /// Its value, free of coordinates; may name symbols that stand before it.
+    pub value: Value,
+    /// The file gives no value and this one only keeps apart what the symbols keep apart: ranks and
+    /// rules are right, figures mean nothing.
+    pub generic: bool,
+}
+
+/// An exact expression in numbers, pi, symbols and coordinates.
+///
+/// A `Number` is the decimal the user wrote: the shortest decimal that reads back as this f64.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A decimal.
+    Number(f64),
+    /// The number pi.
+    Pi,
+    /// A named constant.
+    Symbol(SymbolId),
+    /// A coordinate: in joint variables only.
+    Coordinate(CoordinateId),
+    /// -a.
+    Neg(Box<Value>),
+    /// a + b.
+    Add(Box<Value>, Box<Value>),
+    /// a - b.
+    Sub(Box<Value>, Box<Value>),
+    /// a b.
+    Mul(Box<Value>, Box<Value>),
+    /// a / b.
+    Div(Box<Value>, Box<Value>),
+    /// Square root.
+    Sqrt(Box<Value>),
+    /// Sine of an angle in rad.
+    Sin(Box<Value>),
+    /// Cosine of an angle in rad.
+    Cos(Box<Value>),
+    /// Angle of the vector (second, first), rad.
+    Atan2(Box<Value>, Box<Value>),
+}
+
+/// What a name in an expression stands for.
+#[derive(Clone, Copy, Debug)]
+pub enum Name {
+    /// A named constant.
+    Symbol(SymbolId),
+    /// A coordinate.
+    Coordinate(CoordinateId),
+}
+
+impl Value {
+    /// The number 0.
+    pub const ZERO: Value = Value::Number(0.0);
+
+    /// The f64 of the value; coordinates count as zero.
+    pub fn number(&self, symbols: &[Symbol]) -> f64 {
+        let n = |v: &Value| v.number(symbols);
+        match self {
+            Value::Number(x) => *x,
+            Value::Pi => PI,
+            Value::Symbol(s) => symbols[s.0].value.number(symbols),
+            Value::Coordinate(_) => 0.0,
+            Value::Neg(a) => -n(a),
+            Value::Add(a, b) => n(a) + n(b),
+            Value::Sub(a, b) => n(a) - n(b),
+            Value::Mul(a, b) => n(a) * n(b),
+            Value::Div(a, b) => n(a) / n(b),
+            Value::Sqrt(a) => n(a).sqrt(),
+            Value::Sin(a) => n(a).sin(),
+            Value::Cos(a) => n(a).cos(),
+            Value::Atan2(a, b) => n(a).atan2(n(b)),
+        }
+    }
+
+    /// `num/den * pi` with small integers when the value is such a multiple by its form
+    /// (`5*pi/6`, `-pi`, a symbol so defined, zero); `None` otherwise.
+    pub fn as_multiple_of_pi(&self, symbols: &[Symbol]) -> Option<(i64, i64)> {
+        let (a, b) = self.as_affine_in_pi(symbols)?;
+        if b.0 == 0 { Some(a) } else { None }
+    }
+
+    /// `a pi + b` with rational a, b, as ((num, den), (num, den)).
+    fn as_affine_in_pi(&self, symbols: &[Symbol]) -> Option<(Ratio, Ratio)> {
+        let f = |v: &Value| v.as_affine_in_pi(symbols);
+        match self {
+            Value::Number(x) => Some(((0, 1), ratio(*x)?)),
+            Value::Pi => Some(((1, 1), (0, 1))),
+            Value::Symbol(s) => f(&symbols[s.0].value),
+            Value::Neg(a) => f(a).map(|(p, b)| ((-p.0, p.1), (-b.0, b.1))),
+            Value::Add(a, b) => {
+                let ((p, b0), (q, b1)) = (f(a)?, f(b)?);
+                Some((add(p, q)?, add(b0, b1)?))
+            }
+            Value::Sub(a, b) => f(&Value::Add(a.clone(), Box::new(Value::Neg(b.clone())))),
+            Value::Mul(a, b) => {
+                let ((p, b0), (q, b1)) = (f(a)?, f(b)?);
+                match (p.0, q.0) {
+                    (_, 0) => Some((mul(p, b1)?, mul(b0, b1)?)),
+                    (0, _) => Some((mul(q, b0)?, mul(b0, b1)?)),
+                    _ => None,
+                }
+            }
+            Value::Div(a, b) => {
+                let ((p, b0), (q, b1)) = (f(a)?, f(b)?);
+                if q.0 != 0 || b1.0 == 0 {
+                    return None;
+                }
+                let inverse = if b1.0 < 0 { (-b1.1, -b1.0) } else { (b1.1, b1.0) };
+                Some((mul(p, inverse)?, mul(b0, inverse)?))
+            }
+            Value::Atan2(a, b) => {
+                let ((p, y), (q, x)) = (f(a)?, f(b)?);
+                // Along an axis or a diagonal of the plane.
+                let eighths = match (y.0.signum(), x.0.signum()) {
+                    _ if p.0 != 0 || q.0 != 0 => return None,
+                    (0, 0 | 1) => 0,
+                    (1, 0) => 2,
+                    (0, _) => 4,
+                    (_, 0) => -2,
+                    (s, t) if y.0.abs() == x.0.abs() && y.1 == x.1 => s * if t > 0 { 1 } else { 3 },
+                    _ => return None,
+                };
+                Some((reduce(eighths, 4)?, (0, 1)))
+            }
+            Value::Coordinate(_) | Value::Sqrt(_) | Value::Sin(_) | Value::Cos(_) => None,
+        }
+    }
+}
+
+type Ratio = (i64, i64);
+
+/// A decimal with at most nine digits after the point, as a fraction.
+fn ratio(x: f64) -> Option<Ratio> {
+    let scaled = x * 1e9;
+    if scaled.abs() > 1e15 {
+        return None;
+    }
+    let n = scaled.round();
+    // The decimal itself, not a neighbour: n / 1e9 must read back as the same f64.
+    if n / 1e9 != x {
+        return None;
+    }
+    reduce(n as i64, 1_000_000_000)
+}
+
+fn reduce(n: i64, d: i64) -> Option<Ratio> {
+    let (mut a, mut b) = (n.unsigned_abs(), d.unsigned_abs());
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    let g = i64::try_from(a.max(1)).ok()?;
+    Some((n / g, d / g))
+}
+
+fn add(a: Ratio, b: Ratio) -> Option<Ratio> {
+    let n = a.0.checked_mul(b.1)?.checked_add(b.0.checked_mul(a.1)?)?;
+    reduce(n, a.1.checked_mul(b.1)?)
+}
+
+fn mul(a: Ratio, b: Ratio) -> Option<Ratio> {
+    reduce(a.0.checked_mul(b.0)?, a.1.checked_mul(b.1)?)
+}
