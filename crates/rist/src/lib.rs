@@ -29,26 +29,26 @@
 
 mod error;
 mod experiments;
-mod identification;
 mod load;
 mod model;
 mod planning;
+mod samples;
 mod simulation;
 mod source;
 mod tape_regressor;
 mod validation;
 mod write_back;
 
-pub use ::identification::estimate::artefact::Estimate;
-pub use ::identification::estimate::validation::Validation;
-pub use ::identification::experiments::experiment_plan::ExperimentPlan;
 pub use error::Error;
 pub use experiments::{ExperimentLogs, identify_experiments};
-pub use identification::{Bodies, Identification, IdentifyRequest, identify};
+pub use identification::estimate::artefact::Estimate;
+pub use identification::estimate::validation::Validation;
+pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;
 pub use model::{Model, ModelOptions, RotorInertias, check_values, read_robot};
 pub use planning::{PlanRequest, Planned, plan};
+pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use validation::{MOTION_CUTOFF, predictions, validate, validate_experiments};

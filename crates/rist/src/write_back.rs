@@ -6,8 +6,8 @@ use identification::write::write_back::{JointDynamics, WrittenBack, mjcf_joints}
 
 use crate::Estimate;
 use crate::error::Error;
-use crate::identification::Bodies;
 use crate::model::Model;
+use crate::samples::Bodies;
 
 /// A URDF with the identified bodies, joint damping and friction; the rest of the text as it was. Its notes say what a
 /// URDF has no place for.

@@ -6,7 +6,7 @@ use identification::estimate::options::Options;
 use identification::spectrum::identify::SpectralMethod;
 use rist::ExperimentLogs;
 
-use super::Arguments;
+use super::arguments::Arguments;
 use crate::artefact::{gains, read_load, read_plan};
 use crate::failure::{Failure, print, write_file};
 

@@ -9,7 +9,7 @@ use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
 use rist::{IdentifyRequest, Model};
 
-use super::{Arguments, Delay, Friction};
+use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print, write_file};
 

@@ -1,0 +1,178 @@
+//! The words of `rist identify`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use identification::estimators::weighted::Weights;
+use identification::model::friction::terms::FrictionTerm;
+
+use crate::model::ModelArguments;
+
+/// Identify a robot's base parameters and friction from logs
+///
+/// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
+/// directory: the time t, positions, torques or currents and, where measured, velocities of every coordinate, found
+/// by their names (q1 or q_<coordinate>, dq.., tau.., i..).
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub model: ModelArguments,
+
+    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording; with --plan the directory
+    /// of its logs, one an experiment: e01.csv, ..
+    #[arg(required = true, value_name = "LOG")]
+    pub logs: Vec<PathBuf>,
+
+    /// ls: least squares on filtered samples; of the experiments of a plan, rist: the paper's rows of Sp; rist-mh:
+    /// all their harmonics, with friction
+    #[arg(long, value_enum, default_value_t = Method::Ls)]
+    pub method: Method,
+
+    /// The plan behind the logs, for rist and rist-mh
+    #[arg(long, value_name = "FILE")]
+    pub plan: Option<PathBuf>,
+
+    /// Torque per unit of current of a drive, N m/A [default: as the file says, with --load none]; of some drives only:
+    /// the others are estimated. ls: q5=11+-2 expects a gain near 11
+    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
+    pub gain: Vec<String>,
+
+    /// Predict this log, which is not fitted; may be given several times
+    #[arg(long, value_name = "LOG")]
+    pub validate: Vec<PathBuf>,
+
+    /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
+    /// The logs of experiments done again with it, e01_loaded.csv, .., stand beside the others; no gain need be known
+    #[arg(long, value_name = "FILE")]
+    pub load: Option<PathBuf>,
+
+    /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
+    #[arg(long, value_name = "HZ")]
+    pub cutoff: Option<f64>,
+
+    /// Order of the Butterworth filter, 0 for none [default: 4]
+    #[arg(long)]
+    pub order: Option<usize>,
+
+    /// Keep every N-th filtered sample [default: by the cut-off]
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    pub decimate: Option<usize>,
+
+    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = delay)]
+    pub delay: Option<Delay>,
+
+    /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
+    /// stribeck=V (V in rad/s), none, or auto: by prediction of what was left out [default: viscous,coulomb,offset]
+    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
+    pub friction: Option<Vec<Friction>>,
+
+    /// What rows weigh: none: all alike (OLS); joint: by the residual of their joint (WLS); huber: and less where
+    /// they do not fit [default: joint]
+    #[arg(long, value_parser = weights)]
+    pub weights: Option<Weights>,
+
+    /// YAML with any option of an identification; flags override it
+    #[arg(long, value_name = "FILE")]
+    pub options: Option<PathBuf>,
+
+    /// Only bodies that can exist: physically consistent parameters, held where the log is silent by the
+    /// description's own bodies
+    #[arg(long)]
+    pub consistent: bool,
+
+    /// Also identify the load that the last link carries in this log; may be given several times
+    #[arg(long, value_name = "LOG")]
+    pub loaded: Vec<PathBuf>,
+
+    /// The link that carries the load [default: the last]
+    #[arg(long, value_name = "LINK", requires = "loaded")]
+    pub loaded_link: Option<String>,
+
+    /// Write the URDF with the identified inertials, joint damping and friction; implies --consistent
+    #[arg(long, value_name = "FILE")]
+    pub write_urdf: Option<PathBuf>,
+
+    /// Write joint damping, friction loss and armature as MuJoCo's <joint> elements; implies --consistent
+    #[arg(long, value_name = "FILE")]
+    pub write_mjcf: Option<PathBuf>,
+
+    /// Write the estimate as YAML
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// Which equations are solved.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    Ls,
+    Rist,
+    RistMh,
+}
+
+/// The delay of the torques.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Delay {
+    Auto,
+    Seconds(f64),
+}
+
+/// A word of --friction.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Friction {
+    Auto,
+    None,
+    Term(FrictionTerm),
+}
+
+fn delay(text: &str) -> Result<Delay, String> {
+    match (text, text.parse::<f64>()) {
+        ("auto", _) => Ok(Delay::Auto),
+        (_, Ok(s)) if s.abs() < 1.0 => Ok(Delay::Seconds(s)),
+        _ => Err("expected auto, or seconds between -1 and 1".into()),
+    }
+}
+
+fn weights(text: &str) -> Result<Weights, String> {
+    match text {
+        "none" => Ok(Weights::None),
+        "joint" => Ok(Weights::Joint),
+        "huber" => Ok(Weights::Huber),
+        _ => Err("expected none, joint or huber".into()),
+    }
+}
+
+/// `viscous`, `stribeck=0.1`, `none`, `auto`.
+fn friction(text: &str) -> Result<Friction, String> {
+    let (name, speed) = match text.split_once('=') {
+        Some((name, speed)) => (name, Some(speed)),
+        None => (text, None),
+    };
+    let speed = match speed.map(str::parse::<f64>) {
+        None => None,
+        Some(Ok(v)) if v.is_finite() && v > 0.0 => Some(v),
+        Some(_) => return Err(format!("the speed of `{name}` must be a positive number of rad/s")),
+    };
+    let term = match (name, speed) {
+        ("auto", None) => return Ok(Friction::Auto),
+        ("none", None) => return Ok(Friction::None),
+        ("viscous", None) => FrictionTerm::Viscous,
+        ("coulomb", None) => FrictionTerm::Coulomb,
+        ("offset", None) => FrictionTerm::Offset,
+        ("asymmetric", None) => FrictionTerm::Asymmetric,
+        ("load", None) => FrictionTerm::Load,
+        ("rotor", None) => FrictionTerm::Rotor,
+        ("smooth-coulomb", Some(v)) => FrictionTerm::SmoothCoulomb(v),
+        ("stribeck", Some(v)) => FrictionTerm::Stribeck(v),
+        ("smooth-coulomb" | "stribeck", None) => {
+            return Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`"));
+        }
+        _ => {
+            return Err(format!(
+                "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
+                 smooth-coulomb=V, stribeck=V, none and auto"
+            ));
+        }
+    };
+    Ok(Friction::Term(term))
+}
