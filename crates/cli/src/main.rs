@@ -1,7 +1,6 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
 mod convert;
-mod datasets;
 mod evaluate;
 mod failure;
 mod generate;
@@ -43,7 +42,6 @@ enum Command {
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
-    Datasets(datasets::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -58,7 +56,6 @@ fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
-        Command::Datasets(arguments) => datasets::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -115,16 +115,6 @@ fn read(path: &Path, rotors: Option<RotorJoints>, mimic: MimicJoints, angles: An
     Ok(robot)
 }
 
-/// Reads a robot with rotor inertias at its actuated joints, or none.
-pub fn read_with_rotors(path: &Path, rotors: bool) -> Result<Robot, Failure> {
-    read(
-        path,
-        Some(if rotors { RotorJoints::Actuated } else { RotorJoints::None }),
-        MimicJoints::Constraint,
-        Angles::Meant,
-    )
-}
-
 /// How the base parameters follow from the standard ones, in numbers.
 pub fn standard_map(robot: &Robot, parameters: &BaseParameters) -> StandardMap {
     let (base, standard) = (&parameters.base, &parameters.standard);

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::algebra::random::Random;
-use identification::benchmark::monte_carlo::inverse_dynamics;
 use identification::estimate::artefact::{Estimate, Identified};
 use identification::experiments::exciting_trajectory::Reference;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
 use identification::simulate::closed_loop::Stop;
-use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
+use identification::simulate::dynamics::{Dynamics, RegressorDynamics, inverse_dynamics};
 use identification::simulate::setup::SimulationSetup;
 use logs::Effort;
 

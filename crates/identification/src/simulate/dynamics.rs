@@ -4,6 +4,7 @@
 //! torques. Any [`Regressor`] with parameter values is such a robot: with Y(q, dq, ddq) linear in
 //! ddq, h = Y(q, dq, 0) X and column k of A is (Y(q, dq, e_k) - Y(q, dq, 0)) X.
 
+use crate::experiments::exciting_trajectory::Reference;
 use crate::model::regressor::Regressor;
 
 /// Inertia matrix and bias torque of a robot.
@@ -63,48 +64,14 @@ pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f6
     y.chunks_exact(p.max(1)).map(|row| row.iter().zip(parameters).map(|(y, x)| y * x).sum()).collect()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::algebra::positive_definite::solve_positive;
-    use crate::tree_robot::TreeRobot;
-
-    #[test]
-    fn regressor_and_recursion_agree() {
-        let robot = TreeRobot::r3(true);
-        let by_regressor = RegressorDynamics::new(&robot, robot.truth.clone());
-        let (q, dq) = ([0.3, -0.7, 1.1], [0.9, -1.3, 0.4]);
-        let (mut a, mut h, mut b, mut g) = ([0.0; 9], [0.0; 3], [0.0; 9], [0.0; 3]);
-        by_regressor.fill(&q, &dq, &mut a, &mut h);
-        Dynamics::fill(&robot, &q, &dq, &mut b, &mut g);
-        // Torques of some 10 N m carried through the regrouping, found numerically to 1e-11.
-        for (x, y) in a.iter().zip(&b).chain(h.iter().zip(&g)) {
-            assert!((x - y).abs() < 1e-9, "{x} {y}");
-        }
-        assert!((a[1] - a[3]).abs() < 1e-12 && a[0] > 0.0);
+/// Torque of the model along a reference, N m, one series a coordinate.
+pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
+    let n = reference.q.len();
+    let mut series = vec![Vec::new(); n];
+    let at = |x: &[Vec<f64>], i: usize| x.iter().map(|x| x[i]).collect::<Vec<f64>>();
+    for i in 0..reference.q.first().map_or(0, Vec::len) {
+        let tau = torque(regressor, parameters, &at(&reference.q, i), &at(&reference.dq, i), &at(&reference.ddq, i));
+        series.iter_mut().zip(tau).for_each(|(s, t)| s.push(t));
     }
-
-    #[test]
-    fn base_parameters_of_the_benchmark() {
-        let robot = TreeRobot::r3(true);
-        let names = "ZZ1 XX2 XY2 XZ2 YZ2 ZZ2 MX2 MY2 XX3 XY3 XZ3 YZ3 ZZ3 MX3 MY3";
-        assert_eq!(robot.parameters().join(" "), names);
-        let values = [
-            0.29288, -0.09336, -0.00070, 0.00200, 0.00004, 0.09814, 0.40000, 0.01200, -0.05673, 0.00260, 0.00630,
-            0.00084, 0.06277, 0.24000, -0.01800,
-        ];
-        // The table is printed to five decimals.
-        for (x, v) in robot.truth.iter().zip(values) {
-            assert!((x - v).abs() < 6e-6, "{x} {v}");
-        }
-        assert_eq!(TreeRobot::r3(false).parameters().len(), 13);
-    }
-
-    #[test]
-    fn solves_a_positive_system() {
-        let (mut a, mut b) = ([4.0, 1.0, 1.0, 3.0], [1.0, 2.0]);
-        assert!(solve_positive(&mut a, &mut b));
-        assert!((b[0] - 1.0 / 11.0).abs() < 1e-15 && (b[1] - 7.0 / 11.0).abs() < 1e-15);
-        assert!(!solve_positive(&mut [-1.0], &mut [1.0]));
-    }
+    series
 }
