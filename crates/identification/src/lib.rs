@@ -1,9 +1,6 @@
 //! From experiments to parameters.
 
 pub mod algebra;
-pub mod benchmark;
-#[cfg(test)]
-mod coverage;
 pub mod estimate;
 pub mod estimators;
 pub mod experiments;
@@ -17,15 +14,3 @@ mod test_arm;
 pub mod write;
 
 pub use logs::Error;
-
-#[cfg(test)]
-extern crate self as identification;
-#[cfg(test)]
-#[path = "../tests/tree_robot/candidates.rs"]
-mod robot_candidates;
-#[cfg(test)]
-#[path = "../tests/tally/mod.rs"]
-mod tally;
-#[cfg(test)]
-#[path = "../tests/tree_robot/mod.rs"]
-mod tree_robot;

@@ -46,7 +46,7 @@ pub use identification::estimate::validation::Validation;
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;
-pub use model::{Model, ModelOptions, RotorInertias, check_values, read_robot};
+pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, read_robot};
 pub use planning::{PlanRequest, Planned, plan};
 pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{SimulateRequest, Simulated, simulate};

@@ -89,7 +89,7 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
 /// Central differences of a periodic signal, wrapped around: (dx, ddx).
 ///
 /// Differences that stop at the edges of the window put an error of order noise/h^2 into every
-/// bin (spectrum trap a).
+/// bin.
 pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let at = |i: usize| (x[(i + n - 1) % n], x[i], x[(i + 1) % n]);

@@ -356,37 +356,37 @@ fn names(parameters: &[ParameterId]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot_candidates::benchmark_candidates;
-    use crate::tree_robot::{NOISE, TreeRobot};
+    use crate::experiments::candidates::candidates;
+    use crate::experiments::candidates::tests::{grid, limits};
+    use crate::test_arm::Pendulum;
 
     fn plan(count: usize) -> ExperimentPlan {
-        let robot = TreeRobot::r3(true);
-        let model = ModelReference { name: "R3G".into(), fingerprint: "0123".into() };
-        let candidates: Vec<Candidate> = benchmark_candidates(&robot, true).into_iter().step_by(3).collect();
+        let (arm, noise) = (Pendulum::new(), [0.1]);
+        let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
         let search = Search { starts: 4, ..Search::default() };
         let quiet = |_: usize, _: usize, _: f64| ();
-        let criterion = Criterion::Determinant;
-        ExperimentPlan::choose(model, &robot, &candidates, &NOISE, count, criterion, &search, &quiet)
+        let found = candidates(&grid(), &limits()[..1], &arm, &noise);
+        ExperimentPlan::choose(model, &arm, &found, &noise, count, Criterion::Determinant, &search, &quiet)
     }
 
     #[test]
     fn a_plan_survives_its_file() {
-        let plan = plan(8);
-        assert_eq!((plan.rank, plan.unidentifiable().len()), (15, 0));
+        let plan = plan(4);
+        assert_eq!((plan.rank, plan.unidentifiable().len()), (3, 0));
         assert!(plan.d_efficiency_at_least > 0.7 && plan.cond_fro >= plan.cond_fro_at_least);
         let text = plan.to_yaml().unwrap();
         let read = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         assert_eq!(plan, read, "{text}");
         let trajectories = read.trajectories("plan.yaml").unwrap();
-        assert_eq!(trajectories.len(), 8);
+        assert_eq!(trajectories.len(), 4);
         let ranks: Vec<usize> = plan.experiments.iter().map(|e| e.rank).collect();
-        assert!(ranks.is_sorted() && ranks[7] == 15);
+        assert!(ranks.is_sorted() && ranks[3] == 3, "{ranks:?}");
     }
 
     #[test]
     fn a_poor_plan_names_what_it_cannot_tell() {
-        let plan = plan(2);
-        assert!(plan.rank < 15 && !plan.unidentifiable().is_empty());
+        let plan = plan(1);
+        assert!(plan.rank < 3 && !plan.unidentifiable().is_empty());
         assert!(plan.to_string().contains("not identifiable with this plan: "), "{plan}");
     }
 

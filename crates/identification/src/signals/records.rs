@@ -99,13 +99,12 @@ impl Records for SourceRecords<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::algebra::random::Random;
-    use identification::estimate::identify::Fit;
-    use identification::estimate::options::Options;
-    use identification::estimators::weighted::Weights;
-    use identification::model::friction::terms::FrictionTerm;
-    use identification::signals::records::SourceRecords;
-    use identification::test_arm::Pendulum;
+    use crate::algebra::random::Random;
+    use crate::estimate::identify::Fit;
+    use crate::estimate::options::Options;
+    use crate::estimators::weighted::Weights;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::test_arm::Pendulum;
     use logs::{ColumnNames, LogReport};
     use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@
 //!
 //! with v the backward difference of q through a first-order filter. The current recorded at t_i is
 //! the mean of what was held before and after: the mean current over [t_i - h/2, t_i + h/2], so that
-//! the half sample of delay of the hold is in the record (spectrum trap b).
+//! the half sample of delay of the hold is in the record.
 //!
 //! The loop is deterministic; noise is added to a copy of its record by [`Sensing`]. Flexibility,
 //! torque ripple and noise in the loop are not here.
