@@ -95,7 +95,6 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "program",
             "tape_robot",
             "benchmark",
-            "bin",
         ],
     ),
     ("xtask", &["cargo", "gen_task", "bench_task", "main"]),

@@ -6,6 +6,7 @@
 //! make: FV_j has the standard deviation max|tau_j| / (fastest joint's speed), FS_j, FT_j, OFF_j
 //! that of max|tau_j|.
 
+use logs::Error;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +23,6 @@ use crate::model::regressor::Regressor;
 use crate::model::standard_map::StandardMap;
 use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
-use logs::Error;
 
 /// What the consistent estimate adds to the data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

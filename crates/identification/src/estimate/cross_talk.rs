@@ -4,11 +4,11 @@
 //! of |e_j|^2 that they explain is near zero where the model is whole. A motor that also turns with another
 //! joint, whose inertia and friction the model does not have, shows as a large share.
 
+use logs::Error;
 use nalgebra::{Matrix3, Matrix4};
 
 use crate::model::linear_model::Model;
 use crate::signals::records::Records;
-use logs::Error;
 
 /// Joint `of` moves, and it shows in what is left of joint `joint`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,6 +7,8 @@
 //! the model decide them. An expected value with its deviation holds them, weighed against the data at what
 //! those are worth.
 
+use logs::{Effort, Error, LogSource};
+
 use crate::algebra::triangle::Triangle;
 use crate::estimate::options::Options;
 use crate::estimators::correlated_deviation::correlation;
@@ -17,7 +19,6 @@ use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
-use logs::{Effort, Error, LogSource};
 
 /// Gains from logs of motor currents; `known` where a gain is known, everything else as in `options`.
 ///

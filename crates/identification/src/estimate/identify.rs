@@ -4,26 +4,25 @@
 //! three times over [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`)
 //! need the rows again.
 
-use crate::estimate::held_out::residuals;
-use crate::estimate::options::Options;
-use crate::estimate::residuals::JointResidual;
-use crate::estimators::weighted::{Weights, fit};
-use crate::signals::preparation::states;
+use logs::{Error, Log};
 
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::cross_talk::{CrossTalk, cross_talk};
-use crate::estimate::held_out::cross_validate;
+use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
+use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::reweighted;
+use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
+use crate::signals::preparation::states;
 use crate::signals::records::Records;
-use logs::{Error, Log};
 
 /// Identifies a robot from one log.
 ///

@@ -5,18 +5,19 @@
 //! always fit better, seldom predict better. The delay of the torques is the one with the smallest
 //! residual; it shifts the torques by linear interpolation before they are filtered.
 
-use crate::estimate::residuals::Residuals;
 use std::fmt;
+
+use logs::{Error, LogSource};
 
 use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::options::Options;
+use crate::estimate::residuals::Residuals;
 use crate::estimators::weighted::fit;
 use crate::model::friction::terms::FrictionTerm;
 use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
-use logs::{Error, LogSource};
 
 /// One friction model and what it reached.
 #[derive(Clone, Debug)]

@@ -14,6 +14,7 @@
 //! integrates, and with which controller, is its own affair; it must give states at the samples of
 //! the measured record.
 
+use logs::Error;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimators::correlated_deviation::{OverlappingSums, correlation, span};
@@ -21,7 +22,6 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::rows::observation::Observation;
-use logs::Error;
 
 /// Runs the experiment with parameters `x` (those of the model, friction included).
 pub trait Simulator {

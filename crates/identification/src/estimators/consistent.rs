@@ -15,11 +15,11 @@
 //! the motion does not show. Newton's method with line search, gamma lowered from where the
 //! reference is the answer. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
 
-use crate::model::standard_map::StandardMap;
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
 use crate::algebra::triangle::Triangle;
 use crate::model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
+use crate::model::standard_map::StandardMap;
 
 /// What stands beside the data.
 #[derive(Clone, Debug)]

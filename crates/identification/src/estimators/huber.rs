@@ -8,12 +8,13 @@
 //! the triangle of the weighted rows would give s^2 mean(psi u) / mean w. The influence of a row is bounded, not zero:
 //! outliers to one side shift the estimate by k times their share.
 
+use logs::Error;
+
 use crate::algebra::least_squares::Solution;
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, RowWeight};
 use crate::signals::records::Records;
-use logs::Error;
 
 const K: f64 = 1.345;
 const ITERATIONS: usize = 30;

@@ -5,13 +5,13 @@
 //! belong to the link. Both logs are solved together for X, friction and phi_L [Khalil, Gautier,
 //! Lemoine 2007], weighted by joint.
 
+use logs::Error;
 use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Block, Triangle};
 use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
-use logs::Error;
 
 /// A load and how well it is known.
 #[derive(Clone, Debug)]

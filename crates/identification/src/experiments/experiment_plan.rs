@@ -3,13 +3,9 @@
 //! Experiments are in the order in which each adds the most; the figures are predictions for motions
 //! that follow their reference, with the torque noise named in the file.
 
-use crate::model::parameter::BaseParameter;
-use crate::model::parameter::Parameter;
-use crate::model::parameter::ParameterId;
-use crate::model::reference::ModelReference;
-use crate::model::unit::Unit;
 use std::fmt;
 
+use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
@@ -19,9 +15,11 @@ use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
+use crate::experiments::planned_experiment::{PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter};
 use crate::experiments::profile::Profile;
+use crate::model::parameter::{BaseParameter, Parameter, ParameterId};
+use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
-use logs::Error;
 
 /// A plan and what it promises.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,58 +42,6 @@ pub struct ExperimentPlan {
     pub experiments: Vec<PlannedExperiment>,
     /// Parameters in the order of the regressor.
     pub parameters: Vec<PredictedParameter>,
-}
-
-/// One experiment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlannedExperiment {
-    pub name: String,
-    pub kind: String,
-    /// Coordinates that move fast, and slowly.
-    pub fast: String,
-    pub slow: Vec<String>,
-    /// rad, in the order of the coordinates.
-    pub centre: Vec<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub swing: Option<PlannedSwing>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sweep: Option<PlannedSweep>,
-    /// With this experiment and those before it.
-    pub rank: usize,
-    /// log det F that it adds, where F is of full rank without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub adds_log_det: Option<f64>,
-    /// Parameters that become identifiable with it.
-    pub adds: Vec<ParameterId>,
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlannedSwing {
-    /// `bang_bang` or `smooth`.
-    pub profile: String,
-    pub period_samples: usize,
-    pub transient_periods: usize,
-    pub periods: usize,
-    /// rad, in the order of the coordinates.
-    pub half_range: Vec<f64>,
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlannedSweep {
-    pub range_rad: f64,
-    pub velocity_rad_per_s: f64,
-    pub acceleration_rad_per_s2: f64,
-    pub settling_s: f64,
-}
-
-/// What the plan will say about a parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PredictedParameter {
-    #[serde(rename = "name")]
-    pub id: ParameterId,
-    pub unit: Unit,
-    /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
-    pub sigma: Option<f64>,
 }
 
 impl ExperimentPlan {

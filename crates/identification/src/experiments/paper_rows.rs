@@ -10,12 +10,12 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995], sections 3.1 and 3.2; locked joints give no equation.
 
-use crate::experiments::measured_motion::MeasuredMotion;
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::fourier::{Bins, sp};
 use crate::algebra::information_matrix::Rows;
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
+use crate::experiments::measured_motion::MeasuredMotion;
 use crate::model::regressor::Regressor;
 
 /// Rows of W with their right-hand sides.

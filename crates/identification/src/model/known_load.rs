@@ -4,12 +4,12 @@
 //! to the base parameters, B_L the ten columns of B that belong to the link: its torque D B_L phi_L is known. What is
 //! not known of a load is estimated in `payload`.
 
+use logs::Error;
 use robot::{Part, Pose, Robot, transform_inertial};
 use serde::{Deserialize, Serialize};
 
 use crate::model::pseudo_inertia::smallest_eigenvalue;
 use crate::model::standard_map::StandardMap;
-use logs::Error;
 
 /// A body on a link, as its file has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

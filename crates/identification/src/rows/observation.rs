@@ -5,14 +5,15 @@
 //! held. Rows are kept apart by joint, so that weights by joint need no second pass, and by
 //! contiguous parts of the record, so that leaving parts out (validation) needs none either.
 
-use crate::algebra::vector::dot;
-use crate::model::linear_model::Model;
 use std::ops::Range;
 
+use logs::Error;
+
 use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::vector::dot;
+use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::signals::records::Records;
-use logs::Error;
 
 /// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
 #[derive(Clone, Copy)]

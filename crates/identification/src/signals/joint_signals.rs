@@ -12,19 +12,18 @@
 //!
 //! Default cut-off: `cutoff::rule`. Not here: transmissions (`transmission`), friction (`friction`).
 
-use crate::model::states::States;
-use crate::signals::signal_options::{Signal, Velocity};
-use logs::Window;
+use logs::{Effort, Error, Log, Window};
 
 use crate::model::coupling::Coupling;
 use crate::model::friction::terms::sign;
+use crate::model::states::States;
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
 use crate::signals::cutoff::FrequencyContent;
 use crate::signals::resample::{interpolate, uniform_clock};
+use crate::signals::signal_options::{Signal, Velocity};
 use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
-use logs::{Effort, Error, Log};
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
 pub struct JointSignals<'a> {

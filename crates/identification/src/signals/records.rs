@@ -1,9 +1,10 @@
 //! The records of an identification: states held in memory, or made anew at every pass over a file.
 
+use logs::{Error, Log, LogSource, LogStream};
+
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::preparation::{Preparation, states, states_or_none};
-use logs::{Error, Log, LogSource, LogStream};
 
 /// Records in a fixed order, to be gone through as often as an estimator needs.
 pub trait Records {

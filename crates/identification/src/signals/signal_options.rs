@@ -1,8 +1,7 @@
 //! How signals become states: filters, derivatives, clock, window. Every field has a default.
 
-use serde::{Deserialize, Serialize};
-
 use logs::Window;
+use serde::{Deserialize, Serialize};
 
 use crate::signals::butterworth::Butterworth;
 

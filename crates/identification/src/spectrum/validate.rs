@@ -7,6 +7,8 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
+use logs::Error;
+
 use crate::algebra::fourier::circular_differences;
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Block, Triangle};
@@ -18,7 +20,6 @@ use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
 use crate::model::unit::Unit;
 use crate::signals::butterworth::Butterworth;
-use logs::Error;
 
 /// Samples dropped at both ends of a motion, where the differences wrap around.
 const BORDER: usize = 30;

@@ -10,11 +10,11 @@
 
 use std::ops::Range;
 
+use logs::Error;
 use robot::{LinkId, Part, Robot};
 use roxmltree::{Document, Node};
 
 use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
-use logs::Error;
 
 /// A URDF with new inertials, and what was done that the user should know.
 #[derive(Clone, Debug)]

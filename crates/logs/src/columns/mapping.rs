@@ -5,13 +5,12 @@
 
 use std::fmt;
 
+use Quantity::*;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::columns::words::{Designator, Quantity, Reading, readings, units};
 use crate::table::Table;
-
-use Quantity::*;
 
 /// Names given by the user, for the quantities whose columns cannot be found by their names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

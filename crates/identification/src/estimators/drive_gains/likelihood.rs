@@ -19,11 +19,12 @@
 //!
 //! [Gautier, Vandanjon, Presse 1994], [Vandanjon, Gautier, Desbats 1995], section 4.2.
 
+use logs::Error;
+
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Block, Triangle};
 use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
-use logs::Error;
 
 /// What is known of a drive's gain, N m/A, before the data.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,13 +8,14 @@
 //! A row of `harmonic_fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), its right-hand side
 //! but for u proportional to k: with D and t times k it is the row in currents that `drive_gains` asks for.
 
+use logs::Error;
+
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
-use logs::Error;
 
 /// Gains and parameters, and the friction they stand beside.
 #[derive(Clone, Debug)]
