@@ -1,5 +1,7 @@
 //! From experiments to parameters.
 
+#![warn(missing_docs)]
+
 pub mod algebra;
 pub mod estimate;
 pub mod estimators;

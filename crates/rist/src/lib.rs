@@ -27,6 +27,8 @@
 //!
 //! `examples/` has the five things people do. The crates behind this one are re-exported under their names.
 
+#![warn(missing_docs)]
+
 mod error;
 mod experiments;
 mod load;

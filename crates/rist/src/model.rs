@@ -49,6 +49,7 @@ pub enum RotorInertias {
 pub struct Model {
     /// The file it was read from, as the user named it.
     pub path: PathBuf,
+    /// The description with its options applied.
     pub robot: Robot,
     /// The base parameters with the rules of their regrouping.
     pub parameters: BaseParameters,

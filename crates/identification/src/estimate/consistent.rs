@@ -44,7 +44,9 @@ impl Default for Consistency {
 
 /// A consistent estimate, the least squares it stands beside, and the solver's account.
 pub struct ConsistentFit {
+    /// What least squares found in the same rows.
     pub least_squares: Fit,
+    /// The solver's account, with all standard parameters.
     pub consistent: Consistent,
     /// Base parameters and friction, values of the consistent solution.
     pub estimate: Estimate,

@@ -13,7 +13,9 @@ use crate::signals::records::Records;
 /// Joint `of` moves, and it shows in what is left of joint `joint`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
+    /// The joint whose residual is explained.
     pub joint: usize,
+    /// The joint whose motion explains it.
     pub of: usize,
     /// Of the squares of the residual.
     pub share: f64,

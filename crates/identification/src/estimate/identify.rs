@@ -40,8 +40,11 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
 
 /// An estimate with everything it came from.
 pub struct Fit {
+    /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
+    /// The rows as triangles, by part of the record and by joint.
     pub observation: Observation,
+    /// The solution behind the values.
     pub solution: Solution,
     /// 1 / standard deviation of the residual, a joint; ones for OLS.
     pub weights: Vec<f64>,

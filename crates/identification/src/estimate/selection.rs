@@ -22,18 +22,22 @@ use crate::signals::records::{Records, SourceRecords};
 /// One friction model and what it reached.
 #[derive(Clone, Debug)]
 pub struct FrictionCandidate {
+    /// Friction columns of every joint.
     pub terms: Vec<FrictionTerm>,
     /// Columns of all joints.
     pub columns: usize,
     /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
     pub fitted: f64,
+    /// Residuals on tenths of the record predicted from the others.
     pub predicted: Residuals,
 }
 
 /// The candidates in the order given, and the one to take.
 #[derive(Clone, Debug)]
 pub struct FrictionSelection {
+    /// All that were tried, the simplest first.
     pub candidates: Vec<FrictionCandidate>,
+    /// Index of the one that is used.
     pub chosen: usize,
 }
 
@@ -110,6 +114,7 @@ pub struct Delay {
     pub seconds: f64,
     /// |tau - W X| / |tau| there and without delay.
     pub residual: f64,
+    /// |tau - W X| / |tau| without a delay.
     pub residual_without: f64,
     /// The residual still falls where the search ends: the delay is another, or none explains it.
     pub at_the_end: bool,

@@ -32,21 +32,26 @@ pub trait Simulator {
 /// Which of the two estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClosedLoop {
+    /// IV: the simulated states are the instruments.
     InstrumentalVariables,
+    /// DIDIM: the simulated states make the columns.
     DirectAndInverse,
 }
 
 /// The solution and how it was reached.
 #[derive(Clone, Debug)]
 pub struct Simulated {
+    /// Parameters, in the order of the model.
     pub x: Vec<f64>,
     /// Standard deviations for white torque noise.
     pub sigma: Vec<f64>,
     /// Those for residuals that stay the same for a while.
     pub robust: Vec<f64>,
+    /// Simulations of the robot that it took.
     pub iterations: usize,
     /// Relative change of the parameters' norm in the last iteration.
     pub change: f64,
+    /// Whether the parameters settled within the iterations allowed.
     pub converged: bool,
 }
 

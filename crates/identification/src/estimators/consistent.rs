@@ -47,14 +47,18 @@ pub struct Consistent {
     pub smallest_eigenvalues: Vec<f64>,
     /// Bound on the objective above its optimum, nats, and the objective (1/2 chi^2).
     pub gap: f64,
+    /// 1/2 chi^2 of the solution.
     pub objective: f64,
+    /// How the iteration ended.
     pub outcome: Outcome,
+    /// Steps over all values of the barrier.
     pub newton_steps: usize,
 }
 
 /// How the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
+    /// The gradient vanished at the smallest barrier.
     Converged,
     /// The line search found no way down before the gradient vanished: rounding.
     Stalled,

@@ -23,11 +23,15 @@ const SETTLED: f64 = 1e-3;
 
 /// The robust solution, its weights by joint, and its triangles.
 pub struct Reweighted {
+    /// Of the reweighted rows.
     pub solution: Solution,
+    /// 1 / scale of the residual, one a joint.
     pub weights: Vec<f64>,
+    /// The reweighted rows.
     pub observation: Observation,
     /// Share of the rows of each joint that count less than fully.
     pub outliers: Vec<f64>,
+    /// Passes over the rows.
     pub iterations: usize,
     /// s_j.
     scales: Vec<f64>,

@@ -18,6 +18,7 @@ use crate::model::standard_map::StandardMap;
 pub struct Payload {
     /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
     pub parameters: Ten,
+    /// Standard deviations for white noise.
     pub sigma: Ten,
     /// 10 x 10.
     pub covariance: DMatrix<f64>,

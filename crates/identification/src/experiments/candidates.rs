@@ -27,8 +27,11 @@ use crate::model::regressor::Regressor;
 /// What a coordinate can do; rad, rad/s, rad/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits {
+    /// Smallest and largest position, rad (m).
     pub position: (f64, f64),
+    /// Largest speed, rad/s (m/s).
     pub velocity: f64,
+    /// Largest acceleration, rad/s^2 (m/s^2).
     pub acceleration: f64,
     /// Smallest velocity without stick-slip.
     pub slow_velocity: f64,
@@ -41,6 +44,7 @@ pub struct MotionLimits {
 /// How the candidates are laid out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
+    /// How swings change their velocity.
     pub profile: Profile,
     /// Configurations a coordinate, between its limits less a tenth on each side.
     pub steps: usize,
@@ -52,12 +56,14 @@ pub struct CandidateGrid {
     pub sample_time: f64,
     /// Gravity sweeps are of use: the robot is not balanced.
     pub gravity: bool,
+    /// Of the choice among configurations.
     pub seed: u64,
 }
 
 /// A motion with what it would show.
 #[derive(Clone, Debug)]
 pub struct Candidate {
+    /// The motion.
     pub trajectory: ExcitingTrajectory,
     /// Rows as the paper has them, N m per unit: for criterion (15).
     pub raw: Rows,

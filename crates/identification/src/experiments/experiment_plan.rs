@@ -24,11 +24,15 @@ use crate::model::regressor::Regressor;
 /// A plan and what it promises.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentPlan {
+    /// The robot it was made for.
     pub model: ModelReference,
+    /// Names, in the order of q.
     pub coordinates: Vec<String>,
+    /// s between samples of the controller.
     pub sample_time_s: f64,
     /// Assumed, a sample, N m, one a coordinate.
     pub torque_noise: Vec<f64>,
+    /// Number of motions it was chosen from.
     pub candidates: usize,
     /// `determinant` or `frobenius_condition`.
     pub criterion: String,
@@ -37,8 +41,11 @@ pub struct ExperimentPlan {
     pub d_efficiency_at_least: f64,
     /// Equation (15) for this plan, and what no plan can fall below.
     pub cond_fro: f64,
+    /// Bound on what any plan of as many experiments can reach.
     pub cond_fro_at_least: f64,
+    /// Number of parameters that the plan shows.
     pub rank: usize,
+    /// In the order in which each adds the most.
     pub experiments: Vec<PlannedExperiment>,
     /// Parameters in the order of the regressor.
     pub parameters: Vec<PredictedParameter>,

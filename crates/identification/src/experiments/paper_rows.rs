@@ -132,6 +132,7 @@ impl EquationBlock {
         EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
+    /// Adds a row, its right-hand side, the standard deviation of that, and the joint it is of.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);

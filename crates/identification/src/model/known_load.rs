@@ -30,11 +30,17 @@ pub struct KnownLoad {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Inertia {
+    /// kg m^2.
     pub xx: f64,
+    /// kg m^2, the entry of the matrix.
     pub xy: f64,
+    /// kg m^2, the entry of the matrix.
     pub xz: f64,
+    /// kg m^2.
     pub yy: f64,
+    /// kg m^2, the entry of the matrix.
     pub yz: f64,
+    /// kg m^2.
     pub zz: f64,
 }
 

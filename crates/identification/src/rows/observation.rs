@@ -18,7 +18,9 @@ use crate::signals::records::Records;
 /// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
+    /// Parameters whose residual is meant.
     pub x: &'a [f64],
+    /// From a joint and its residual to the factor of the row.
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 

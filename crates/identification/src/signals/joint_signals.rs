@@ -27,11 +27,17 @@ use crate::signals::velocity_check::check_velocity;
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
 pub struct JointSignals<'a> {
+    /// The log behind them.
     pub log: &'a Log,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s), where measured.
     pub dq: Option<Vec<Vec<f64>>>,
+    /// rad/s^2 (m/s^2), where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
+    /// N m (N).
     pub tau: Vec<Vec<f64>>,
+    /// Motors that turn with a joint beside their own.
     pub couplings: Vec<Coupling>,
 }
 

@@ -21,7 +21,9 @@ pub struct Signal {
     pub rate: Option<f64>,
     /// Keep the log's own clock even where it is not uniform.
     pub own_clock: bool,
+    /// Where dq comes from.
     pub velocity: Velocity,
+    /// Where ddq comes from.
     pub acceleration: Velocity,
     /// s dropped at each end; without it one period of the cut-off, three where velocities are differentiated.
     pub border: Option<f64>,
@@ -87,6 +89,8 @@ pub enum Velocity {
     /// Measured where the log has it.
     #[default]
     Auto,
+    /// Measured; refused where the log has none.
     Measured,
+    /// Differentiated, also where it was measured.
     Differentiated,
 }

@@ -19,7 +19,9 @@ use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenva
 /// A URDF with new inertials, and what was done that the user should know.
 #[derive(Clone, Debug)]
 pub struct WrittenBack {
+    /// The description with the identified parameters.
     pub text: String,
+    /// What the format has no place for, a sentence each.
     pub notes: Vec<String>,
 }
 

@@ -29,9 +29,11 @@ use crate::estimators::drive_gains::equations::JointEquations;
 /// What is known of a drive's gain, N m/A, before the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
+    /// Given, without error.
     Known(f64),
     /// About this value, with this standard deviation.
     Expected(f64, f64),
+    /// To be estimated.
     Free,
 }
 
@@ -44,7 +46,9 @@ pub struct DriveGains {
     pub gain_deviation: Vec<f64>,
     /// Whether the data determine the gain; true of a known one.
     pub gain_determined: Vec<bool>,
+    /// X, with these gains.
     pub parameters: Vec<f64>,
+    /// Standard deviations of X with the uncertainty of the gains in them.
     pub deviation: Vec<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
@@ -54,6 +58,7 @@ pub struct DriveGains {
     pub steps: Option<usize>,
     /// Sum of squares of the residuals over their noise.
     pub chi_square: f64,
+    /// Equations less what was estimated from them.
     pub freedom: f64,
     /// Of the linearised equations, columns scaled.
     pub condition_number: f64,

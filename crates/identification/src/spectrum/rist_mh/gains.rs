@@ -20,6 +20,7 @@ use crate::spectrum::rist_mh::search::HarmonicEstimate;
 /// Gains and parameters, and the friction they stand beside.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
+    /// Gains and parameters with their deviations.
     pub gains: DriveGains,
     /// The equations behind them, friction projected out.
     pub equations: Vec<JointEquations>,

@@ -36,6 +36,7 @@ pub struct HarmonicEstimate {
     pub solution: Solution,
     /// Number of base parameters, the first of the unknowns.
     pub parameters: usize,
+    /// The friction columns that fit best.
     pub shape: FrictionShape,
     /// (experiment, joint, u).
     pub drift: Vec<(usize, usize, f64)>,
@@ -91,6 +92,7 @@ impl HarmonicData {
         }
     }
 
+    /// The spectra of every experiment and joint.
     pub fn spectra(&self) -> &[JointSpectrum] {
         &self.spectra
     }
