@@ -205,6 +205,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
             one_chunk(9, 0, "", &[5, 255, 255, 255, 255, 255, 255, 255, 255]),
             "the chunk is damaged: it ends within a record; `mcap recover` saves the others",
         ),
+        (one_chunk(18, 0, "", &[0; 18]), "the chunk is damaged: it holds records of the opcode 0"),
         (one_chunk(9, 1, "", &[9, 0, 0, 0, 0, 0, 0, 0, 0]), "instead of 00000001; `mcap recover` saves the others"),
         (
             [&plain[..middle], &[plain[middle] ^ 1], &plain[middle + 1..]].concat(),

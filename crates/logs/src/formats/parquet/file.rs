@@ -267,7 +267,9 @@ fn typed<T: DataType>(
     let (mut definition, mut repetition, mut values) = (Vec::new(), Vec::new(), Vec::new());
     let mut done = 0;
     while done < rows && series.odd.is_none() {
-        (definition.clear(), repetition.clear(), values.clear());
+        definition.clear();
+        repetition.clear();
+        values.clear();
         let batch = BATCH.min(rows - done);
         let read = reader.read_records(batch, Some(&mut definition), Some(&mut repetition), &mut values);
         let (records, _, levels) = read.map_err(|e| e.to_string())?;

@@ -17,6 +17,9 @@ use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 /// Bytes handed over at a time.
 const PIECE: usize = 1 << 16;
 
+/// What takes records: opcode and content.
+type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
+
 /// Hands every message of a file of `length` bytes to `each`.
 ///
 /// Fails when a record is damaged; a file that ends early is no failure but an `Outcome`.
@@ -39,7 +42,7 @@ fn records(
     mut source: impl Read,
     length: u64,
     options: LinearReaderOptions,
-    each: &mut dyn FnMut(u8, &[u8]) -> Result<(), String>,
+    each: &mut RecordReceiver,
 ) -> Result<bool, String> {
     let mut reader = LinearReader::new_with_options(options.with_record_length_limit(MAX_UNPACKED));
     let mut left = length;
@@ -124,7 +127,12 @@ impl Reader<'_, '_> {
         let mut taken = 0;
         records(&unpacked[..], size as u64, options.with_skip_start_magic(true), &mut |opcode, content| {
             taken += 9 + content.len();
-            if opcode == op::CHUNK { Ok(()) } else { self.record(opcode, content) }
+            match opcode {
+                // No record has this number: what is unpacked is filled with zeros.
+                0 => Err("the chunk is damaged: it holds records of the opcode 0".into()),
+                op::CHUNK => Ok(()),
+                _ => self.record(opcode, content),
+            }
         })?;
         if taken == size { Ok(()) } else { Err(damaged("it ends within a record".into())) }
     }
