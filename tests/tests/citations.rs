@@ -1,6 +1,6 @@
 //! Every citation has its entry in docs/references.bib, and every entry is cited.
 //!
-//! A citation stands in a comment of a Rust file or in a page of documentation. Its form, by examples:
+//! A citation stands in a comment of a Rust file or in a page of documentation, outside of backticks. Its form:
 //! `[Gautier, Khalil 1990]`, `[Golub, Van Loan 2013, 5.5; van der Sluis 1969, on scaling]`. In running text a
 //! last surname before a year is one too. The key of an entry is its surnames, letters only, and the year.
 //! Running text may say `Name et al. 2019` of a data set.
@@ -73,6 +73,12 @@ fn citations(text: &str) -> Vec<Citation> {
     }
     outside(rest, &mut found);
     found
+}
+
+/// The text without what stands between backticks; `None` where one has no partner.
+fn without_code(text: &str) -> Option<String> {
+    let parts: Vec<&str> = text.split('`').collect();
+    (parts.len() % 2 == 1).then(|| parts.iter().step_by(2).copied().collect::<Vec<_>>().join(" "))
 }
 
 /// The comments of a Rust file, each run of lines as one text; a page as one text.
@@ -157,7 +163,14 @@ fn every_citation_has_an_entry_and_every_entry_is_cited() {
     let mut faults = Vec::new();
     for path in cited_in() {
         let place = path.strip_prefix(workspace()).unwrap().display().to_string();
-        for citation in prose(&path).iter().flat_map(|text| citations(text)) {
+        let mut found = Vec::new();
+        for text in prose(&path) {
+            match without_code(&text) {
+                Some(text) => found.extend(citations(&text)),
+                None => faults.push(format!("{place}: a backtick without its partner in: {}", text.trim())),
+            }
+        }
+        for citation in found {
             match citation {
                 Citation::Malformed(text) => faults
                     .push(format!("{place}: [{text}] is not of the form [Surname, Surname 1990, place; Surname 1991]")),
@@ -205,6 +218,8 @@ fn citations_are_found_in_their_form_only() {
     assert_eq!(citations("after Cody and Waite 1980, measured on 2026-11-21 in ICRA 1995"), [last("Waite", "1980")]);
     assert_eq!(citations("[see Huber 1981 there]"), [Citation::Malformed("see Huber 1981 there".to_string())]);
     assert_eq!(citations("x[0] [Gautier et al. 1997]"), [Citation::Malformed("Gautier et al. 1997".to_string())]);
+    assert_eq!(without_code("as `[Huber 1981]` in [Huber 1981]").as_deref(), Some("as   in [Huber 1981]"));
+    assert_eq!(without_code("one `code"), None);
     let bib = "% head\n\n@book{Huber1981,\n  author = {P. J. Huber},\n  title = {Robust\n    statistics},\n}\n";
     assert_eq!(entries(bib)["Huber1981"]["title"], "Robust statistics");
     assert_eq!(surnames("J.-J. E. Slotine and S. Van Huffel"), ["Slotine", "Van Huffel"]);
