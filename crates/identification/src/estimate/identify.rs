@@ -1,8 +1,7 @@
 //! From logs to an estimate: the one way in.
 //!
-//! OLS weighs all rows alike; WLS multiplies the rows of joint j by 1 / std(residual of joint j),
-//! three times over [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`)
-//! need the rows again.
+//! `estimators::weighted` solves; `estimators::huber` goes over the rows again where its weights are asked for. The
+//! intervals, the held-out errors and the remarks are added here.
 
 use crate::estimate::held_out::residuals;
 use crate::estimate::options::Options;
@@ -44,7 +43,7 @@ pub struct Fit {
     pub estimate: Estimate,
     pub observation: Observation,
     pub solution: Solution,
-    /// 1 / standard deviation of the residual, a joint; ones for OLS.
+    /// 1 / standard deviation of the residual, one a joint; ones for OLS.
     pub weights: Vec<f64>,
 }
 
@@ -140,10 +139,10 @@ impl Fit {
     }
 }
 
-/// Of a joint's residual, and a joint's residual of its torque, above which another joint's motion in it is worth a
-/// sentence. Measured robots whose transmission is known stay below 0.25 of the first; a TX40 without the coupling
-/// of its wrist has 0.84.
+/// Share of a joint's residual explained by another joint's motion, above which we say so. Measured robots whose
+/// transmission is known stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
 const TALK: f64 = 0.5;
+/// Smaller residuals, relative to the joint's torque, get no sentence.
 const TALK_RESIDUAL: f64 = 0.02;
 
 /// Sentences on joints whose residual another joint's motion explains.

@@ -34,7 +34,7 @@ fn torque() -> Unit {
     Unit::TORQUE
 }
 
-/// Squares of the torque and of what is left of it, and the rows they are of.
+/// Squares of the torque and of its residual, and the number of rows behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
     pub torque: f64,
@@ -48,7 +48,7 @@ pub struct Residuals {
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
-    /// What both were made of, one a joint.
+    /// The squares behind both, one a joint.
     pub squares: Vec<Squares>,
 }
 

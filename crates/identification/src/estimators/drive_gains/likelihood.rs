@@ -1,23 +1,22 @@
 //! Torque per unit of current of each drive, with the parameters, from currents alone.
 //!
-//! Of joint j, friction and other nuisance already projected out,
+//! The equation of joint j, with friction and other nuisance already projected out, is
 //!
 //! (D_j X + t_j) / k_j = I_j + noise,
 //!
-//! t_j the torque of what is known: of a load that was weighed. All of it known up to a factor is all that
-//! currents can tell, unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Noise is
-//! in the currents alone, so the maximum-likelihood estimate needs no scaling of columns,
+//! t_j is the known torque of a load that was weighed. Currents alone determine everything up to one common factor,
+//! unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Only the currents are noisy, so the
+//! maximum-likelihood estimate needs no scaling of columns,
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
 //! by Gauss-Newton from least squares in torque, which shrinks k. s_j is one where the weights hold the noise;
 //! where they do not, it follows from what the present X and g leave of the joint.
 //!
-//! Two make the equations: `log_drive_gains` from filtered samples of any motion, `harmonic_gains` and
-//! `spectral_identification` from the experiments of a plan. The same by total least squares is in
-//! `gain_total_least_squares`.
+//! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
+//! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them in another way.
 //!
-//! [Gautier, Vandanjon, Presse 1994], [Vandanjon, Gautier, Desbats 1995], section 4.2.
+//! [Gautier, Vandanjon, Presse 1994; Vandanjon, Gautier, Desbats 1995, section 4.2]
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Block, Triangle};
@@ -29,7 +28,7 @@ use logs::Error;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
     Known(f64),
-    /// About this value, with this standard deviation.
+    /// Expected near this value, with this standard deviation.
     Expected(f64, f64),
     Free,
 }
@@ -54,7 +53,7 @@ pub struct DriveGains {
     /// Sum of squares of the residuals over their noise.
     pub chi_square: f64,
     pub freedom: f64,
-    /// Of the linearised equations, columns scaled.
+    /// Condition number of the linearised equations, columns scaled.
     pub condition_number: f64,
 }
 
@@ -62,8 +61,8 @@ const STEPS: usize = 50;
 
 /// Gains and parameters by maximum likelihood.
 ///
-/// Fails when nothing gives the scale: no gain is known or expected, and no torque is known. What the data do
-/// not determine is said in the answer.
+/// Fails when nothing fixes the scale: no gain is known or expected, and no torque is known. The answer says what the
+/// data do not determine.
 pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
     let n = joints.len();
     let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
@@ -132,9 +131,9 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// Least squares in torque, the start of the others: unknown gains multiply the noisy currents, expected ones
-/// are held. Where none is, the gain of the joint with the most current is one and the coefficient of the known
-/// torque says what it should have been.
+/// Least squares in torque, from which the iteration starts. Unknown gains multiply the noisy currents; expected gains
+/// are held. Where none is known or expected, the gain of the joint with the most current is set to one, and the
+/// coefficient of the known torque says what it should have been.
 pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let mut held: Vec<Option<f64>> = known
@@ -224,7 +223,7 @@ fn linearised(
     equations.each().map(row).collect()
 }
 
-/// Of what a row predicts.
+/// Variance of a row's prediction.
 fn variance(row: &[f64], solution: &Solution) -> f64 {
     let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
     row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
@@ -237,7 +236,7 @@ pub(crate) mod tests {
 
     pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// What the load of the second half of the experiments adds.
+    /// What the load adds in the second half of the experiments.
     pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
