@@ -71,7 +71,7 @@ pub enum Motion {
     },
     /// Forth and back over `range` at a constant velocity.
     Sweep {
-        /// Start and end of the sweep, rad.
+        /// Length of the sweep, rad.
         range: f64,
         /// Constant velocity, rad/s.
         velocity: f64,
