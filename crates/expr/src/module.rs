@@ -1,4 +1,4 @@
-//! Functions that share a file, with what a reader of that file wants to know.
+//! Functions that share a file, with the comments for the reader of that file.
 
 use crate::function::Function;
 
@@ -22,7 +22,7 @@ pub struct Constant {
     pub name: String,
     /// One line that says what it is.
     pub doc: String,
-    /// What stands behind the name.
+    /// Its value.
     pub value: Value,
 }
 

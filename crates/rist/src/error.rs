@@ -1,4 +1,4 @@
-//! Why a step gives no result.
+//! The reason why a step gives no result.
 
 use std::fmt;
 

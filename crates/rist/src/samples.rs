@@ -1,4 +1,4 @@
-//! From logs to parameters: columns, gains, delay, friction, fit, bodies that can exist, remarks.
+//! From logs to parameters, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
 use std::fmt::Write as _;
 

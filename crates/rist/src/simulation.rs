@@ -1,4 +1,4 @@
-//! The logs that the experiments of a plan would give.
+//! Simulates the experiments of a plan: the logs that they would give.
 
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;

@@ -1,4 +1,4 @@
-//! What was identified, written into the files that simulators read.
+//! Writes identified parameters into the files that simulators read.
 
 use identification::model::parameter::FrictionParameter::*;
 use identification::model::parameter::ParameterId;
