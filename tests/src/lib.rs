@@ -1,4 +1,4 @@
-//! What several test files need: the models, random states, and mechanics of our own.
+//! The models, random states and mechanics of our own, shared by several test files.
 //!
 //! The mechanics here are plain f64 in the base frame, from the formulas of textbooks and the fields of a
 //! [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that an
