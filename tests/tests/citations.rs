@@ -11,7 +11,7 @@ use std::path::Path;
 
 use tests::workspace;
 
-/// What one place of a text cites.
+/// A citation at one place of a text.
 #[derive(Debug, PartialEq)]
 enum Citation {
     /// In brackets: the key of the entry.

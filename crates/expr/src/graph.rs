@@ -61,7 +61,7 @@ impl std::ops::Neg for Expr {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Symbol(pub u32);
 
-/// What a symbol is to the function it stands in.
+/// The role of a symbol in the function it stands in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SymbolKind {
     /// Given at each evaluation.

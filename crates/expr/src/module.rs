@@ -2,7 +2,7 @@
 
 use crate::function::Function;
 
-/// What becomes one generated file, in whatever language.
+/// The content of one generated file, in whatever language.
 #[derive(Clone, Debug)]
 pub struct Module {
     /// Lower-case letters, digits and underscores, a letter first.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What was found, what was expected, what to do.
+/// A message that says what was found, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     message: String,

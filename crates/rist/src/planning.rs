@@ -49,7 +49,7 @@ impl Default for PlanRequest {
 /// A plan, and what had to be assumed for it.
 pub struct Planned {
     pub plan: ExperimentPlan,
-    /// What the description does not say, in sentences.
+    /// Sentences on what the description does not say.
     pub notes: Vec<String>,
 }
 

@@ -39,11 +39,11 @@ impl Default for SimulateRequest {
     }
 }
 
-/// What a simulation leaves behind.
+/// The outcome of a simulation.
 pub struct Simulated {
     /// The parameters and gains behind the logs.
     pub truth: Estimate,
-    /// What the description does not say and was assumed, in sentences.
+    /// Sentences on what the description does not say and was assumed.
     pub notes: Vec<String>,
 }
 
@@ -132,7 +132,7 @@ impl Run<'_> {
     }
 }
 
-/// What the controller adds to its own torque.
+/// The feedforward that the controller adds to its own torque.
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,

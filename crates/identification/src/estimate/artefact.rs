@@ -1,4 +1,4 @@
-//! What was identified, how well, and what the data cannot tell.
+//! The estimate: the parameters, their deviations, the residuals, and what the data cannot tell.
 
 use std::fmt;
 

@@ -23,7 +23,7 @@ use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
 use logs::Error;
 
-/// What the consistent estimate adds to the data.
+/// The options of the consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {

@@ -151,8 +151,8 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let sentence = |t: &CrossTalk| {
         let (joint, of) = (&joints[t.joint], &joints[t.of].coordinate);
         format!(
-            "what is left of the torque of {} ({:.0} % of it) moves with {of}, which explains {:.0} % of that: a motor that \
-             turns with both joints has inertia and friction that the model does not (transmission: couplings)",
+            "the residual of the torque of {} ({:.0} % of the torque) moves with {of}, which explains {:.0} % of it: a motor \
+             turns with both joints, and the model lacks its inertia and friction (transmission: couplings)",
             joint.coordinate,
             100.0 * joint.relative,
             100.0 * t.share

@@ -106,7 +106,7 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
     if !at_rest.is_empty() {
         out.push(format!(
-            "rows left out, the joint stands still and stiction is not in the model: {}",
+            "rows left out because the joint stands still and stiction is not in the model: {}",
             at_rest.join(", ")
         ));
     }

@@ -1,4 +1,4 @@
-//! What a model leaves unexplained of the torques, by joint.
+//! The residuals of a model by joint: the torque that it leaves unexplained.
 //!
 //! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total over the rows of all joints.
 
@@ -10,7 +10,7 @@ use crate::estimators::weighted::relative;
 use crate::model::regressor::Regressor;
 use crate::model::unit::Unit;
 
-/// What the model leaves unexplained of the torque of one joint.
+/// The residual of one joint: the torque that the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointResidual {
     pub coordinate: String,

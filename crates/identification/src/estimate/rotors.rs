@@ -40,8 +40,8 @@ pub fn rotors<R: Records + ?Sized>(
     let (without, with) = (total(&options.friction, observation), total(&friction, &wider));
     Ok((with < WORTH * without && without > NOTHING_LEFT).then(|| {
         format!(
-            "the model has no rotor inertias; with them (--rotor-inertia actuated) tenths of the record left out are \
-             predicted with {with:.4} instead of {without:.4}"
+            "the model has no rotor inertias; with them (--rotor-inertia actuated) the error on tenths left out is \
+             {with:.4} instead of {without:.4}"
         )
     }))
 }

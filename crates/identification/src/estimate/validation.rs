@@ -67,7 +67,7 @@ pub struct TorquePicture {
 }
 
 impl Validation {
-    /// Of logs that an estimate from samples predicts with its own friction, by name.
+    /// The validation of logs, by name, that an estimate from samples predicts with its own friction.
     pub fn of_logs(
         model: ModelReference,
         method: &str,

@@ -21,7 +21,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 use crate::algebra::triangle::Triangle;
 use crate::model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
 
-/// What the solution is held by beside the data.
+/// The knowledge that holds the solution beside the data.
 #[derive(Clone, Debug)]
 pub struct Prior {
     /// Reference bodies in the order of the map; `None`: a ball of `scale`.

@@ -11,7 +11,7 @@ use crate::signals::cutoff::FrequencyContent;
 /// The steps that a log goes through before an estimator sees it.
 #[derive(Clone, Debug, Default)]
 pub struct Preparation {
-    /// What lies between the log and the joints.
+    /// The transmission between the log and the joints.
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,

@@ -24,7 +24,7 @@ use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
 use logs::Error;
 
-/// What is known of a drive's gain, N m/A, before the data.
+/// Knowledge of a drive's gain, N m/A, before the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
     Known(f64),
@@ -165,7 +165,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     triangle.fold(&mut block);
     let mut x = solve(&triangle).x;
-    // What the equations leave at zero has to start somewhere.
+    // A gain that the equations leave at zero has to start somewhere.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -236,7 +236,7 @@ pub(crate) mod tests {
 
     pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// What the load adds in the second half of the experiments.
+    /// Contribution of the load in the second half of the experiments.
     pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 

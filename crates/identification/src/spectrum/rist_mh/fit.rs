@@ -225,7 +225,7 @@ impl Fit {
 /// R x = z and the diagonal of (R'R)^-1; a column without information gets zero.
 fn back_substitute(triangle: &Triangle) -> (Vec<f64>, Vec<f64>) {
     let p = triangle.columns();
-    // What is left of a column after those before, relative to the column.
+    // The rest of a column after the columns before it, relative to the column.
     let void: Vec<bool> = (0..p).map(|c| triangle.at(c, c).abs() <= 1e-10 * triangle.column_norm(c)).collect();
     let solve = |right: &dyn Fn(usize) -> f64| {
         let mut x = vec![0.0; p];
