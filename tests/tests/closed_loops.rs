@@ -1,4 +1,4 @@
-//! Closed loops from their cut frames alone: the ranks of the constrained robots.
+//! The ranks of robots with closed loops, described by their cut frames alone.
 //!
 //! Facts: SR400 39 inertial parameters, 42 with the rotors of its six motors, 43 with rotors on all
 //! eight joints; a parallelogram four-bar 3; the RACE reconstruction 18.

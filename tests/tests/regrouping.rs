@@ -1,4 +1,4 @@
-//! Law 2: the regrouping loses nothing and keeps nothing twice; the published base parameters come out.
+//! Law 2: the regrouping loses nothing and keeps nothing twice. It gives the published base parameters.
 
 use std::collections::BTreeMap;
 

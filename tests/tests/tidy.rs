@@ -231,10 +231,6 @@ fn nothing_is_left_for_later() {
     for path in files().iter().filter(|p| p.extension().is_some_and(|e| e == "rs")) {
         let name = relative(path);
         let text = std::fs::read_to_string(path).unwrap();
-        // Shared by test targets that use different halves of it, until it moves to the package `tests`.
-        if name == "crates/identification/tests/newton_euler/mod.rs" {
-            continue;
-        }
         let left = source::tokens::left_for_later(source::tokens::tokens(&text, &name));
         assert!(left.is_empty(), "{name}: {}", left.join(", "));
     }

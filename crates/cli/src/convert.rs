@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (text, notes) = match format {
         Format::Par => write_par(&arguments.model.read()?),
         Format::Yaml => write_yaml(&arguments.model.read()?),
-        // Numbers only: a symbol needs its value.
+        // The conventions are in numbers: a symbol needs its value.
         Format::Urdf => write_urdf(&arguments.model.read_with_values()?),
     };
     match &arguments.out {
@@ -69,8 +69,8 @@ fn convention(text: &str) -> Result<Convention, String> {
     })
 }
 
-/// CSV: link, parameter, value. The lines of a link without known parameters, or of one whose mass the
-/// convention would divide by and is zero, have no value.
+/// CSV: link, parameter, value. The value is missing where the parameters of a link are not known, and where the
+/// convention would divide by a mass of zero.
 fn listed(robot: &Robot, convention: Convention) -> String {
     let mut text = String::from("link,parameter,value\n");
     for link in &robot.links[robot.massless..] {

@@ -48,8 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     )))
 }
 
-/// What the file's angles, as given, would add to the base parameters: what appears only because some
-/// axis is almost, but not quite, parallel or at right angles to another.
+/// Base parameters that the angles exactly as given would add. They appear only because some axis is almost, but not
+/// quite, parallel or at right angles to another.
 struct Tilted {
     /// Name and share of the torque.
     appear: Vec<(String, f64)>,
@@ -72,7 +72,7 @@ impl Tilted {
         }
         let options = arguments.model.options(Angles::AsGiven);
         let given = rist::read_robot(&arguments.model.model, &options)?;
-        // Where even the rank of the given angles is not clear there is nothing to list.
+        // Where the rank of the given angles is not clear either, there is nothing to list.
         let Ok(as_given) = Model::of(given, &arguments.model.model) else { return Ok(tilted) };
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         tilted.appear = as_given
@@ -136,7 +136,7 @@ fn as_json(derived: &Model, tilted: &Tilted) -> Value {
         "rank": {
             "numeric": rank.numeric,
             "exact": rank.exact,
-            // JSON has no infinity: nothing dropped leaves any distance at all.
+            // JSON has no infinity, which stands for a model without dropped columns.
             "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
             "smallest_kept": rank.smallest_kept,
             "largest_dropped": rank.largest_dropped,

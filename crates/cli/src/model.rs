@@ -24,13 +24,13 @@ pub struct ModelArguments {
     #[arg(long, value_enum, default_value_t = MimicJoints::Constraint)]
     mimic: MimicJoints,
 
-    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says: a YAML's
-    /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
+    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; in YAML the
+    /// actuated joints unless it says otherwise, in URDF none, since it has no word for it]
     #[arg(long, value_name = "JOINTS")]
     rotor_inertia: Option<RotorJoints>,
 
-    /// Let the base float: six coordinates in front (base_x, base_y, base_z, base_yaw, base_pitch,
-    /// base_roll) and the base a link with parameters of its own
+    /// Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
+    /// base_roll), and the base becomes a link with its own parameters
     #[arg(long)]
     floating_base: bool,
 }
@@ -49,7 +49,7 @@ enum MimicJoints {
 }
 
 impl ModelArguments {
-    /// What the flags ask for, with rounded angles taken for what they were meant to be, or as given.
+    /// The options that the flags ask for, with rounded angles taken for what they were meant to be, or as given.
     pub fn options(&self, angles: Angles) -> ModelOptions {
         let rotors = |word| match word {
             RotorJoints::None => RotorInertias::None,
@@ -73,14 +73,14 @@ impl ModelArguments {
         Ok(rist::read_robot(&self.model, &self.options(Angles::Meant))?)
     }
 
-    /// The same, refused where a symbol has no value.
+    /// The description; refused where a symbol has no value.
     pub fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
         rist::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
-    /// The model with all that follows from it.
+    /// The model, with its regressor and base parameters derived.
     pub fn derive(&self) -> Result<Model, Failure> {
         Ok(Model::read_with(&self.model, &self.options(Angles::Meant))?)
     }

@@ -23,7 +23,7 @@ pub struct Arguments {
     #[arg(required = true)]
     logs: Vec<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A [default: of the estimate, of the file, or 1]
+    /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     gain: Vec<String>,
 
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The logs given, and of a directory its validation motions, by name.
+/// The logs given; of a directory, its validation motions in the order of their names.
 fn motions(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut logs = Vec::new();
     for path in given {

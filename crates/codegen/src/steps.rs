@@ -1,5 +1,5 @@
-//! A Function as straight-line steps, one an operation, in the order of its schedule: what every
-//! target language writes down in its own way.
+//! A Function as straight-line steps, one an operation, in the order of its schedule. Every target
+//! language writes the same steps in its own way.
 //!
 //! An entry is stored as soon as it is known. Sine and cosine of an angle are one step.
 

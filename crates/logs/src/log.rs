@@ -28,7 +28,9 @@ pub enum Effort {
 /// Measured signals of one run, SI, one series a coordinate in the order of the robot.
 #[derive(Clone, Debug)]
 pub struct Log {
+    /// The file, as the user named it.
     pub name: String,
+    /// Names, in the order of the series.
     pub coordinates: Vec<String>,
     /// s, strictly increasing; row r of every series is at `t[r]`.
     pub t: Vec<f64>,
@@ -38,12 +40,15 @@ pub struct Log {
     pub dq: Option<Vec<Vec<f64>>>,
     /// rad/s^2, where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
+    /// N m (N) or A, as `effort_is` says.
     pub effort: Vec<Vec<f64>>,
+    /// What the efforts are.
     pub effort_is: Effort,
     /// The row of the file, from 1, behind each sample.
     pub rows: Vec<usize>,
     /// Use samples in this interval only, and in that of the options.
     pub window: Option<Window>,
+    /// What was found and left out when it was read.
     pub report: LogReport,
 }
 
@@ -100,10 +105,12 @@ impl Log {
         Ok(log)
     }
 
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.t.len()
     }
 
+    /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }

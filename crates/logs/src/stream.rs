@@ -28,7 +28,9 @@ const WIDE: usize = 1 << 24;
 
 /// A log in memory, or one too long for that.
 pub enum LogSource {
+    /// In memory.
     Held(Log),
+    /// Read again at each pass.
     Streamed(LogStream),
 }
 
@@ -75,6 +77,7 @@ impl LogSource {
         Ok((LogSource::Streamed(stream), columns))
     }
 
+    /// What was found and left out when it was read.
     pub fn report(&self) -> &LogReport {
         match self {
             LogSource::Held(log) => &log.report,
@@ -82,6 +85,7 @@ impl LogSource {
         }
     }
 
+    /// What the efforts are.
     pub fn effort_is(&self) -> Effort {
         match self {
             LogSource::Held(log) => log.effort_is,
@@ -122,6 +126,7 @@ impl FileState {
 }
 
 impl LogStream {
+    /// What was found and left out when it was read.
     pub fn report(&self) -> &LogReport {
         &self.report
     }

@@ -9,6 +9,7 @@ use crate::Error;
 pub struct Table {
     /// The file as the user named it.
     pub file: String,
+    /// Names of the columns.
     pub header: Vec<String>,
     /// `columns[c][r]`: column c, row r.
     pub columns: Vec<Vec<f64>>,
@@ -25,6 +26,7 @@ pub struct Table {
 }
 
 impl Table {
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }

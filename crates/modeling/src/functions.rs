@@ -1,7 +1,7 @@
 //! The functions of a robot: the front door to all that is derived here.
 //!
-//! Each method takes one [`Function`] from the robot's graph; what stands behind it, with its
-//! equations, is in the file of that name under `dynamics/` or `base/`.
+//! Each method takes one [`Function`] from the robot's graph. Its equations are in the file of that name
+//! under `dynamics/` or `base/`.
 
 use expr::Function;
 use robot::LinkId;

@@ -1,4 +1,4 @@
-//! What follows from a robot: the regressor D(q, dq, ddq), the torque, the base parameters.
+//! Everything that follows from a robot: the regressor D(q, dq, ddq), the torque, the base parameters.
 //!
 //! tau = D X with X the standard parameters of the links ([`robot::StandardParameter`]); D is
 //! derived symbolically as an [`expr::Function`], once, with the robot's lengths and angles as named

@@ -1,4 +1,4 @@
-//! What a generated file says of its robot: head, names, and the base regressor with its rules.
+//! The module of a robot: the head of its generated file, the names, the base regressor with its rules, other functions.
 
 use expr::{Function, Module, Value};
 use robot::{LinkId, Robot};

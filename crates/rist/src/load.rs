@@ -1,4 +1,4 @@
-//! What a link carries, from logs with the load beside logs without.
+//! Identifies the load on a link, from logs with it and logs without.
 
 use std::fmt;
 

@@ -244,7 +244,7 @@ impl Model {
         self.regressor.coordinates().iter().map(gain).collect()
     }
 
-    /// What a known load adds to the base parameters.
+    /// Contribution of a known load to the base parameters.
     ///
     /// Fails where the robot has no such link.
     pub fn added_by(&self, load: &KnownLoad) -> Result<Vec<f64>, Error> {

@@ -53,7 +53,7 @@ impl Default for PlanRequest {
 pub struct Planned {
     /// The chosen experiments with what they promise.
     pub plan: ExperimentPlan,
-    /// What the description does not say, in sentences.
+    /// Sentences on what the description does not say.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! From logs to parameters: columns, gains, delay, friction, fit, bodies that can exist, remarks.
+//! From logs to parameters, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
 use std::fmt::Write as _;
 
@@ -24,14 +24,14 @@ use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
 
-/// What is asked of an identification from logs; the default is weighted least squares with viscous and Coulomb
+/// The request for an identification from logs; the default is weighted least squares with viscous and Coulomb
 /// friction and an offset.
 #[derive(Default)]
 pub struct IdentifyRequest<'a> {
     /// Columns, transmission, signals, friction, weights.
     pub options: Options,
-    /// What is known of the drive gains where the logs hold currents, by coordinate. Empty: those of the options, else
-    /// of the description.
+    /// Knowledge of the drive gains where the logs hold currents, by coordinate. Empty: the gains of the options, or else
+    /// those of the description.
     pub gains: Vec<(String, Gain)>,
     /// Find the delay of the torques instead of taking that of the options.
     pub find_delay: bool,
@@ -45,7 +45,7 @@ pub struct IdentifyRequest<'a> {
     pub loaded_link: Option<String>,
 }
 
-/// What an identification found.
+/// The outcome of an identification.
 pub struct Identification {
     /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
@@ -113,7 +113,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         estimate = found.estimate;
     }
 
-    // What everything stands on, and what is worth a sentence.
+    // The remarks, and the gains that the estimate stands on.
     estimate.fingerprint = model.reference.fingerprint.clone();
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, &request.gains, &found));

@@ -1,4 +1,4 @@
-//! The logs that the experiments of a plan would give.
+//! Simulates the experiments of a plan: the logs that they would give.
 
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
@@ -40,11 +40,11 @@ impl Default for SimulateRequest {
     }
 }
 
-/// What a simulation leaves behind.
+/// The outcome of a simulation.
 pub struct Simulated {
     /// The parameters and gains behind the logs.
     pub truth: Estimate,
-    /// What the description does not say and was assumed, in sentences.
+    /// Sentences on what the description does not say and was assumed.
     pub notes: Vec<String>,
 }
 
@@ -133,7 +133,7 @@ impl Run<'_> {
     }
 }
 
-/// What the controller adds to its own torque.
+/// The feedforward that the controller adds to its own torque.
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,

@@ -1,4 +1,4 @@
-//! What was identified, written into the files that simulators read.
+//! Writes identified parameters into the files that simulators read.
 
 use identification::model::parameter::FrictionParameter::*;
 use identification::model::parameter::ParameterId;
@@ -50,7 +50,7 @@ fn joint_dynamics(model: &Model, estimate: &Estimate) -> Option<Vec<JointDynamic
     model.regressor().coordinates().iter().map(friction).collect()
 }
 
-/// What a URDF has no place for.
+/// Sentences on what a URDF has no place for.
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, estimate).is_none() {

@@ -1,10 +1,10 @@
-//! Classic mistakes in a description's inertial parameters, found by what no body can have.
+//! Finds classic mistakes in a description's inertial parameters by what no body can have.
 //!
 //! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia
 //! S = (tr(I_C)/2) E - I_C must be positive definite [Wensing, Kim, Slotine 2018]: its eigenvalues
 //! are the halves of the slacks of the triangle inequality of the principal moments. Where it is
 //! not, the mistakes that would explain it are tried: exchanged entries, an inertia about the other
-//! point. What stays within the possible cannot be found out.
+//! point. A mistake that still gives a possible body cannot be found.
 //!
 //! Not here: whether the figures are those of the robot; that is identification's.
 

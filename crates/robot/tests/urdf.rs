@@ -1,4 +1,4 @@
-//! Re-framing: what comes out is where the file has it, and sparse.
+//! Re-framing: every joint is where the file has it, and the parameters are sparse.
 
 use std::fmt::Write;
 

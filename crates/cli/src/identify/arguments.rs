@@ -1,4 +1,4 @@
-//! The words of `rist identify`.
+//! The arguments of `rist identify`.
 
 use std::path::PathBuf;
 
@@ -11,20 +11,20 @@ use crate::model::ModelArguments;
 /// Identify a robot's base parameters and friction from logs
 ///
 /// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
-/// directory: the time t, positions, torques or currents and, where measured, velocities of every coordinate, found
-/// by their names (q1 or q_<coordinate>, dq.., tau.., i..).
+/// directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
+/// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
 
-    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording; with --plan the directory
+    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording. With --plan: the directory
     /// of its logs, one an experiment: e01.csv, ..
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
 
-    /// ls: least squares on filtered samples; of the experiments of a plan, rist: the paper's rows of Sp; rist-mh:
-    /// all their harmonics, with friction
+    /// ls: least squares on filtered samples. For the experiments of a plan: rist takes the paper's rows of Sp, rist-mh
+    /// all harmonics, with friction
     #[arg(long, value_enum, default_value_t = Method::Ls)]
     pub method: Method,
 
@@ -32,8 +32,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub plan: Option<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A [default: as the file says, with --load none]; of some drives only:
-    /// the others are estimated. ls: q5=11+-2 expects a gain near 11
+    /// Torque per unit of current of a drive, N m/A [default: as the file says; with --load, none]. Where only some
+    /// drives are given, the others are estimated. With ls, q5=11+-2 expects a gain near 11
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     pub gain: Vec<String>,
 
@@ -42,7 +42,7 @@ pub struct Arguments {
     pub validate: Vec<PathBuf>,
 
     /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
-    /// The logs of experiments done again with it, e01_loaded.csv, .., stand beside the others; no gain need be known
+    /// The logs of the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
 
@@ -58,17 +58,18 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     pub decimate: Option<usize>,
 
-    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]
+    /// Seconds by which the torques lag the positions, or auto: the delay with the smallest residual [default: 0]
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     pub delay: Option<Delay>,
 
     /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
-    /// stribeck=V (V in rad/s), none, or auto: by prediction of what was left out [default: viscous,coulomb,offset]
+    /// stribeck=V (V in rad/s), none, or auto: the set that best predicts what was left out [default:
+    /// viscous,coulomb,offset]
     #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
     pub friction: Option<Vec<Friction>>,
 
-    /// What rows weigh: none: all alike (OLS); joint: by the residual of their joint (WLS); huber: and less where
-    /// they do not fit [default: joint]
+    /// Weights of the rows. none: all alike (OLS); joint: by the residual of their joint (WLS); huber: as joint, and
+    /// less for rows that do not fit [default: joint]
     #[arg(long, value_parser = weights)]
     pub weights: Option<Weights>,
 
@@ -76,8 +77,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub options: Option<PathBuf>,
 
-    /// Only bodies that can exist: physically consistent parameters, held where the log is silent by the
-    /// description's own bodies
+    /// Physically consistent parameters: only bodies that can exist. Where the log is silent, the bodies of the
+    /// description hold them
     #[arg(long)]
     pub consistent: bool,
 
@@ -102,7 +103,7 @@ pub struct Arguments {
     pub out: Option<PathBuf>,
 }
 
-/// Which equations are solved.
+/// The equations to solve.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Method {
     Ls,

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The texts for simulators that were asked for, with their files; says what a format cannot hold.
+/// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
 fn written<'a>(
     arguments: &'a Arguments,
     model: &Model,
@@ -81,7 +81,7 @@ fn written<'a>(
     Ok(written)
 }
 
-/// Opens logs, and says what their columns were taken for where that changes.
+/// Opens logs, and prints what their columns were taken for where that changes.
 struct Opened<'a> {
     columns: &'a ColumnNames,
     before: String,
@@ -116,7 +116,7 @@ fn expected_gain(text: &str) -> Result<(String, Gain), Failure> {
     }
 }
 
-/// Refuses outputs over inputs, and a log in two roles.
+/// Refuses an output that would overwrite an input, and a log in two roles.
 fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
     let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,

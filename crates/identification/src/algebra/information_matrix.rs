@@ -1,7 +1,7 @@
 //! The information F = sum W_i' W_i of weighted rows, and its Cholesky factor.
 //!
-//! Small dense symmetric matrices (p of some ten to a hundred) in flat storage: the inner loop of
-//! planning, where a candidate costs a few thousand operations.
+//! The matrices are small, dense and symmetric (p between ten and a hundred) and stored flat. This is the inner
+//! loop of planning, where a candidate costs a few thousand operations.
 
 /// Weighted rows of W: m x p, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,7 @@ impl Rows {
         self.entries.chunks_exact(self.width.max(1))
     }
 
-    /// Each column times its factor.
+    /// Multiplies each column by its factor.
     pub fn scaled(&self, factors: &[f64]) -> Rows {
         let entries = self.iter().flat_map(|row| row.iter().zip(factors).map(|(x, f)| x * f)).collect();
         Rows { width: self.width, entries }

@@ -1,4 +1,4 @@
-//! Matrices, transforms and random numbers: nothing of robots.
+//! Matrices, transforms and random numbers. Nothing here knows robots.
 
 pub mod fourier;
 pub mod information_matrix;

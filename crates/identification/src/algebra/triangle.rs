@@ -1,4 +1,4 @@
-//! Least squares that stream: rows go into a triangle and are forgotten.
+//! Streaming least squares: rows go into a triangle and are forgotten.
 //!
 //! [W y] = Q [R z; 0 rho] for all rows seen so far. A block B of rows is folded in by Householder
 //! reflections that annihilate B below R: v = [e_k; B_k / (R_kk - beta)], beta = -sign(R_kk)
@@ -9,8 +9,8 @@
 //! |---|---|---|---|
 //! | R, z, rho | `entries` | (p + 1) x (p + 1), upper, column by column | the unit of y per unit of the parameter |
 //!
-//! Columns that never held anything but zeros cost nothing. Weights are not here: a triangle of one
-//! joint is scaled as a whole when it is merged.
+//! A column that has held only zeros costs nothing. Weights are not here: the triangle of a joint is scaled as a
+//! whole when it is merged.
 
 /// The triangle of p columns and one right-hand side.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Triangle {
     p: usize,
     /// Entry (i, j) of the triangle, i <= j <= p, at j (p + 1) + i.
     entries: Vec<f64>,
-    /// Columns that ever held anything but zeros.
+    /// Columns that have held something other than zeros.
     live: Vec<bool>,
     /// Rows folded in.
     pub rows: usize,
@@ -34,7 +34,7 @@ pub struct Block {
     entries: Vec<f64>,
 }
 
-/// Rows a block: it stays in the second-level cache for a hundred columns.
+/// Rows in a block: with a hundred columns it stays in the second-level cache.
 const BLOCK_ROWS: usize = 512;
 
 impl Block {
@@ -144,7 +144,7 @@ impl Triangle {
     }
 }
 
-/// Sum of products, in thirty-two running sums so that the processor's vectors are full.
+/// Sum of products, in thirty-two running sums that fill the processor's vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 32;
     let mut sums = [0.0; LANES];

@@ -1,4 +1,4 @@
-//! What was identified, how well, and what the data cannot tell.
+//! The estimate: the parameters, their deviations, the residuals, and what the data cannot tell.
 
 use std::fmt;
 
@@ -16,7 +16,7 @@ use crate::model::parameter::ParameterId;
 pub struct Estimate {
     /// Name of the robot.
     pub model: String,
-    /// Of the base regressor it was made with; empty where it is not kept.
+    /// Fingerprint of the base regressor it was made with; empty where it is not kept.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fingerprint: String,
     /// How it was estimated, in words.
@@ -31,17 +31,18 @@ pub struct Estimate {
     pub total: f64,
     /// `total` on tenths of the record predicted from the others.
     pub cross_validation: Option<f64>,
-    /// Of the columns scaled to unit norm.
+    /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
-    /// Rows of all joints.
+    /// Number of rows of all joints.
     pub rows: usize,
-    /// Hz.
+    /// Cut-off of the low-pass, Hz.
     pub cutoff: f64,
-    /// What the data cannot tell, in sentences.
+    /// Sentences on what the data cannot tell.
     pub remarks: Vec<String>,
-    /// What it was made with, so that other logs can be predicted alike; absent for estimates of experiments.
+    /// The options it was made with, so that other logs can be predicted in the same way; absent for estimates of
+    /// experiments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Options>,
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
@@ -68,7 +69,7 @@ impl Estimate {
         serde_yaml::to_string(self).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))
     }
 
-    /// Reads estimate.yaml; fails with the line of what is no estimate.
+    /// Reads estimate.yaml; fails with the line that is not that of an estimate.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no estimate: {e}")))
     }

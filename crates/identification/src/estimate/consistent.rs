@@ -1,10 +1,9 @@
-//! From logs to parameters that a simulator accepts: the way in to `physical`.
+//! From logs to parameters that a simulator accepts: the way in to `estimators::consistent`.
 //!
-//! The weights by joint are those of WLS. The data are discounted by the median over the
-//! parameters of (robust sigma / white sigma)^2, so that the reference is weighed against what the
-//! residuals are worth; friction that the motion does not show is bounded by the torque it would
-//! make: FV_j has the standard deviation max|tau_j| / (fastest joint's speed), FS_j, FT_j, OFF_j
-//! that of max|tau_j|.
+//! The weights by joint are those of WLS. The data are discounted by the median of (robust sigma / white sigma)^2 over
+//! the parameters, so that the reference is weighed against what the residuals are worth. The torque that friction would
+//! make bounds the friction that the motion does not show: the standard deviation of FV_j is max|tau_j| / (fastest
+//! joint's speed), that of FS_j, FT_j and OFF_j is max|tau_j|.
 
 use logs::Error;
 use nalgebra::DMatrix;
@@ -24,7 +23,7 @@ use crate::model::standard_map::StandardMap;
 use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
 
-/// What the consistent estimate adds to the data.
+/// The options of the consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
@@ -42,7 +41,7 @@ impl Default for Consistency {
     }
 }
 
-/// A consistent estimate, the least squares it stands beside, and the solver's account.
+/// A consistent estimate, with the least squares beside it and the solver's account.
 pub struct ConsistentFit {
     /// What least squares found in the same rows.
     pub least_squares: Fit,
@@ -52,7 +51,7 @@ pub struct ConsistentFit {
     pub estimate: Estimate,
 }
 
-/// Bodies that can exist, from what least squares was given; `references` in the order of the map's bodies,
+/// Finds bodies that can exist from the data of a least-squares fit; `references` are in the order of the map's bodies,
 /// where known.
 ///
 /// Fails when the map does not fit the regressor, or the prior has no weight.

@@ -1,11 +1,10 @@
 //! Drive gains from logs of motor currents: the equations of `drive_gains` from filtered samples.
 //!
-//! The triangle of each joint, currents on the right, is its equations. Residuals of logs stay the same for
-//! a while: n samples count as n/s, s = (1 + rho) / (1 - rho), rho their correlation from sample to sample.
+//! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same
+//! for a while: n samples count as n/s, s = (1 + rho) / (1 - rho), rho their correlation from sample to sample.
 //!
-//! Wrist joints carry little that other joints feel: their gains are weakly observable, and errors of
-//! the model decide them. An expected value with its deviation holds them, weighed against the data at what
-//! those are worth.
+//! Other joints hardly feel what wrist joints carry: the gains of wrists are weakly observable, and errors of the model
+//! decide them. An expected value with its deviation holds them; it is weighed against the discounted data.
 
 use logs::{Effort, Error, LogSource};
 
@@ -20,9 +19,9 @@ use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
-/// Gains from logs of motor currents; `known` where a gain is known, everything else as in `options`.
+/// Gains from logs of motor currents. `known` says which gains are known, `options` everything else.
 ///
-/// The noise of the answer is in A, the discount of correlated samples in it. Fails as `identify` does, for logs
+/// The noise of the answer is in A and contains the discount of correlated samples. Fails as `identify` does, for logs
 /// without currents, and as [`drive_gains`] does.
 pub fn estimate_drive_gains(
     regressor: &dyn Regressor,

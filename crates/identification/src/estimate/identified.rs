@@ -16,7 +16,7 @@ pub struct Identified {
     pub id: ParameterId,
     /// SI unit of the value.
     pub unit: Unit,
-    /// None: not identifiable from these data.
+    /// `None` where the data do not determine it.
     pub value: Option<f64>,
     /// Standard deviation for white noise, in the unit of the value.
     pub sigma: Option<f64>,
@@ -55,7 +55,7 @@ pub struct Deviations {
 }
 
 impl Deviations {
-    /// Of white noise alone.
+    /// Deviations that allow for white noise alone.
     pub fn white(white: f64) -> Deviations {
         Deviations { white, robust: None, weak: false }
     }

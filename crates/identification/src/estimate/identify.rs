@@ -1,8 +1,7 @@
 //! From logs to an estimate: the one way in.
 //!
-//! OLS weighs all rows alike; WLS multiplies the rows of joint j by 1 / std(residual of joint j),
-//! three times over [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`)
-//! need the rows again.
+//! `estimators::weighted` solves; `estimators::huber` goes over the rows again where its weights are asked for. The
+//! intervals, the held-out errors and the remarks are added here.
 
 use logs::{Error, Log};
 
@@ -46,7 +45,7 @@ pub struct Fit {
     pub observation: Observation,
     /// The solution behind the values.
     pub solution: Solution,
-    /// 1 / standard deviation of the residual, a joint; ones for OLS.
+    /// 1 / standard deviation of the residual, one a joint; ones for OLS.
     pub weights: Vec<f64>,
 }
 
@@ -142,10 +141,10 @@ impl Fit {
     }
 }
 
-/// Of a joint's residual, and a joint's residual of its torque, above which another joint's motion in it is worth a
-/// sentence. Measured robots whose transmission is known stay below 0.25 of the first; a TX40 without the coupling
-/// of its wrist has 0.84.
+/// Share of a joint's residual explained by another joint's motion, above which we say so. Measured robots whose
+/// transmission is known stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
 const TALK: f64 = 0.5;
+/// Smaller residuals, relative to the joint's torque, get no sentence.
 const TALK_RESIDUAL: f64 = 0.02;
 
 /// Sentences on joints whose residual another joint's motion explains.
@@ -154,8 +153,8 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let sentence = |t: &CrossTalk| {
         let (joint, of) = (&joints[t.joint], &joints[t.of].coordinate);
         format!(
-            "what is left of the torque of {} ({:.0} % of it) moves with {of}, which explains {:.0} % of that: a motor that \
-             turns with both joints has inertia and friction that the model does not (transmission: couplings)",
+            "the residual of the torque of {} ({:.0} % of the torque) moves with {of}, which explains {:.0} % of it: a motor \
+             turns with both joints, and the model lacks its inertia and friction (transmission: couplings)",
             joint.coordinate,
             100.0 * joint.relative,
             100.0 * t.share

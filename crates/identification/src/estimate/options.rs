@@ -51,7 +51,7 @@ impl Options {
         serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
     }
 
-    /// What is done to a log: the signal options, with rows at standstill kept where no friction of the model is dry.
+    /// The preparation of a log: the signal options, which keep rows at standstill where no friction of the model is dry.
     pub fn preparation(&self) -> Preparation {
         let mut signal = self.signal.clone();
         if !self.friction.iter().any(|term| term.is_dry()) {

@@ -1,8 +1,8 @@
 //! Choices made by prediction: which friction, which delay; with the evidence.
 //!
 //! Friction models are compared by blocked cross-validation: each tenth of each record is predicted
-//! from the rest. The smallest model whose error is within 1 % of the best is taken; more columns
-//! always fit better, seldom predict better. The delay of the torques is the one with the smallest
+//! from the rest. The smallest model whose error is within 1 % of the best is taken: more columns
+//! always fit better but seldom predict better. The delay of the torques is the one with the smallest
 //! residual; it shifts the torques by linear interpolation before they are filtered.
 
 use std::fmt;
@@ -41,7 +41,7 @@ pub struct FrictionSelection {
     pub chosen: usize,
 }
 
-/// Errors this close to the best are as good.
+/// Relative difference from the best error up to which another is as good.
 const AS_GOOD: f64 = 1.01;
 
 /// The customary candidates; speeds as shares of the fastest joint's, rad/s. Load-dependent friction
@@ -116,7 +116,7 @@ pub struct Delay {
     pub residual: f64,
     /// |tau - W X| / |tau| without a delay.
     pub residual_without: f64,
-    /// The residual still falls where the search ends: the delay is another, or none explains it.
+    /// The residual still falls where the search ends: the delay is larger, or no delay explains it.
     pub at_the_end: bool,
 }
 

@@ -5,15 +5,15 @@
 //!
 //! R, z: the whitened triangle; X = B phi the base parameters of the standard ones; f friction. The
 //! last term is the entropic (log-determinant) divergence from reference bodies [Lee, Wensing, Park
-//! 2020]; it holds what the data leave open, and its logarithm is the barrier that keeps every
+//! 2020]. It holds what the data leave open. Its logarithm is also the barrier that keeps every
 //! P_j > 0, so the problem stays convex and unconstrained inside the cone. With gamma = 1e-3 it
-//! counts as a thousandth of a unit of log-likelihood: where least squares is consistent, this is
-//! least squares. gamma (4 bodies + rotors) bounds the distance from the optimum of the same problem
+//! counts as a thousandth of a unit of log-likelihood: where least squares is consistent, the result
+//! is that of least squares. gamma (4 bodies + rotors) bounds the distance from the optimum of the same problem
 //! without logarithms under P_j >= 0 (the duality gap of the barrier) [Boyd, Vandenberghe 2004, 11.2].
 //!
 //! s >= 1 discounts the data for residuals that are correlated in time; sd_i bounds friction that
-//! the motion does not show. Newton's method with line search, gamma lowered from where the
-//! reference is the answer. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
+//! the motion does not show. Newton's method with line search solves it; gamma starts where the
+//! reference alone decides, and is lowered. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
@@ -21,7 +21,7 @@ use crate::algebra::triangle::Triangle;
 use crate::model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
 
-/// What stands beside the data.
+/// The knowledge that holds the solution beside the data.
 #[derive(Clone, Debug)]
 pub struct Prior {
     /// Reference bodies in the order of the map; `None`: a ball of `scale`.
@@ -60,7 +60,7 @@ pub struct Consistent {
 pub enum Outcome {
     /// The gradient vanished at the smallest barrier.
     Converged,
-    /// The line search found no way down before the gradient vanished: rounding.
+    /// The line search found no descent before the gradient vanished, because of rounding.
     Stalled,
 }
 

@@ -7,7 +7,7 @@
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Triangle, select};
 
-/// When elimination stops.
+/// The limits at which elimination stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elimination {
     /// Largest over smallest relative standard deviation that may remain.
@@ -29,7 +29,7 @@ pub struct Essential {
     pub kept: Vec<usize>,
     /// Dropped columns, in the order of dropping.
     pub dropped: Vec<usize>,
-    /// In the order of `kept`.
+    /// The solution, its parameters in the order of `kept`.
     pub solution: Solution,
     /// p values: zero where dropped.
     pub x: Vec<f64>,

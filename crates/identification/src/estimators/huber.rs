@@ -4,9 +4,9 @@
 //! j, k = 1.345: 95 % efficiency for normal noise [Huber 1981; Holland, Welsch 1977]. Iteratively
 //! reweighted least squares from the WLS solution.
 //!
-//! With psi(u) = w u, C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6], psi' = 1 inside of k, 0 outside;
-//! the triangle of the weighted rows would give s^2 mean(psi u) / mean w. The influence of a row is bounded, not zero:
-//! outliers to one side shift the estimate by k times their share.
+//! With psi(u) = w u, C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6], psi' = 1 inside of k, 0 outside.
+//! The triangle of the weighted rows would give s^2 mean(psi u) / mean w instead. The influence of a row is bounded but
+//! not zero: outliers to one side shift the estimate by k times their share.
 
 use logs::Error;
 
@@ -40,7 +40,7 @@ pub struct Reweighted {
 }
 
 impl Reweighted {
-    /// What a residual of joint j counts as in the scores of the solution: psi(u) s_j mean w / mean psi'.
+    /// Influence of a residual of joint j in the scores of the solution: psi(u) s_j mean w / mean psi'.
     pub fn influence(&self, j: usize, e: f64) -> f64 {
         self.slope * huber(e / self.scales[j]) * e
     }
@@ -118,14 +118,14 @@ fn huber(u: f64) -> f64 {
     if u.abs() <= K || !u.is_finite() { 1.0 } else { K / u.abs() }
 }
 
-/// How many numbers have which absolute value, to a part in 256: the leading bits of a float are a
-/// logarithmic scale, so that a median needs neither the numbers nor their range.
+/// A histogram of absolute values, to a part in 256. The leading bits of a float are a logarithmic scale, so that a
+/// median needs neither the numbers nor their range.
 #[derive(Clone)]
 struct Sizes {
     counts: Vec<u32>,
 }
 
-/// Bits of the fraction that are dropped.
+/// Number of bits of the fraction that are dropped.
 const DROPPED: u32 = 52 - 8;
 
 impl Sizes {

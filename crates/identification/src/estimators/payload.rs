@@ -26,12 +26,12 @@ pub struct Payload {
     pub determined: [bool; 10],
     /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
     pub smallest_eigenvalue: f64,
-    /// Of the whole problem: parameters, then the load.
+    /// The solution of the whole problem: parameters, then the load.
     pub solution: Solution,
 }
 
-/// From the triangles by joint of the log without and with the load, the load on body `link` of the
-/// map. `weights` by joint.
+/// Finds the load on body `link` of the map from the triangles by joint of the log without it and of the log with it.
+/// `weights` are by joint.
 ///
 /// Fails when the map has no such body or does not fit the triangles.
 pub fn payload(
@@ -91,8 +91,8 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::estimate::consistent::identity_map;
 
-    /// Two logs of random rows, ten columns of the body and one of friction, the second with the load on the body:
-    /// the load comes back within its own sigma.
+    /// Two logs of random rows hold ten columns of the body and one of friction; the second has the load on the body.
+    /// The load comes back within its own sigma.
     #[test]
     fn the_load_comes_back_within_its_sigma() {
         let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();

@@ -14,7 +14,7 @@
 //! L is cut to the range; T is rounded up to a multiple of four samples at this L, which lowers the
 //! acceleration and never raises it. Slow joints move by v_small T/4.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], section 3.2 and table 1, made exact.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
 
 use crate::algebra::information_matrix::Rows;
 use crate::algebra::random::Random;
@@ -24,7 +24,7 @@ use crate::experiments::paper_rows::{gravity_rows, spectral_rows};
 use crate::experiments::profile::Profile;
 use crate::model::regressor::Regressor;
 
-/// What a coordinate can do; rad, rad/s, rad/s^2.
+/// The limits of a coordinate; rad, rad/s, rad/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits {
     /// Smallest and largest position, rad (m).
@@ -41,7 +41,7 @@ pub struct MotionLimits {
     pub quantum: f64,
 }
 
-/// How the candidates are laid out.
+/// The grid on which the candidates lie.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
     /// How swings change their velocity.
@@ -60,7 +60,7 @@ pub struct CandidateGrid {
     pub seed: u64,
 }
 
-/// A motion with what it would show.
+/// A motion with the rows that it would give.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// The motion.

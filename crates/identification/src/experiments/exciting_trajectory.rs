@@ -17,13 +17,13 @@
 //! half-wave symmetry q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), so that
 //! friction of the moving joint stays orthogonal to its acceleration at odd harmonics.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], section 3.2.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2]
 
 use std::ops::Range;
 
 use crate::experiments::profile::Profile;
 
-/// What an experiment is meant to show.
+/// The purpose of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionKind {
     /// The fast joint alone, at its greatest acceleration: its inertia.
@@ -60,7 +60,7 @@ impl MotionKind {
     }
 }
 
-/// How the moving joints move.
+/// The motion of the joints that move.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Whole periods between centre - half_range and centre + half_range.
@@ -78,13 +78,13 @@ pub enum Motion {
     },
     /// Forth and back over `range` at a constant velocity.
     Sweep {
-        /// rad.
+        /// Length of the sweep, rad.
         range: f64,
-        /// rad/s.
+        /// Constant velocity, rad/s.
         velocity: f64,
-        /// Of the ramps at the ends, rad/s^2.
+        /// Acceleration of the ramps at the ends, rad/s^2.
         acceleration: f64,
-        /// Dropped after each ramp until the controller has settled, s.
+        /// Time dropped after each ramp, until the controller has settled, s.
         settling: f64,
     },
 }
@@ -117,7 +117,7 @@ pub struct Reference {
     pub dq: Vec<Vec<f64>>,
     /// rad/s^2 (m/s^2).
     pub ddq: Vec<Vec<f64>>,
-    /// What is used: whole periods, or the two sections of constant velocity.
+    /// The samples that are used: whole periods, or the two sections of constant velocity.
     pub windows: Vec<Range<usize>>,
 }
 

@@ -1,4 +1,4 @@
-//! Exciting experiments: trajectories, candidates, the choice among them and what was recorded.
+//! Exciting experiments: trajectories, candidates, the choice among them, and records.
 
 pub mod candidates;
 pub mod certificate;

@@ -8,7 +8,7 @@
 //! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank:
 //! the information of (13) without the squared condition of the normal equations (14).
 //!
-//! [Vandanjon, Gautier, Desbats 1995], sections 3.1 and 3.2; locked joints give no equation.
+//! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,7 +23,7 @@ use crate::model::regressor::Regressor;
 pub struct EquationBlock {
     /// N m per unit of parameter.
     pub rows: Rows,
-    /// Torque of what is known, a load, N m: rows X + known = right.
+    /// Torque of a known load, N m: rows X + known = right.
     pub known: Vec<f64>,
     /// N m.
     pub right: Vec<f64>,
@@ -141,7 +141,7 @@ impl EquationBlock {
         self.joint.push(joint);
     }
 
-    /// The torque of what adds `parameters` to X is known.
+    /// Sets the known torque of a load that adds `parameters` to X.
     pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
         let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
         self.known = self.rows.iter().map(torque).collect();

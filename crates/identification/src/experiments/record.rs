@@ -1,6 +1,6 @@
-//! What an experiment leaves behind: sampled positions and efforts.
+//! The record of an experiment: sampled positions and efforts.
 
-/// What was recorded: `q[k][i]` in rad, `current[k][i]` in A, of coordinate k at instant i.
+/// A record: `q[k][i]` in rad, `current[k][i]` in A, of coordinate k at instant i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// s.

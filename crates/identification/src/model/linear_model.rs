@@ -50,12 +50,12 @@ impl<'a> Model<'a> {
         Model { regressor, friction, couplings, parameters }
     }
 
-    /// Coordinates.
+    /// Number of coordinates.
     pub fn n(&self) -> usize {
         self.regressor.coordinates().len()
     }
 
-    /// Parameters.
+    /// Number of parameters.
     pub fn p(&self) -> usize {
         self.parameters.len()
     }
@@ -117,5 +117,5 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Samples whose regressors are made together: eight a lane of the widest processor.
+/// Samples whose regressors are computed together: eight for each lane of the widest processor.
 const TOGETHER: usize = 64;

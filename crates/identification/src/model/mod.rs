@@ -1,4 +1,4 @@
-//! What is linear in the parameters: tau = Y X + friction + couplings.
+//! The model that is linear in the parameters: tau = Y X + friction + couplings.
 
 pub mod compiled;
 pub mod coupling;

@@ -1,7 +1,7 @@
 //! How fast the motion is, and the cut-off that follows from it.
 //!
 //! The rule: f_c = 20 f_95, where f_95 is the frequency below which 95 % of the energy of the
-//! fastest joint's velocity lies; not above a fifth of the sampling rate. Twenty times, because the
+//! fastest joint's velocity lies; at most a fifth of the sampling rate. The factor is twenty because the
 //! torques hold harmonics of the motion (Coulomb friction, products of velocities) that the model
 //! explains, and because the fourth-order low-pass bends the signals well below its cut-off.
 
@@ -10,9 +10,9 @@ use realfft::RealFftPlanner;
 /// The frequency content of a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrequencyContent {
-    /// Hz, a joint: 95 % of the energy of its velocity lies below; 0 for a joint at rest.
+    /// f_95 of each joint, Hz: 95 % of the energy of its velocity lies below; 0 for a joint at rest.
     pub f95: Vec<f64>,
-    /// Hz, by the rule.
+    /// Cut-off by the rule, Hz.
     pub cutoff: f64,
 }
 
@@ -42,12 +42,12 @@ const REST: f64 = 1e-3;
 
 fn velocity_f95(q: &[f64], period: f64) -> f64 {
     let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
-    // A length with small factors: a prime one is several times slower.
+    // A length with small factors: the transform of a prime length is several times slower.
     let n = smooth_length(q.len());
     if n < 8 || high - low < REST {
         return 0.0;
     }
-    // A line through the two ends taken away, so that the ends of the record are no jump.
+    // The line through both ends is subtracted, so that the ends of the record make no jump.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
     let fft = RealFftPlanner::new().plan_fft_forward(n);

@@ -1,16 +1,15 @@
 //! From the signals of a log to states: filtered positions, velocities, accelerations and torques.
 //!
-//! q, tau -> zero-phase low-pass (`butterworth`); dq the measured velocity, filtered alike, or the
-//! central difference of q; ddq the central difference of dq; then every `decimate`-th sample,
-//! without the ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true
+//! q and tau pass a zero-phase low-pass (`butterworth`). dq is the measured velocity, filtered in the same way, or the
+//! central difference of q; ddq is the central difference of dq. Then every `decimate`-th sample is kept, without the
+//! ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true
 //! to the first order [Gautier 1997]. Where a joint stands still its row is dropped: stiction is
 //! not in the model.
 //!
-//! Friction columns jump with sign(dq); the filter rounds the jumps of the torques, so the signs go
-//! through it too. On the measured sets of `dataset` this lowers the residual by 3 to 17 % for the
-//! same columns.
+//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the signs go
+//! through it too. On measured robots this lowers the residual by 3 to 17 % for the same columns.
 //!
-//! Default cut-off: `cutoff::rule`. Not here: transmissions (`transmission`), friction (`friction`).
+//! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
 
 use logs::{Effort, Error, Log, Window};
 
@@ -78,7 +77,7 @@ impl<'a> JointSignals<'a> {
         Ok(t)
     }
 
-    /// How fast the motion is; and s between the samples of its clock.
+    /// The frequency content of the motion, and the time between the samples of its clock, s.
     pub(crate) fn content(mut self, signal: &Signal) -> Result<(FrequencyContent, f64), Error> {
         let period = step(&self.on_clock(signal)?);
         Ok((cutoff::rule(&self.q, period), period))
@@ -162,7 +161,7 @@ impl<'a> JointSignals<'a> {
     }
 }
 
-/// s between samples.
+/// Time between samples, s.
 fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }

@@ -8,10 +8,10 @@ use crate::signals::cutoff::FrequencyContent;
 use crate::signals::signal_options::Signal;
 use crate::signals::transmission::Transmission;
 
-/// What is done to a log before an estimator sees it.
+/// The steps that a log goes through before an estimator sees it.
 #[derive(Clone, Debug, Default)]
 pub struct Preparation {
-    /// What lies between the log and the joints.
+    /// The transmission between the log and the joints.
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,
@@ -32,7 +32,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// As `states`; none where nothing is left.
+/// The same as `states`, but empty where nothing is left.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: &Log,
@@ -66,7 +66,7 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// No signal of a robot, in no unit; squares of larger numbers leave the range of numbers.
+/// Larger than any signal of a robot in any unit; squares of larger numbers would overflow.
 const ABSURD: f64 = 1e100;
 
 /// The states of a log without gaps; none where nothing is left between the ends and the window.

@@ -168,7 +168,7 @@ mod tests {
         std::fs::remove_file(path).unwrap();
     }
 
-    /// What is wrong with a file is counted alike, wherever the blocks end.
+    /// The faults of a file are counted alike, wherever the blocks end.
     #[test]
     fn the_account_is_that_of_the_whole() {
         let path = write("broken", 20_000, |r, [t, q, tau]| match r {

@@ -1,5 +1,5 @@
-//! Everything a simulation or a plan needs beyond the model, from the robot's file where it says so
-//! and from stated defaults where it does not.
+//! Everything that a simulation or a plan needs beyond the model. It comes from the robot's file, or from stated
+//! defaults where the file does not have it.
 //!
 //! Defaults: limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; slow velocity 0.5 rad/s; controller of 10 Hz; encoder
 //! quantum 1e-4 rad with noise of half of it; torque noise of 1 %, Coulomb friction of about 5 % of the torque
@@ -29,7 +29,7 @@ pub struct SimulationSetup {
     pub sensing: Sensing,
     /// One a joint.
     pub friction: Vec<FrictionLaw>,
-    /// Which defaults were taken, in sentences.
+    /// Sentences on the defaults taken.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! One experiment with the record it gave, cut to what is used of it.
+//! One experiment with its record, cut to the samples that are used.
 
 use std::ops::Range;
 
@@ -11,13 +11,13 @@ use crate::experiments::record::Record;
 pub struct SpectralExperiment {
     /// What was run.
     pub trajectory: ExcitingTrajectory,
-    /// rad; one series a coordinate.
+    /// Positions, rad; one series a coordinate.
     pub q: Vec<Vec<f64>>,
-    /// A, or N m where the log has torques.
+    /// Currents, A, or torques, N m, where the log has torques.
     pub current: Vec<Vec<f64>>,
-    /// Samples of each window.
+    /// Number of samples of each window.
     pub windows: Vec<usize>,
-    /// What a known load adds to the base parameters; empty without one.
+    /// Contribution of a known load to the base parameters; empty without one.
     pub load: Vec<f64>,
 }
 
@@ -43,7 +43,7 @@ impl SpectralExperiment {
         self
     }
 
-    /// Samples used.
+    /// Number of samples used.
     pub fn len(&self) -> usize {
         self.windows.iter().sum()
     }
@@ -71,9 +71,9 @@ impl SpectralExperiment {
 /// Standard deviations of one sample, one a coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseLevels {
-    /// rad.
+    /// Positions, rad.
     pub position: Vec<f64>,
-    /// In the unit of the record's currents.
+    /// Currents, in the unit of the record.
     pub current: Vec<f64>,
 }
 
@@ -101,7 +101,7 @@ impl NoiseLevels {
         })
     }
 
-    /// N m, with these gains.
+    /// Deviations of the torques with these gains, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<f64> {
         self.current.iter().zip(gain).map(|(c, g)| c * g).collect()
     }

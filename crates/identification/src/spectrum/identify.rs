@@ -1,8 +1,8 @@
 //! From the records of a plan to an estimate: the paper's rows or RIST-MH, gains known or not.
 //!
-//! Gains that are not known are estimated with the parameters from the currents (`drive_gains`), and
-//! everything stands on the known ones or on a known load. A parameter whose interval contains zero is
-//! said to be not significant; one that the rows do not determine has no value.
+//! Unknown gains are estimated with the parameters from the currents (`estimators::drive_gains`); the
+//! scale then stands on the known gains or on a known load. A parameter whose interval contains zero is
+//! not significant; one that the rows do not determine has no value.
 
 use logs::Error;
 
@@ -20,7 +20,7 @@ use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
-/// Which equations are used.
+/// The equations that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
     /// One harmonic, one quadrature, no friction.
@@ -31,8 +31,8 @@ pub enum SpectralMethod {
 
 /// The parameters from the experiments of one robot.
 ///
-/// `gains`: one a coordinate, N m per unit of the records; known ones of one where the records are torques. Fails
-/// without a periodic experiment of two periods, when nothing tells the noise, and as [`drive_gains`] does.
+/// `gains`: one a coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
+/// without a periodic experiment of two periods, where nothing tells the noise, and as [`drive_gains`] does.
 pub fn identify_spectrum(
     model: &ModelReference,
     regressor: &dyn Regressor,
@@ -205,7 +205,7 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     }
 }
 
-/// What all of an estimate with unknown gains stands on.
+/// The sentence on what an estimate with unknown gains stands on.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -234,7 +234,7 @@ fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     equations
 }
 
-/// What parameters leave of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+/// Residuals of the rows of blocks; `gain`: N m per unit of their right-hand sides.
 fn paper_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -251,7 +251,7 @@ fn paper_residuals(
     residuals(estimate, regressor, &rows, x);
 }
 
-/// What parameters leave of the rows of each joint.
+/// Residuals of the rows of each joint.
 fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
     let of_joint = |rows: &Vec<(Vec<f64>, f64)>| {
         let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();

@@ -5,10 +5,10 @@
 //! same kind of mean by 1/sqrt(e); weighted, each row is divided by the standard deviation of its
 //! right-hand side.
 //!
-//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p). [Vandanjon, Gautier, Desbats 1995], section 3.3.
+//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3].
 //!
-//! Friction has no column here: the rows are meant to be orthogonal to it, and are so only as far as
-//! the motion follows its reference. `harmonic_estimation` does not rely on that.
+//! Friction has no column here. The rows are meant to be orthogonal to it, but are so only as far as
+//! the motion follows its reference. `rist_mh` does not rely on that.
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Block, Triangle};
@@ -17,12 +17,12 @@ use crate::experiments::paper_rows::{EquationBlock, gravity_rows, spectral_rows}
 use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::SpectralExperiment;
 
-/// How the rows count.
+/// The weights of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperWeights {
-    /// As they are.
+    /// All alike.
     Equal,
-    /// Each over its standard deviation.
+    /// Each row is divided by its standard deviation.
     Noise,
 }
 

@@ -10,14 +10,17 @@ use crate::cleaning::suspects::Suspect;
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogReport {
-    /// Rows of the file and rows kept.
+    /// Rows of the file.
     pub rows: usize,
+    /// Rows that are used.
     pub kept: usize,
-    /// Rows left out because a number is missing, NaN or infinite; the first such line.
+    /// Rows left out because a number is missing, NaN or infinite.
     pub not_finite: usize,
+    /// Line of the first of them.
     pub first_not_finite: Option<usize>,
-    /// Rows left out because the clock stands still, or runs backwards.
+    /// Rows left out because the clock stands still.
     pub clock_repeated: usize,
+    /// Rows left out because the clock runs backwards.
     pub clock_backwards: usize,
     /// The first line on which the clock runs backwards.
     pub first_backwards: Option<usize>,
@@ -25,10 +28,13 @@ pub struct LogReport {
     pub ragged: usize,
     /// Kept rows in which every signal but the time is as in the row before.
     pub repeated: usize,
-    /// s: first to last sample, median and largest step; `uniform` when no step is 1 % off the median.
+    /// s, from the first to the last sample.
     pub duration: f64,
+    /// s, the median step of the clock.
     pub period: f64,
+    /// s, the longest step of the clock.
     pub longest_step: f64,
+    /// Whether no step is 1 % off the median.
     pub uniform: bool,
     /// Steps longer than [`GAP`] periods.
     pub gaps: usize,
@@ -36,9 +42,11 @@ pub struct LogReport {
     pub wrapped: usize,
     /// What no robot does, a coordinate.
     pub suspect: Vec<Suspect>,
-    /// s at rest before the first and after the last motion, and in all.
+    /// s at rest at the start.
     pub rest_before: f64,
+    /// s at rest at the end.
     pub rest_after: f64,
+    /// s at rest in all.
     pub rest: f64,
 }
 

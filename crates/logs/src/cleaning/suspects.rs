@@ -8,6 +8,7 @@ use serde::Serialize;
 /// What is odd about the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Suspect {
+    /// The coordinate it is about.
     pub coordinate: String,
     /// Jumps of the position, turns not counted.
     pub jumps: usize,

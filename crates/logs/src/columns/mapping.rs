@@ -16,11 +16,17 @@ use crate::table::Table;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnNames {
+    /// Header of the time.
     pub time: Option<String>,
+    /// Headers of the positions.
     pub position: Option<Names>,
+    /// Headers of the velocities.
     pub velocity: Option<Names>,
+    /// Headers of the accelerations.
     pub acceleration: Option<Names>,
+    /// Headers of the torques.
     pub torque: Option<Names>,
+    /// Headers of the currents.
     pub current: Option<Names>,
 }
 
@@ -29,7 +35,9 @@ pub struct ColumnNames {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Names {
+    /// `q_{}`: braces stand for the number of the coordinate.
     Pattern(String),
+    /// One a coordinate.
     Each(Vec<String>),
 }
 
@@ -38,7 +46,9 @@ pub enum Names {
 pub struct Source {
     /// Index in the table.
     pub column: usize,
+    /// As the file has it.
     pub header: String,
+    /// What its numbers are in; empty for SI without a word.
     pub unit: &'static str,
     /// SI per unit of the file.
     pub factor: f64,
@@ -57,13 +67,19 @@ impl fmt::Display for Source {
 /// The mapping from a table to the quantities of a robot; printing it shows every choice made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
+    /// Names, in the order of the series.
     pub coordinates: Vec<String>,
+    /// Where the clock stands.
     pub time: Source,
+    /// One a coordinate.
     pub position: Vec<Source>,
+    /// One a coordinate, where the file has them.
     pub velocity: Option<Vec<Source>>,
+    /// One a coordinate, where the file has them.
     pub acceleration: Option<Vec<Source>>,
     /// Torque, or current when there is no torque.
     pub effort: Vec<Source>,
+    /// Torque or current.
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
     pub unused: Vec<String>,

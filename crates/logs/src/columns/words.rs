@@ -11,11 +11,17 @@ use crate::table::Table;
 /// A measured quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
+    /// s.
     Time,
+    /// rad (m).
     Position,
+    /// rad/s (m/s).
     Velocity,
+    /// rad/s^2 (m/s^2).
     Acceleration,
+    /// N m (N).
     Torque,
+    /// A.
     Current,
 }
 

@@ -1,8 +1,8 @@
-//! The evidence for a set of base parameters, and the refusals when it does not suffice.
+//! The evidence for a set of base parameters, and the refusal where it does not suffice.
 //!
-//! A rank is believed when the numbers leave a wide gap between what they keep and what they drop,
-//! when they keep no more columns than are independent in a finite field, and when the exact
-//! coefficients of the regrouping are the numeric ones.
+//! A rank is believed if three conditions hold. The numbers leave a wide gap between what they keep and
+//! what they drop. They keep no more columns than are independent in a finite field. The exact
+//! coefficients of the regrouping agree with the numeric ones.
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
-//! Coefficients of columns that no tree rule explains: read off at random points of a finite field,
-//! then interpolated in the robot's symbols.
+//! Coefficients of columns that no tree rule explains. They are solved for at random points of a finite
+//! field, then interpolated in the robot's symbols.
 //!
 //! Loops of passive joints make columns depend on each other in ways no joint-by-joint rule sees.
 //! Where the numbers say that a column is a combination of a few others, the combination is solved

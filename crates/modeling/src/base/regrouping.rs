@@ -1,10 +1,10 @@
-//! For each dropped column the kept columns it is made of: D_d = sum_k beta_kd D_k.
+//! Finds, for each dropped column, the kept columns it consists of: D_d = sum_k beta_kd D_k.
 //!
 //! Three sources, in this order of trust:
 //!
 //! - the rules of trees ([`crate::base::rigid_regrouping`]), exact in the robot's symbols. A rule leads
-//!   to columns before the dropped one, which may be dropped themselves: then their own relation is
-//!   put in;
+//!   to columns before the dropped one. Where these are dropped themselves, their own relation is
+//!   substituted;
 //! - for columns that no rule explains, because loops tie them together, interpolation in a finite
 //!   field ([`crate::base::interpolation`]), exact too;
 //! - where that finds no closed form, the numbers of the scan.

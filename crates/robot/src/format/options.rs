@@ -1,4 +1,4 @@
-//! What a file leaves to its reader, and the caller may choose.
+//! Choices that a file leaves to its reader: the caller makes them.
 
 use crate::angle_snap::Angles;
 

@@ -1,10 +1,10 @@
-//! What friction does to a simulated joint.
+//! The friction of a simulated joint.
 //!
 //! G = s+ (Fv1 v + Fs1 m) + s- (Fv2 v + Fs2 m),  s+ = (1 + tanh(v/w))/2,  s- = 1 - s+,
 //! m = 1 + stribeck exp(-(v/v_s)^2) + load |tau|.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], equation (5), smoothed over w at rest; the Stribeck and load
-//! terms as [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Estimating friction is elsewhere.
+//! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; the Stribeck and load
+//! terms are those of [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated elsewhere.
 
 /// Friction of one joint. N m s/rad and N m; `coulomb_negative` is negative.
 #[derive(Clone, Copy, Debug, PartialEq)]

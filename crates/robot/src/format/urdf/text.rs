@@ -1,4 +1,4 @@
-//! A first reading of a URDF text: what urdf-rs hides or cannot place.
+//! A first reading of a URDF text, for what urdf-rs hides or cannot place.
 //!
 //! urdf-rs gives a robot its data but no line numbers; it takes a missing inertial for a massless
 //! link, a missing limit for zeros, and NaN for a number. Here every element that describes the
