@@ -1,9 +1,11 @@
-//! The models, random states and mechanics of our own, shared by several test files.
+//! The models, random states, mechanics of our own and benchmarks, shared by several test files.
 //!
-//! The mechanics here are plain f64 in the base frame, from the formulas of textbooks and the fields of a
-//! [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that an
-//! error would have to be made twice.
+//! The mechanics of `recursion` and `lagrangian` are plain f64 in the base frame, from the formulas of textbooks and
+//! the fields of a [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that
+//! an error would have to be made twice. [`tape_robot::TapeRobot`] is the other way round: a robot as the program
+//! derives it, for what comes after the model.
 
+pub mod benchmark;
 pub mod joint_log;
 pub mod lagrangian;
 pub mod number;
@@ -14,6 +16,7 @@ pub mod random;
 pub mod recursion;
 pub mod rules;
 pub mod running_error;
+pub mod tape_robot;
 pub mod urdf_text;
 
 use std::path::{Path, PathBuf};

@@ -15,7 +15,7 @@ Tasks of this repository.
 cargo xtask gen [MODEL..]           write generated/src/robots/ from models/ (all, without an argument)
 cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to run
 cargo xtask bench                   time derivations, calls and the compilation of a generated file
-cargo xtask datasets DIR            the scoreboard on folders of measured robots: rist datasets DIR
+cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
 
 A MODEL is a path such as models/race.yaml.";
 
@@ -25,7 +25,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "datasets" => {
-            let words = ["run", "--quiet", "--release", "--package", "cli", "--", "datasets"];
+            let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())
         }
         Some((task, _)) if task == "--help" || task == "-h" || task == "help" => {

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-
 use rist::Language;
 
 use crate::failure::{Failure, print, write_file};

@@ -2,7 +2,6 @@
 
 mod artefact;
 mod convert;
-mod datasets;
 mod evaluate;
 mod failure;
 mod generate;
@@ -40,7 +39,6 @@ enum Command {
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
-    Datasets(datasets::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -55,7 +53,6 @@ fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
-        Command::Datasets(arguments) => datasets::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,10 +5,9 @@
 //! triangles), [`estimators`] (triangles become a solution), [`estimate`] (a solution becomes an estimate with its
 //! evidence), [`simulate`], [`spectrum`] (the experiments of a plan), [`write`].
 
+#![warn(missing_docs)]
+
 pub mod algebra;
-pub mod benchmark;
-#[cfg(test)]
-mod coverage;
 pub mod estimate;
 pub mod estimators;
 pub mod experiments;
@@ -22,15 +21,3 @@ mod test_arm;
 pub mod write;
 
 pub use logs::Error;
-
-#[cfg(test)]
-extern crate self as identification;
-#[cfg(test)]
-#[path = "../tests/tree_robot/candidates.rs"]
-mod robot_candidates;
-#[cfg(test)]
-#[path = "../tests/tally/mod.rs"]
-mod tally;
-#[cfg(test)]
-#[path = "../tests/tree_robot/mod.rs"]
-mod tree_robot;

@@ -1,4 +1,5 @@
-//! A pendulum on a cart-free pivot with rotor: the smallest arm that has everything, for tests.
+//! The fixture of the unit tests: a pendulum, the smallest robot with inertia and gravity. It hangs on a fixed pivot.
+//! Whole arms are tested in the package `tests`.
 
 use crate::model::parameter::BaseParameter;
 use crate::model::regressor::Regressor;

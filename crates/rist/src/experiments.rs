@@ -19,7 +19,9 @@ use crate::{Estimate, ExperimentPlan};
 pub struct ExperimentLogs<'a> {
     /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of those done again with a load.
     pub directory: &'a Path,
+    /// The plan that was run.
     pub plan: &'a ExperimentPlan,
+    /// Which column of a log is which signal.
     pub columns: ColumnNames,
     /// Gains of drives that are known, by coordinate, N m/A; the others are estimated.
     pub gains: Vec<(String, f64)>,

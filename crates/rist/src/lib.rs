@@ -27,6 +27,8 @@
 //!
 //! `examples/` has the five things people do. The crates behind this one are re-exported under their names.
 
+#![warn(missing_docs)]
+
 mod error;
 mod experiments;
 mod load;
@@ -46,7 +48,7 @@ pub use identification::estimate::validation::Validation;
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;
-pub use model::{Model, ModelOptions, RotorInertias, check_values, read_robot};
+pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, read_robot};
 pub use planning::{PlanRequest, Planned, plan};
 pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{SimulateRequest, Simulated, simulate};

@@ -28,6 +28,7 @@ pub struct Load {
     pub parameters: Ten,
     /// Standard deviations that allow for residuals that stay the same for a while.
     pub sigma: Ten,
+    /// Whether the logs tell each of them.
     pub determined: [bool; 10],
 }
 

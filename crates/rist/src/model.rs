@@ -49,6 +49,7 @@ pub enum RotorInertias {
 pub struct Model {
     /// The file it was read from, as the user named it.
     pub path: PathBuf,
+    /// The description with its options applied.
     pub robot: Robot,
     /// The base parameters with the rules of their regrouping.
     pub parameters: BaseParameters,
@@ -135,7 +136,7 @@ impl Model {
         let base_regressor = parameters.regressor(&standard).bound();
         let (torque, closure) = (derivation.torque().bound(), derivation.closure());
         let for_regressor = derivation.closure();
-        let (coordinates, columns) = (coordinates(&robot), base_parameters(&robot, &parameters));
+        let (coordinates, columns) = (coordinates(&robot), base_columns(&robot, &parameters));
         let fingerprint = base_regressor.fingerprint();
         let regressor: Box<dyn Regressor> = match compiled(fingerprint, coordinates.clone(), columns.clone()) {
             Some(compiled) => Box::new(compiled),
@@ -279,7 +280,7 @@ fn coordinates(robot: &Robot) -> Vec<Coordinate> {
 }
 
 /// The columns of the base regressor: names, and what the joints of their links move with.
-fn base_parameters(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
+pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
     let column = |base: &modeling::BaseParameter| {
         let standard = parameters.standard[base.column];
         let link = robot.link(standard.link);

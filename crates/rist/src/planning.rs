@@ -15,7 +15,9 @@ use crate::model::Model;
 pub struct PlanRequest {
     /// Number of experiments.
     pub experiments: usize,
+    /// What makes one plan better than another.
     pub criterion: Criterion,
+    /// How swings change their velocity.
     pub profile: Profile,
     /// Configurations a coordinate.
     pub steps: usize,
@@ -27,6 +29,7 @@ pub struct PlanRequest {
     pub rate: f64,
     /// Starts of the search.
     pub starts: usize,
+    /// Of the random starts.
     pub seed: u64,
 }
 
@@ -48,6 +51,7 @@ impl Default for PlanRequest {
 
 /// A plan, and what had to be assumed for it.
 pub struct Planned {
+    /// The chosen experiments with what they promise.
     pub plan: ExperimentPlan,
     /// Sentences on what the description does not say.
     pub notes: Vec<String>,

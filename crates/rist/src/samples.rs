@@ -41,11 +41,13 @@ pub struct IdentifyRequest<'a> {
     pub consistent: bool,
     /// Logs of the same robot with a load, and the link that carries it (the last, without a name).
     pub loaded: &'a [LogSource],
+    /// The link that carries the load; `None`: the last.
     pub loaded_link: Option<String>,
 }
 
 /// The outcome of an identification.
 pub struct Identification {
+    /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
     /// The delay, where it was searched.
     pub delay: Option<Delay>,

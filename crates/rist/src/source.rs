@@ -11,7 +11,10 @@ pub enum Language {
     /// One file: no_std, generic over f64, f32 and numbers of your own.
     Rust,
     /// C99: a header of this name and a source file that need math.h.
-    C { header: String },
+    C {
+        /// Name of the header, as the source includes it.
+        header: String,
+    },
 }
 
 /// Generated source.

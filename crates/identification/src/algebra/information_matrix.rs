@@ -23,18 +23,22 @@ impl Rows {
         self.entries.extend(std::iter::repeat_n(0.0, missing));
     }
 
+    /// Columns of a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.entries.len().checked_div(self.width).unwrap_or(0)
     }
 
+    /// Whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
+    /// The rows in turn.
     pub fn iter(&self) -> impl Iterator<Item = &[f64]> {
         self.entries.chunks_exact(self.width.max(1))
     }
@@ -62,6 +66,7 @@ pub struct InformationMatrix {
 #[derive(Clone, Debug)]
 pub struct InformationFactor {
     p: usize,
+    /// log det F.
     pub log_det: f64,
     /// Lower triangle, row by row with its zeros.
     inverse: Vec<f64>,
@@ -97,10 +102,12 @@ impl InformationMatrix {
         }
     }
 
+    /// Sum of the diagonal of F.
     pub fn trace(&self) -> f64 {
         (0..self.p).map(|i| self.entries[i * self.p + i]).sum()
     }
 
+    /// Entry (i, j) of F.
     pub fn at(&self, i: usize, j: usize) -> f64 {
         if i >= j { self.entries[i * self.p + j] } else { self.entries[j * self.p + i] }
     }

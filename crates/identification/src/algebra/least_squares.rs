@@ -34,6 +34,7 @@ pub struct Solution {
     /// Directions of the parameter space (original units, largest entry 1) with their singular
     /// value over the largest, the weakest first.
     pub weak: Vec<(f64, Vec<f64>)>,
+    /// Number of independent columns.
     pub rank: usize,
 }
 

@@ -8,10 +8,10 @@
 //! The scaling matters: each noisy column is divided by the standard deviation that its noise has
 //! relative to that of y after projection. Unscaled columns of unlike noise give biased results.
 
+use logs::Error;
 use nalgebra::DMatrix;
 
 use crate::algebra::triangle::{Triangle, select};
-use logs::Error;
 
 /// The mixed solution.
 #[derive(Clone, Debug)]

@@ -38,11 +38,13 @@ pub struct Block {
 const BLOCK_ROWS: usize = 512;
 
 impl Block {
+    /// An empty block of rows with `p` columns and a right-hand side.
     pub fn new(p: usize) -> Block {
         let capacity = BLOCK_ROWS;
         Block { columns: p + 1, capacity, rows: 0, entries: vec![0.0; (p + 1) * capacity] }
     }
 
+    /// Whether the block must be folded before the next row.
     pub fn is_full(&self) -> bool {
         self.rows == self.capacity
     }
@@ -61,10 +63,12 @@ impl Block {
 }
 
 impl Triangle {
+    /// The triangle of no rows with `p` columns and a right-hand side.
     pub fn new(p: usize) -> Triangle {
         Triangle { p, entries: vec![0.0; (p + 1) * (p + 1)], live: vec![false; p + 1], rows: 0 }
     }
 
+    /// Number of columns without the right-hand side.
     pub fn columns(&self) -> usize {
         self.p
     }

@@ -21,8 +21,11 @@ pub struct Estimate {
     pub fingerprint: String,
     /// How it was estimated, in words.
     pub method: String,
+    /// Files that it was made from, as the user named them.
     pub logs: Vec<String>,
+    /// Base parameters, then friction, couplings and drive gains.
     pub parameters: Vec<Identified>,
+    /// What the model leaves unexplained, one a coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
@@ -30,6 +33,7 @@ pub struct Estimate {
     pub cross_validation: Option<f64>,
     /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
+    /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
     /// Number of rows of all joints.
     pub rows: usize,

@@ -5,6 +5,7 @@
 //! make bounds the friction that the motion does not show: the standard deviation of FV_j is max|tau_j| / (fastest
 //! joint's speed), that of FS_j, FT_j and OFF_j is max|tau_j|.
 
+use logs::Error;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +22,6 @@ use crate::model::regressor::Regressor;
 use crate::model::standard_map::StandardMap;
 use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
-use logs::Error;
 
 /// The options of the consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,7 +43,9 @@ impl Default for Consistency {
 
 /// A consistent estimate, with the least squares beside it and the solver's account.
 pub struct ConsistentFit {
+    /// What least squares found in the same rows.
     pub least_squares: Fit,
+    /// The solver's account, with all standard parameters.
     pub consistent: Consistent,
     /// Base parameters and friction, values of the consistent solution.
     pub estimate: Estimate,

@@ -4,16 +4,18 @@
 //! |e_j|^2 that they explain is near zero where the model is complete. It is large where a motor also turns with
 //! another joint and the model lacks its inertia and friction.
 
+use logs::Error;
 use nalgebra::{Matrix3, Matrix4};
 
 use crate::model::linear_model::Model;
 use crate::signals::records::Records;
-use logs::Error;
 
 /// The motion of joint `of` shows in the residual of joint `joint`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
+    /// The joint whose residual is explained.
     pub joint: usize,
+    /// The joint whose motion explains it.
     pub of: usize,
     /// Share of the squares of the residual.
     pub share: f64,

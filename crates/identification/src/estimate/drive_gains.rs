@@ -6,6 +6,8 @@
 //! Other joints hardly feel what wrist joints carry: the gains of wrists are weakly observable, and errors of the model
 //! decide them. An expected value with its deviation holds them; it is weighed against the discounted data.
 
+use logs::{Effort, Error, LogSource};
+
 use crate::algebra::triangle::Triangle;
 use crate::estimate::options::Options;
 use crate::estimators::correlated_deviation::correlation;
@@ -16,7 +18,6 @@ use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
-use logs::{Effort, Error, LogSource};
 
 /// Gains from logs of motor currents. `known` says which gains are known, `options` everything else.
 ///

@@ -4,6 +4,8 @@
 //! record with X from all other parts (blocked cross-validation: neighbours in time are alike, so
 //! parts are contiguous; the parts beside a hole may be left out too).
 
+use logs::Error;
+
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Block, Triangle};
 use crate::estimate::residuals::{Residuals, Squares};
@@ -11,7 +13,6 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, weighted};
 use crate::signals::records::Records;
-use logs::Error;
 
 /// Predicts the torques of other records with parameters `x`.
 ///

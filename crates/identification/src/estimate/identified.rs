@@ -11,8 +11,10 @@ pub const INTERVAL: f64 = 1.96;
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identified {
+    /// What the parameter is.
     #[serde(rename = "name")]
     pub id: ParameterId,
+    /// SI unit of the value.
     pub unit: Unit,
     /// `None` where the data do not determine it.
     pub value: Option<f64>,
@@ -23,6 +25,7 @@ pub struct Identified {
     pub robust_sigma: Option<f64>,
     /// 100 sigma / |value|, the larger sigma of the two, %.
     pub relative_sigma: Option<f64>,
+    /// Whether the value can be used.
     pub status: Status,
 }
 
@@ -30,6 +33,7 @@ pub struct Identified {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
+    /// Zero is outside its 95 % interval.
     Identified,
     /// Zero is within its 95 % interval.
     NotSignificant,

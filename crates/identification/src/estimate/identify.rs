@@ -3,26 +3,25 @@
 //! `estimators::weighted` solves; `estimators::huber` goes over the rows again where its weights are asked for. The
 //! intervals, the held-out errors and the remarks are added here.
 
-use crate::estimate::held_out::residuals;
-use crate::estimate::options::Options;
-use crate::estimate::residuals::JointResidual;
-use crate::estimators::weighted::{Weights, fit};
-use crate::signals::preparation::states;
+use logs::{Error, Log};
 
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::cross_talk::{CrossTalk, cross_talk};
-use crate::estimate::held_out::cross_validate;
+use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
+use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::reweighted;
+use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
+use crate::signals::preparation::states;
 use crate::signals::records::Records;
-use logs::{Error, Log};
 
 /// Identifies a robot from one log.
 ///
@@ -40,8 +39,11 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
 
 /// An estimate with everything it came from.
 pub struct Fit {
+    /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
+    /// The rows as triangles, by part of the record and by joint.
     pub observation: Observation,
+    /// The solution behind the values.
     pub solution: Solution,
     /// 1 / standard deviation of the residual, one a joint; ones for OLS.
     pub weights: Vec<f64>,

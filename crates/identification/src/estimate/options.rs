@@ -15,10 +15,15 @@ use crate::signals::transmission::Transmission;
 pub struct Options {
     /// Name of the robot, for the report.
     pub model: String,
+    /// Which column of a log is which signal.
     pub columns: ColumnNames,
+    /// What lies between the log and the joints.
     pub transmission: Transmission,
+    /// How signals become states.
     pub signal: Signal,
+    /// Friction columns of every joint.
     pub friction: Vec<FrictionTerm>,
+    /// How much each row counts.
     pub weights: Weights,
     /// Whether the estimate carries its covariance.
     pub covariance: bool,

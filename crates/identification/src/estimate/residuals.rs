@@ -13,6 +13,7 @@ use crate::model::unit::Unit;
 /// The residual of one joint: the torque that the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointResidual {
+    /// Name of the coordinate.
     pub coordinate: String,
     /// Root mean square, in `unit`.
     pub rms: f64,
@@ -21,6 +22,7 @@ pub struct JointResidual {
     pub unit: Unit,
     /// |tau_j - W_j X| / |tau_j|.
     pub relative: f64,
+    /// Rows of the joint.
     pub rows: usize,
     /// `relative` on tenths of the record predicted from the others.
     #[serde(default)]
@@ -37,14 +39,18 @@ fn torque() -> Unit {
 /// Squares of the torque and of its residual, and the number of rows behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
+    /// |tau_j|^2.
     pub torque: f64,
+    /// Square of what is left of it.
     pub left: f64,
+    /// Rows of the joint.
     pub rows: usize,
 }
 
 /// Residuals of all joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Residuals {
+    /// One a coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,

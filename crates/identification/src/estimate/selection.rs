@@ -5,34 +5,39 @@
 //! always fit better but seldom predict better. The delay of the torques is the one with the smallest
 //! residual; it shifts the torques by linear interpolation before they are filtered.
 
-use crate::estimate::residuals::Residuals;
 use std::fmt;
+
+use logs::{Error, LogSource};
 
 use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::options::Options;
+use crate::estimate::residuals::Residuals;
 use crate::estimators::weighted::fit;
 use crate::model::friction::terms::FrictionTerm;
 use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
-use logs::{Error, LogSource};
 
 /// One friction model and what it reached.
 #[derive(Clone, Debug)]
 pub struct FrictionCandidate {
+    /// Friction columns of every joint.
     pub terms: Vec<FrictionTerm>,
     /// Columns of all joints.
     pub columns: usize,
     /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
     pub fitted: f64,
+    /// Residuals on tenths of the record predicted from the others.
     pub predicted: Residuals,
 }
 
 /// The candidates in the order given, and the one to take.
 #[derive(Clone, Debug)]
 pub struct FrictionSelection {
+    /// All that were tried, the simplest first.
     pub candidates: Vec<FrictionCandidate>,
+    /// Index of the one that is used.
     pub chosen: usize,
 }
 
@@ -109,6 +114,7 @@ pub struct Delay {
     pub seconds: f64,
     /// |tau - W X| / |tau| there and without delay.
     pub residual: f64,
+    /// |tau - W X| / |tau| without a delay.
     pub residual_without: f64,
     /// The residual still falls where the search ends: the delay is larger, or no delay explains it.
     pub at_the_end: bool,

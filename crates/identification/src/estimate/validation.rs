@@ -14,14 +14,17 @@ use crate::model::unit::Unit;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {
+    /// The robot it is about.
     pub model: ModelReference,
     /// How the predicting estimate was made.
     pub method: String,
     /// Cut-off of the low-pass, Hz; 0: none.
     pub cutoff_hz: f64,
+    /// One a coordinate, over all motions.
     pub joints: Vec<JointValidation>,
     /// Relative error over all joints and motions.
     pub total: f64,
+    /// One a log, over all joints.
     pub motions: Vec<MotionValidation>,
     /// Torques over time of the first motion, one a joint.
     #[serde(default)]
@@ -31,6 +34,7 @@ pub struct Validation {
 /// One joint over all motions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointValidation {
+    /// Name of the coordinate.
     pub coordinate: String,
     /// |tau - tau_predicted| / |tau|.
     pub relative: f64,
@@ -50,7 +54,9 @@ pub struct JointValidation {
 /// One motion over all joints.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MotionValidation {
+    /// The log, as the user named it.
     pub name: String,
+    /// |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
     /// One a joint, where the motion was predicted with everything the estimate has.
     #[serde(default)]
@@ -60,9 +66,13 @@ pub struct MotionValidation {
 /// The torques of one joint over time, as figure 2 of the paper shows them: s and N m.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TorquePicture {
+    /// Name of the coordinate.
     pub coordinate: String,
+    /// s.
     pub t: Vec<f64>,
+    /// N m (N), filtered.
     pub measured: Vec<f64>,
+    /// N m (N).
     pub predicted: Vec<f64>,
 }
 

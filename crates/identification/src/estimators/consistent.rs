@@ -15,11 +15,11 @@
 //! the motion does not show. Newton's method with line search solves it; gamma starts where the
 //! reference alone decides, and is lowered. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
 
-use crate::model::standard_map::StandardMap;
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
 use crate::algebra::triangle::Triangle;
 use crate::model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
+use crate::model::standard_map::StandardMap;
 
 /// The knowledge that holds the solution beside the data.
 #[derive(Clone, Debug)]
@@ -47,14 +47,18 @@ pub struct Consistent {
     pub smallest_eigenvalues: Vec<f64>,
     /// Bound on the objective above its optimum, nats, and the objective (1/2 chi^2).
     pub gap: f64,
+    /// 1/2 chi^2 of the solution.
     pub objective: f64,
+    /// How the iteration ended.
     pub outcome: Outcome,
+    /// Steps over all values of the barrier.
     pub newton_steps: usize,
 }
 
 /// How the iteration ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
+    /// The gradient vanished at the smallest barrier.
     Converged,
     /// The line search found no descent before the gradient vanished, because of rounding.
     Stalled,

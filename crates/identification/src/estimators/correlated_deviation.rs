@@ -14,11 +14,12 @@
 //! record leaves the variance itself uncertain: 95 % intervals reach 1.96 + 2.9694 b + 0.4160 b^2 - 0.5324 b^3
 //! sigmas [Kiefer, Vogelsang 2005, Bartlett kernel], so sigma is given that much larger.
 
+use logs::Error;
+
 use crate::algebra::least_squares::Solution;
 use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::signals::records::Records;
-use logs::Error;
 
 /// Longest span, in samples: bounds the memory.
 const LONGEST: usize = 4096;

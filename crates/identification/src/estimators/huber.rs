@@ -8,12 +8,13 @@
 //! The triangle of the weighted rows would give s^2 mean(psi u) / mean w instead. The influence of a row is bounded but
 //! not zero: outliers to one side shift the estimate by k times their share.
 
+use logs::Error;
+
 use crate::algebra::least_squares::Solution;
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, RowWeight};
 use crate::signals::records::Records;
-use logs::Error;
 
 const K: f64 = 1.345;
 const ITERATIONS: usize = 30;
@@ -22,11 +23,15 @@ const SETTLED: f64 = 1e-3;
 
 /// The robust solution, its weights by joint, and its triangles.
 pub struct Reweighted {
+    /// Of the reweighted rows.
     pub solution: Solution,
+    /// 1 / scale of the residual, one a joint.
     pub weights: Vec<f64>,
+    /// The reweighted rows.
     pub observation: Observation,
     /// Share of the rows of each joint that count less than fully.
     pub outliers: Vec<f64>,
+    /// Passes over the rows.
     pub iterations: usize,
     /// s_j.
     scales: Vec<f64>,

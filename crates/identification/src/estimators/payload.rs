@@ -5,19 +5,20 @@
 //! belong to the link. Both logs are solved together for X, friction and phi_L [Khalil, Gautier,
 //! Lemoine 2007], weighted by joint.
 
+use logs::Error;
 use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Block, Triangle};
 use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
-use logs::Error;
 
 /// A load and how well it is known.
 #[derive(Clone, Debug)]
 pub struct Payload {
     /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
     pub parameters: Ten,
+    /// Standard deviations for white noise.
     pub sigma: Ten,
     /// 10 x 10.
     pub covariance: DMatrix<f64>,

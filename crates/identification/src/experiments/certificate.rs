@@ -28,6 +28,7 @@ pub struct ApproximateDesign {
     pub log_det: f64,
     /// No design exceeds log_det + gap.
     pub gap: f64,
+    /// Steps of the ascent.
     pub iterations: usize,
 }
 

@@ -30,10 +30,13 @@ pub enum Criterion {
 /// The effort of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Search {
+    /// Random plans the search starts from.
     pub starts: usize,
     /// At most this many passes over the positions in a start.
     pub sweeps: usize,
+    /// Threads that share the starts; the result does not depend on them.
     pub threads: usize,
+    /// Of the random plans.
     pub seed: u64,
 }
 

@@ -26,14 +26,20 @@ use crate::experiments::profile::Profile;
 /// The purpose of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionKind {
+    /// The fast joint alone, at its greatest acceleration: its inertia.
     Inertial,
+    /// The fast joint at its greatest velocity, and a slow one: centrifugal torques.
     Centrifugal,
+    /// The fast joint at its greatest acceleration, and a slow one: inertia between them.
     Coupling,
+    /// Between the two, with all joints that the fast one carries.
     Mixed,
+    /// The fast joint alone, slowly forth and back: gravity.
     Gravity,
 }
 
 impl MotionKind {
+    /// All kinds, in the order of the paper.
     pub const ALL: [MotionKind; 5] =
         [MotionKind::Inertial, MotionKind::Centrifugal, MotionKind::Coupling, MotionKind::Mixed, MotionKind::Gravity];
 
@@ -59,6 +65,7 @@ impl MotionKind {
 pub enum Motion {
     /// Whole periods between centre - half_range and centre + half_range.
     Swing {
+        /// How the swing changes its velocity.
         profile: Profile,
         /// Samples of one period.
         period: usize,
@@ -85,6 +92,7 @@ pub enum Motion {
 /// The motion of one experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitingTrajectory {
+    /// Which torques it shows.
     pub kind: MotionKind,
     /// Coordinate of the fast joint, or of the only one that moves.
     pub fast: usize,
@@ -94,6 +102,7 @@ pub struct ExcitingTrajectory {
     pub centre: Vec<f64>,
     /// s.
     pub sample_time: f64,
+    /// How the fast joint moves.
     pub motion: Motion,
 }
 
@@ -102,8 +111,11 @@ pub struct ExcitingTrajectory {
 pub struct Reference {
     /// s.
     pub sample_time: f64,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s).
     pub dq: Vec<Vec<f64>>,
+    /// rad/s^2 (m/s^2).
     pub ddq: Vec<Vec<f64>>,
     /// The samples that are used: whole periods, or the two sections of constant velocity.
     pub windows: Vec<Range<usize>>,
@@ -131,7 +143,9 @@ impl Projector {
 /// Sp(D_joint, projector of the fast joint) X = Sp(tau_joint, the same).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
+    /// The joint whose torque is projected.
     pub joint: usize,
+    /// What it is projected on.
     pub projector: Projector,
 }
 

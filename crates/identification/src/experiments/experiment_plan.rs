@@ -3,13 +3,9 @@
 //! Experiments are in the order in which each adds the most; the figures are predictions for motions
 //! that follow their reference, with the torque noise named in the file.
 
-use crate::model::parameter::BaseParameter;
-use crate::model::parameter::Parameter;
-use crate::model::parameter::ParameterId;
-use crate::model::reference::ModelReference;
-use crate::model::unit::Unit;
 use std::fmt;
 
+use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
@@ -19,18 +15,24 @@ use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
+use crate::experiments::planned_experiment::{PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter};
 use crate::experiments::profile::Profile;
+use crate::model::parameter::{BaseParameter, Parameter, ParameterId};
+use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
-use logs::Error;
 
 /// A plan and what it promises.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentPlan {
+    /// The robot it was made for.
     pub model: ModelReference,
+    /// Names, in the order of q.
     pub coordinates: Vec<String>,
+    /// s between samples of the controller.
     pub sample_time_s: f64,
     /// Assumed, a sample, N m, one a coordinate.
     pub torque_noise: Vec<f64>,
+    /// Number of motions it was chosen from.
     pub candidates: usize,
     /// `determinant` or `frobenius_condition`.
     pub criterion: String,
@@ -39,63 +41,14 @@ pub struct ExperimentPlan {
     pub d_efficiency_at_least: f64,
     /// Equation (15) for this plan, and what no plan can fall below.
     pub cond_fro: f64,
+    /// Bound on what any plan of as many experiments can reach.
     pub cond_fro_at_least: f64,
+    /// Number of parameters that the plan shows.
     pub rank: usize,
+    /// In the order in which each adds the most.
     pub experiments: Vec<PlannedExperiment>,
     /// Parameters in the order of the regressor.
     pub parameters: Vec<PredictedParameter>,
-}
-
-/// One experiment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlannedExperiment {
-    pub name: String,
-    pub kind: String,
-    /// Coordinates that move fast, and slowly.
-    pub fast: String,
-    pub slow: Vec<String>,
-    /// rad, in the order of the coordinates.
-    pub centre: Vec<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub swing: Option<PlannedSwing>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sweep: Option<PlannedSweep>,
-    /// With this experiment and those before it.
-    pub rank: usize,
-    /// log det F that it adds, where F is of full rank without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub adds_log_det: Option<f64>,
-    /// Parameters that become identifiable with it.
-    pub adds: Vec<ParameterId>,
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlannedSwing {
-    /// `bang_bang` or `smooth`.
-    pub profile: String,
-    pub period_samples: usize,
-    pub transient_periods: usize,
-    pub periods: usize,
-    /// rad, in the order of the coordinates.
-    pub half_range: Vec<f64>,
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlannedSweep {
-    pub range_rad: f64,
-    pub velocity_rad_per_s: f64,
-    pub acceleration_rad_per_s2: f64,
-    pub settling_s: f64,
-}
-
-/// The prediction of a plan for one parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PredictedParameter {
-    #[serde(rename = "name")]
-    pub id: ParameterId,
-    pub unit: Unit,
-    /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
-    pub sigma: Option<f64>,
 }
 
 impl ExperimentPlan {
@@ -356,37 +309,37 @@ fn names(parameters: &[ParameterId]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot_candidates::benchmark_candidates;
-    use crate::tree_robot::{NOISE, TreeRobot};
+    use crate::experiments::candidates::candidates;
+    use crate::experiments::candidates::tests::{grid, limits};
+    use crate::test_arm::Pendulum;
 
     fn plan(count: usize) -> ExperimentPlan {
-        let robot = TreeRobot::r3(true);
-        let model = ModelReference { name: "R3G".into(), fingerprint: "0123".into() };
-        let candidates: Vec<Candidate> = benchmark_candidates(&robot, true).into_iter().step_by(3).collect();
+        let (arm, noise) = (Pendulum::new(), [0.1]);
+        let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
         let search = Search { starts: 4, ..Search::default() };
         let quiet = |_: usize, _: usize, _: f64| ();
-        let criterion = Criterion::Determinant;
-        ExperimentPlan::choose(model, &robot, &candidates, &NOISE, count, criterion, &search, &quiet)
+        let found = candidates(&grid(), &limits()[..1], &arm, &noise);
+        ExperimentPlan::choose(model, &arm, &found, &noise, count, Criterion::Determinant, &search, &quiet)
     }
 
     #[test]
     fn a_plan_survives_its_file() {
-        let plan = plan(8);
-        assert_eq!((plan.rank, plan.unidentifiable().len()), (15, 0));
+        let plan = plan(4);
+        assert_eq!((plan.rank, plan.unidentifiable().len()), (3, 0));
         assert!(plan.d_efficiency_at_least > 0.7 && plan.cond_fro >= plan.cond_fro_at_least);
         let text = plan.to_yaml().unwrap();
         let read = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
         assert_eq!(plan, read, "{text}");
         let trajectories = read.trajectories("plan.yaml").unwrap();
-        assert_eq!(trajectories.len(), 8);
+        assert_eq!(trajectories.len(), 4);
         let ranks: Vec<usize> = plan.experiments.iter().map(|e| e.rank).collect();
-        assert!(ranks.is_sorted() && ranks[7] == 15);
+        assert!(ranks.is_sorted() && ranks[3] == 3, "{ranks:?}");
     }
 
     #[test]
     fn a_poor_plan_names_what_it_cannot_tell() {
-        let plan = plan(2);
-        assert!(plan.rank < 15 && !plan.unidentifiable().is_empty());
+        let plan = plan(1);
+        assert!(plan.rank < 3 && !plan.unidentifiable().is_empty());
         assert!(plan.to_string().contains("not identifiable with this plan: "), "{plan}");
     }
 

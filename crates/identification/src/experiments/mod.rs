@@ -7,6 +7,7 @@ pub mod exciting_trajectory;
 pub mod experiment_plan;
 pub mod measured_motion;
 pub mod paper_rows;
+pub mod planned_experiment;
 pub mod point_to_point;
 pub mod profile;
 pub mod record;

@@ -10,12 +10,12 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
-use crate::experiments::measured_motion::MeasuredMotion;
 use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::fourier::{Bins, sp};
 use crate::algebra::information_matrix::Rows;
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
+use crate::experiments::measured_motion::MeasuredMotion;
 use crate::model::regressor::Regressor;
 
 /// Rows of W with their right-hand sides.
@@ -132,6 +132,7 @@ impl EquationBlock {
         EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
+    /// Adds a row, its right-hand side, the standard deviation of that, and the joint it is of.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);
@@ -160,60 +161,28 @@ impl EquationBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::exciting_trajectory::MotionKind;
-    use crate::experiments::profile::Profile;
-    use crate::tree_robot::TreeRobot;
-
-    fn torque(columns: &[Vec<Vec<f64>>], x: &[f64]) -> Vec<Vec<f64>> {
-        let one = |d: &Vec<Vec<f64>>| (0..d[0].len()).map(|i| d.iter().zip(x).map(|(d, x)| d[i] * x).sum()).collect();
-        columns.iter().map(one).collect()
-    }
-
-    #[test]
-    fn exact_motion_gives_exact_equations() {
-        let robot = TreeRobot::r3(true);
-        let centre = [0.0, 0.3, -0.7];
-        let swing = ExcitingTrajectory::swing(
-            MotionKind::Mixed,
-            0,
-            &[1, 2],
-            &centre,
-            Profile::BangBang,
-            500,
-            30.0,
-            &[0.5; 3],
-            4.0,
-            1e-3,
-        );
-        let motion = MeasuredMotion::of_reference(&swing.reference());
-        let tau = torque(&motion.regressor_columns(&robot), &robot.truth);
-        let block = spectral_rows(&swing, &robot, &motion, &tau, &[0.2, 0.15, 0.1]);
-        assert_eq!(block.joint, [0, 1, 1, 2, 2]);
-        for (row, y) in block.rows.iter().zip(&block.right) {
-            let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
-            // Sp is linear: rounding only.
-            assert!((x - y).abs() < 1e-12, "{x} {y}");
-        }
-    }
+    use crate::test_arm::Pendulum;
 
     #[test]
     fn gravity_rows_keep_the_information_of_the_centred_equations() {
-        let robot = TreeRobot::r3(true);
-        let sweep = ExcitingTrajectory::sweep(1, &[0.0, 0.0, -2.2], 2.0, 1.0, 1e-3);
+        let arm = Pendulum::new();
+        let sweep = ExcitingTrajectory::sweep(0, &[0.3], 2.0, 1.0, 1e-3);
         let reference = sweep.reference();
         let motion = MeasuredMotion::of_reference(&reference);
-        let mut tau = torque(&motion.regressor_columns(&robot), &robot.truth);
+        let columns = &motion.regressor_columns(&arm)[0];
+        let torque = |i: usize| columns.iter().zip(arm.truth).map(|(d, x)| d[i] * x).sum::<f64>();
+        let mut tau: Vec<f64> = (0..motion.len()).map(torque).collect();
         let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
         // A friction that depends on the direction alone must not be seen.
-        for i in 0..tau[1].len() {
-            tau[1][i] += if i < directions[0] { 0.6 } else { -0.75 };
+        for (i, tau) in tau.iter_mut().enumerate() {
+            *tau += if i < directions[0] { 0.6 } else { -0.75 };
         }
-        let block = gravity_rows(&sweep, &robot, &motion.q, &tau, &[0.2, 0.15, 0.1], &directions);
-        // At rest joint 2 carries two lumps: along and across its link.
+        let block = gravity_rows(&sweep, &arm, &motion.q, &[tau], &[0.1], &directions);
+        // At rest the joint carries two first moments: along and across the link.
         assert_eq!(block.right.len(), 2);
         for (row, y) in block.rows.iter().zip(&block.right) {
-            let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
-            // Sums of 1800 torques of 10 N m.
+            let x: f64 = row.iter().zip(arm.truth).map(|(a, b)| a * b).sum();
+            // Sums of thousands of torques of 10 N m.
             assert!((x - y).abs() < 1e-10, "{x} {y}");
         }
     }

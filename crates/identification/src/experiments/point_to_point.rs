@@ -15,6 +15,7 @@ pub struct ValidationMotion {
     pub velocity: f64,
     /// Share of the greatest acceleration.
     pub acceleration: f64,
+    /// Number of moves in one motion.
     pub moves: usize,
 }
 

@@ -5,7 +5,9 @@
 pub struct Record {
     /// s.
     pub sample_time: f64,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// A, or N m (N) where torques were recorded.
     pub current: Vec<Vec<f64>>,
 }
 

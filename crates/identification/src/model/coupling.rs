@@ -12,7 +12,9 @@ use crate::model::parameter::CouplingParameter;
 /// Motor m, which joint k turns too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
+    /// The coordinate of the motor.
     pub motor: usize,
+    /// The other coordinate that turns it.
     pub joint: usize,
     /// R_mk / R_mm.
     pub ratio: f64,

@@ -4,12 +4,12 @@
 //! to the base parameters, B_L the ten columns of B that belong to the link. Its torque D B_L phi_L is known. A load that
 //! is not known is estimated in `estimators::payload`.
 
+use logs::Error;
 use robot::{Part, Pose, Robot, transform_inertial};
 use serde::{Deserialize, Serialize};
 
 use crate::model::pseudo_inertia::smallest_eigenvalue;
 use crate::model::standard_map::StandardMap;
-use logs::Error;
 
 /// A body on a link, as its file has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,11 +30,17 @@ pub struct KnownLoad {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Inertia {
+    /// kg m^2.
     pub xx: f64,
+    /// kg m^2, the entry of the matrix.
     pub xy: f64,
+    /// kg m^2, the entry of the matrix.
     pub xz: f64,
+    /// kg m^2.
     pub yy: f64,
+    /// kg m^2, the entry of the matrix.
     pub yz: f64,
+    /// kg m^2.
     pub zz: f64,
 }
 

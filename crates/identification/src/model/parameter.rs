@@ -114,6 +114,7 @@ impl<'de> Deserialize<'de> for ParameterId {
 /// A column of the base regressor: its name, and the joint that its link moves with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
+    /// The name of the column.
     pub name: BaseName,
     /// The coordinates that move the joint of its link: its own, or those that a passive joint follows.
     pub coordinates: Vec<usize>,
@@ -135,9 +136,11 @@ impl BaseParameter {
 pub struct BaseName {
     /// Without gravity, the length through which a first moment acts; empty otherwise.
     pub lever: String,
+    /// The standard parameter whose column it is.
     pub inertial: Inertial,
     /// Whether other parameters regroup into it: the R behind the letters.
     pub absorbs: bool,
+    /// The label of its link.
     pub label: Label,
 }
 
@@ -185,19 +188,33 @@ impl FromStr for BaseName {
 /// A friction parameter of one coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionParameter {
+    /// FV.
     Viscous,
+    /// FS.
     Coulomb,
+    /// OFF.
     Offset,
+    /// FVP: viscous, for dq > 0.
     ViscousForward,
+    /// FSP: Coulomb, for dq > 0.
     CoulombForward,
+    /// FVN: viscous, for dq < 0.
     ViscousBackward,
+    /// FSN: Coulomb, for dq < 0; negative.
     CoulombBackward,
+    /// FT: what stiction has above Coulomb friction.
     Stribeck,
+    /// FTP: the same for dq > 0.
     StribeckForward,
+    /// FTN: the same for dq < 0.
     StribeckBackward,
+    /// FL: Coulomb friction per unit of torque.
     Load,
+    /// FLP: the same for dq > 0.
     LoadForward,
+    /// FLN: the same for dq < 0.
     LoadBackward,
+    /// IA: rotor inertia, for models that have none.
     Rotor,
 }
 
@@ -264,8 +281,11 @@ impl FrictionParameter {
 /// A parameter of a motor that turns with a joint other than its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CouplingParameter {
+    /// IAM: rotor inertia of the motor.
     Rotor,
+    /// FVM: its viscous friction.
     Viscous,
+    /// FSM: its Coulomb friction.
     Coulomb,
 }
 
@@ -295,6 +315,7 @@ impl CouplingParameter {
 /// A column of the observation equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
+    /// What it is.
     pub id: ParameterId,
     /// The coordinates it acts with: that of a friction, those that move the joint of a base parameter's link.
     pub coordinates: Vec<usize>,

@@ -5,7 +5,9 @@ use crate::model::parameter::BaseParameter;
 /// A coordinate of a robot: its name, and whether it is a length.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
+    /// As the description names it.
     pub name: String,
+    /// Whether it is a length, not an angle.
     pub is_prismatic: bool,
 }
 

@@ -5,19 +5,22 @@
 //! held. Rows of different joints are kept apart, so that weights by joint need no second pass. Contiguous parts of
 //! the record are kept apart too, so that leaving parts out (validation) needs none either.
 
-use crate::algebra::vector::dot;
-use crate::model::linear_model::Model;
 use std::ops::Range;
 
+use logs::Error;
+
 use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::vector::dot;
+use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::signals::records::Records;
-use logs::Error;
 
 /// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
+    /// Parameters whose residual is meant.
     pub x: &'a [f64],
+    /// From a joint and its residual to the factor of the row.
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 

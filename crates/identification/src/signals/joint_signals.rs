@@ -11,27 +11,32 @@
 //!
 //! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
 
-use crate::model::states::States;
-use crate::signals::signal_options::{Signal, Velocity};
-use logs::Window;
+use logs::{Effort, Error, Log, Window};
 
 use crate::model::coupling::Coupling;
 use crate::model::friction::terms::sign;
+use crate::model::states::States;
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
 use crate::signals::cutoff::FrequencyContent;
 use crate::signals::resample::{interpolate, uniform_clock};
+use crate::signals::signal_options::{Signal, Velocity};
 use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
-use logs::{Effort, Error, Log};
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
 pub struct JointSignals<'a> {
+    /// The log behind them.
     pub log: &'a Log,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s), where measured.
     pub dq: Option<Vec<Vec<f64>>>,
+    /// rad/s^2 (m/s^2), where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
+    /// N m (N).
     pub tau: Vec<Vec<f64>>,
+    /// Motors that turn with a joint beside their own.
     pub couplings: Vec<Coupling>,
 }
 

@@ -1,12 +1,12 @@
 //! From a log to the records of an identification: one for each part between gaps of its clock.
 
-use crate::signals::signal_options::Signal;
-use crate::signals::transmission::Transmission;
 use logs::{Error, Log};
 
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::cutoff::FrequencyContent;
+use crate::signals::signal_options::Signal;
+use crate::signals::transmission::Transmission;
 
 /// The steps that a log goes through before an estimator sees it.
 #[derive(Clone, Debug, Default)]

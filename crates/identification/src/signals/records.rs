@@ -1,9 +1,10 @@
 //! The records of an identification: states held in memory, or made anew at every pass over a file.
 
+use logs::{Error, Log, LogSource, LogStream};
+
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::preparation::{Preparation, states, states_or_none};
-use logs::{Error, Log, LogSource, LogStream};
 
 /// Records in a fixed order, to be gone through as often as an estimator needs.
 pub trait Records {
@@ -99,13 +100,12 @@ impl Records for SourceRecords<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::algebra::random::Random;
-    use identification::estimate::identify::Fit;
-    use identification::estimate::options::Options;
-    use identification::estimators::weighted::Weights;
-    use identification::model::friction::terms::FrictionTerm;
-    use identification::signals::records::SourceRecords;
-    use identification::test_arm::Pendulum;
+    use crate::algebra::random::Random;
+    use crate::estimate::identify::Fit;
+    use crate::estimate::options::Options;
+    use crate::estimators::weighted::Weights;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::test_arm::Pendulum;
     use logs::{ColumnNames, LogReport};
     use std::path::{Path, PathBuf};
 

@@ -1,8 +1,7 @@
 //! How signals become states: filters, derivatives, clock, window. Every field has a default.
 
-use serde::{Deserialize, Serialize};
-
 use logs::Window;
+use serde::{Deserialize, Serialize};
 
 use crate::signals::butterworth::Butterworth;
 
@@ -22,7 +21,9 @@ pub struct Signal {
     pub rate: Option<f64>,
     /// Keep the log's own clock even where it is not uniform.
     pub own_clock: bool,
+    /// Where dq comes from.
     pub velocity: Velocity,
+    /// Where ddq comes from.
     pub acceleration: Velocity,
     /// Time dropped at each end, s; by default one period of the cut-off, three where velocities are differentiated.
     pub border: Option<f64>,
@@ -88,6 +89,8 @@ pub enum Velocity {
     /// The measured signal where the log has it.
     #[default]
     Auto,
+    /// Measured; refused where the log has none.
     Measured,
+    /// Differentiated, also where it was measured.
     Differentiated,
 }

@@ -65,8 +65,11 @@ pub struct Sensing {
 
 /// A robot with its drives, controller and friction.
 pub struct Simulation<'a> {
+    /// The robot.
     pub dynamics: &'a dyn Dynamics,
+    /// One for each joint.
     pub controller: &'a Controller,
+    /// Gains and limits of the drives.
     pub drives: &'a Drives,
     /// rad, seen by the controller.
     pub quantum: &'a [f64],
@@ -81,8 +84,11 @@ pub struct Simulation<'a> {
 pub enum Stop {
     /// It did not stop before its end.
     End,
-    /// The inertia matrix was not positive definite, or the motion left every bound, at this time, s.
-    NotPhysical { time: f64 },
+    /// The inertia matrix was not positive definite, or the motion left every bound.
+    NotPhysical {
+        /// s.
+        time: f64,
+    },
 }
 
 impl Simulation<'_> {

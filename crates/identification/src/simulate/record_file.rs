@@ -5,8 +5,9 @@
 
 use std::fmt::Write;
 
-use crate::experiments::record::Record;
 use logs::{Effort, Error, Log};
+
+use crate::experiments::record::Record;
 
 impl Record {
     /// The text of the log.

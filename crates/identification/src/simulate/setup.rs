@@ -19,10 +19,15 @@ use crate::simulate::dynamics::Dynamics;
 /// A simulated robot apart from its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
+    /// Of the motions, one a coordinate.
     pub limits: Vec<MotionLimits>,
+    /// Tuned to the robot's inertia.
     pub controller: Controller,
+    /// Gains and limits of the drives.
     pub drives: Drives,
+    /// Noise and resolution of the sensors.
     pub sensing: Sensing,
+    /// One a joint.
     pub friction: Vec<FrictionLaw>,
     /// Sentences on the defaults taken.
     pub notes: Vec<String>,

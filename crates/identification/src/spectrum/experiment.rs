@@ -9,6 +9,7 @@ use crate::experiments::record::Record;
 /// A motion and its record inside the windows: whole periods, or forth and back.
 #[derive(Clone, Debug)]
 pub struct SpectralExperiment {
+    /// What was run.
     pub trajectory: ExcitingTrajectory,
     /// Positions, rad; one series a coordinate.
     pub q: Vec<Vec<f64>>,
@@ -47,6 +48,7 @@ impl SpectralExperiment {
         self.windows.iter().sum()
     }
 
+    /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

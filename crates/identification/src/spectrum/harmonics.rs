@@ -21,7 +21,9 @@ use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded};
 /// The rows of one joint in one experiment, friction apart.
 #[derive(Clone, Debug)]
 pub struct JointSpectrum {
+    /// Index of the experiment.
     pub experiment: usize,
+    /// Index of the coordinate.
     pub joint: usize,
     /// Frequency of each row, Hz.
     pub frequency: Vec<f64>,

@@ -4,10 +4,11 @@
 //! scale then stands on the known gains or on a known load. A parameter whose interval contains zero is
 //! not significant; one that the rows do not determine has no value.
 
+use logs::Error;
+
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
-use crate::estimate::residuals::Residuals;
-use crate::estimate::residuals::Squares;
+use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::experiments::paper_rows::EquationBlock;
@@ -18,7 +19,6 @@ use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
-use logs::Error;
 
 /// The equations that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

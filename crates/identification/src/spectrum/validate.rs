@@ -7,6 +7,8 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
+use logs::Error;
+
 use crate::algebra::fourier::circular_differences;
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Block, Triangle};
@@ -18,7 +20,6 @@ use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
 use crate::model::unit::Unit;
 use crate::signals::butterworth::Butterworth;
-use logs::Error;
 
 /// Samples dropped at both ends of a motion, where the differences wrap around.
 const BORDER: usize = 30;
@@ -173,40 +174,37 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::experiments::point_to_point::{ValidationMotion, validation_trajectory};
     use crate::simulate::dynamics::torque;
-    use crate::tree_robot::TreeRobot;
+    use crate::test_arm::Pendulum;
 
-    fn records(robot: &TreeRobot, noise: f64) -> Vec<(String, Record)> {
+    /// Motions from point to point with friction and noise; 2 N m/A.
+    fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {
         let mut random = Random::new(4);
-        let limits = [(-1.0, 1.0); 3];
         let mut one = |i: usize| {
             let motion = ValidationMotion::default();
-            let r = validation_trajectory(&motion, &limits, &[3.0; 3], &[20.0; 3], 1e-3, &mut random);
-            let mut current = vec![vec![]; 3];
+            let r = validation_trajectory(&motion, &[(-1.0, 1.0)], &[3.0], &[20.0], 1e-3, &mut random);
+            let mut current = Vec::new();
             for t in 0..r.q[0].len() {
-                let at = |x: &[Vec<f64>]| [x[0][t], x[1][t], x[2][t]];
-                let tau = torque(robot, &robot.truth, &at(&r.q), &at(&r.dq), &at(&r.ddq));
-                for k in 0..3 {
-                    let friction = 0.3 * r.dq[k][t] + 0.5 * f64::from(r.dq[k][t] > 0.0);
-                    current[k].push((tau[k] + friction + noise * random.normal()) / 2.0);
-                }
+                let tau = torque(arm, &arm.truth, &[r.q[0][t]], &[r.dq[0][t]], &[r.ddq[0][t]])[0];
+                let friction = 0.3 * r.dq[0][t] + 0.5 * f64::from(r.dq[0][t] > 0.0);
+                current.push((tau + friction + noise * random.normal()) / 2.0);
             }
-            (format!("v{i}"), Record { sample_time: 1e-3, q: r.q, current })
+            (format!("v{i}"), Record { sample_time: 1e-3, q: r.q, current: vec![current] })
         };
         (0..3).map(&mut one).collect()
     }
 
     #[test]
     fn the_truth_predicts_and_a_wrong_model_does_not() {
-        let robot = TreeRobot::r3(true);
+        let arm = Pendulum::new();
         let model = ModelReference::default();
-        let records = records(&robot, 0.05);
-        let of = |x: &[f64]| validate_motions(&model, "test", &robot, x, &[2.0; 3], &records, 40.0).unwrap();
-        let right = of(&robot.truth);
+        let records = records(&arm, 0.05);
+        let of = |x: &[f64]| validate_motions(&model, "test", &arm, x, &[2.0], &records, 40.0).unwrap();
+        let right = of(&arm.truth);
         assert!(right.total < 0.01, "{right}");
         assert!(right.joints.iter().all(|j| j.relative_rigid.unwrap() > 3.0 * j.relative), "{right}");
-        let wrong: Vec<f64> = robot.truth.iter().map(|x| 1.2 * x).collect();
+        let wrong: Vec<f64> = arm.truth.iter().map(|x| 1.2 * x).collect();
         assert!(of(&wrong).total > 0.05);
-        assert_eq!(right.pictures.len(), 3);
+        assert_eq!(right.pictures.len(), 1);
         let text = right.to_yaml().unwrap();
         assert_eq!(Validation::from_yaml("validation.yaml", &text).unwrap(), right);
     }
@@ -222,10 +220,9 @@ mod tests {
 
     #[test]
     fn a_short_record_is_refused() {
-        let robot = TreeRobot::r3(true);
-        let short =
-            [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 9]; 3], current: vec![vec![0.0; 9]; 3] })];
-        let error = validate_motions(&ModelReference::default(), "", &robot, &robot.truth, &[1.0; 3], &short, 40.0);
-        assert!(error.unwrap_err().to_string().contains("9 samples of 3 joints"));
+        let arm = Pendulum::new();
+        let short = [("v0".into(), Record { sample_time: 1e-3, q: vec![vec![0.0; 9]], current: vec![vec![0.0; 9]] })];
+        let error = validate_motions(&ModelReference::default(), "", &arm, &arm.truth, &[1.0], &short, 40.0);
+        assert!(error.unwrap_err().to_string().contains("9 samples of 1 joints"));
     }
 }

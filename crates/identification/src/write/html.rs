@@ -1,11 +1,9 @@
 //! One self-contained HTML page with the plan, the parameters and the torques.
 
-use crate::estimate::identified::INTERVAL;
-use crate::estimate::identified::Identified;
-use crate::estimate::identified::Status;
 use std::fmt::Write;
 
 use crate::estimate::artefact::Estimate;
+use crate::estimate::identified::{INTERVAL, Identified, Status};
 use crate::estimate::validation::{TorquePicture, Validation};
 use crate::experiments::experiment_plan::ExperimentPlan;
 use crate::write::svg::{Line, Row, chart, escaped, table};

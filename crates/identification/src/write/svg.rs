@@ -8,8 +8,11 @@ use std::fmt::Write;
 /// A line of a chart.
 #[derive(Clone, Debug)]
 pub struct Line<'a> {
+    /// In the legend.
     pub name: &'a str,
+    /// Abscissas.
     pub x: &'a [f64],
+    /// Ordinates.
     pub y: &'a [f64],
 }
 
@@ -87,10 +90,13 @@ pub fn chart(title: &str, x_name: &str, y_name: &str, lines: &[Line]) -> String 
 /// A row of the table: a value with its 95 % interval, or none.
 #[derive(Clone, Debug)]
 pub struct Row<'a> {
+    /// Of the parameter.
     pub name: &'a str,
+    /// Of its value.
     pub unit: &'a str,
     /// Value and half the width of the interval; `None`: not identifiable.
     pub value: Option<(f64, f64)>,
+    /// Behind the interval.
     pub remark: &'a str,
 }
 

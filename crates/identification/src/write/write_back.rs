@@ -10,16 +10,18 @@
 
 use std::ops::Range;
 
+use logs::Error;
 use robot::{LinkId, Part, Robot};
 use roxmltree::{Document, Node};
 
 use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
-use logs::Error;
 
 /// A URDF with new inertials, and notes for the user on what was done.
 #[derive(Clone, Debug)]
 pub struct WrittenBack {
+    /// The description with the identified parameters.
     pub text: String,
+    /// What the format has no place for, a sentence each.
     pub notes: Vec<String>,
 }
 

@@ -5,13 +5,12 @@
 
 use std::fmt;
 
+use Quantity::*;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::columns::words::{Designator, Quantity, Reading, readings, units};
+use crate::columns::words::{Designator, Quantity, Reading, readings, units, written};
 use crate::table::Table;
-
-use Quantity::*;
 
 /// Names given by the user, for the quantities whose columns cannot be found by their names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -43,6 +42,16 @@ pub struct Source {
     pub unit: &'static str,
     /// SI per unit of the file.
     pub factor: f64,
+}
+
+impl fmt::Display for Source {
+    /// The header and the unit, which is not said twice.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = written(self.unit);
+        let said = [format!("[{unit}]"), format!("({unit})")];
+        let said = said.iter().any(|said| self.header.to_lowercase().ends_with(&said.to_lowercase()));
+        if said { f.write_str(&self.header) } else { write!(f, "{} [{unit}]", self.header) }
+    }
 }
 
 /// The mapping from a table to the quantities of a robot; printing it shows every choice made.
@@ -118,7 +127,7 @@ impl Columns {
 
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "time: {} [{}]", self.time.header, self.time.unit)?;
+        writeln!(f, "time: {}", self.time)?;
         let effort = if self.effort_is == Torque { "torque" } else { "current" };
         let rows = [
             ("position", Some(&self.position)),
@@ -132,7 +141,7 @@ impl fmt::Display for Columns {
                 continue;
             };
             let pairs = self.coordinates.iter().zip(sources);
-            let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {} [{}]", s.header, s.unit)).collect();
+            let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {s}")).collect();
             writeln!(f, "{name}: {}", pairs.join(", "))?;
         }
         if !self.unused.is_empty() {
@@ -163,7 +172,9 @@ impl Finder<'_> {
     fn error(&self, message: impl Into<String>) -> Error {
         let header = self.table.header.join(", ");
         let line = usize::from(!self.table.lines.is_empty());
-        Error::at(&self.table.file, line, format!("{}; the columns are: {}", message.into(), clipped(&header)))
+        let notes: String = self.table.notes.iter().map(|note| format!("; {note}")).collect();
+        let message = format!("{}; the columns are: {}{}", message.into(), clipped(&header), clipped(&notes));
+        Error::at(&self.table.file, line, message)
     }
 
     fn missing(&self, quantity: Quantity) -> Error {
@@ -323,6 +334,17 @@ mod tests {
         let names = ColumnNames { position, ..ColumnNames::default() };
         let columns = find("t,q_link1,q_motor_deg1,tau1", &["a"], &names).unwrap();
         assert_eq!((columns.position[0].column, columns.position[0].unit), (2, "deg"));
+    }
+
+    #[test]
+    fn units_as_they_are_written() {
+        let columns = find("time [s],q1,dq1,tau1", &["a"], &ColumnNames::default()).unwrap();
+        let lines = ["time: time [s]", "position: a <- q1 [rad]", "velocity: a <- dq1 [rad/s]"];
+        let shown = columns.to_string();
+        assert!(shown.starts_with(&lines.join("\n")), "{shown}");
+        assert!(shown.contains("torque: a <- tau1 [N m]\n"), "{shown}");
+        let milli = find("t_ms,q1_deg,i1_mA", &["a"], &ColumnNames::default()).unwrap().to_string();
+        assert!(milli.contains("time: t_ms [ms]") && milli.contains("current: a <- i1_mA [mA]"), "{milli}");
     }
 
     #[test]

@@ -137,6 +137,29 @@ pub fn units(quantity: Quantity) -> &'static [Unit] {
     WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
 }
 
+/// A unit as people write it, of one as headers write it.
+pub fn written(unit: &str) -> &str {
+    match unit {
+        "sec" => "s",
+        "radians" => "rad",
+        "degrees" => "deg",
+        "rad_s" | "radps" => "rad/s",
+        "deg_s" | "degps" => "deg/s",
+        "m_s" => "m/s",
+        "mm_s" => "mm/s",
+        "rad_s2" | "radps2" => "rad/s^2",
+        "deg_s2" | "degps2" => "deg/s^2",
+        "nm" | "n_m" | "n.m" | "n*m" => "N m",
+        "n" => "N",
+        "ncm" => "N cm",
+        "mnm" => "mN m",
+        "knm" => "kN m",
+        "a" => "A",
+        "ma" => "mA",
+        other => other,
+    }
+}
+
 /// What a header may mean.
 pub struct Reading {
     pub column: usize,

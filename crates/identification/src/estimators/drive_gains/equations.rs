@@ -13,6 +13,7 @@ pub struct JointEquations {
     pub rows: Vec<Vec<f64>>,
     /// Torque of the known load, in the unit of `rows[r]` X.
     pub known: Vec<f64>,
+    /// A, one a row: the coefficient of the gain.
     pub current: Vec<f64>,
     /// `None`: the noise of each current is one.
     pub scatter: Option<Scatter>,

@@ -18,18 +18,21 @@
 //!
 //! [Gautier, Vandanjon, Presse 1994; Vandanjon, Gautier, Desbats 1995, section 4.2]
 
+use logs::Error;
+
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Block, Triangle};
 use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
-use logs::Error;
 
 /// Knowledge of a drive's gain, N m/A, before the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
+    /// Given, without error.
     Known(f64),
     /// Expected near this value, with this standard deviation.
     Expected(f64, f64),
+    /// To be estimated.
     Free,
 }
 
@@ -42,7 +45,9 @@ pub struct DriveGains {
     pub gain_deviation: Vec<f64>,
     /// Whether the data determine the gain; true of a known one.
     pub gain_determined: Vec<bool>,
+    /// X, with these gains.
     pub parameters: Vec<f64>,
+    /// Standard deviations of X with the uncertainty of the gains in them.
     pub deviation: Vec<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
@@ -52,6 +57,7 @@ pub struct DriveGains {
     pub steps: Option<usize>,
     /// Sum of squares of the residuals over their noise.
     pub chi_square: f64,
+    /// Equations less what was estimated from them.
     pub freedom: f64,
     /// Condition number of the linearised equations, columns scaled.
     pub condition_number: f64,

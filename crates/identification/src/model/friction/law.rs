@@ -9,9 +9,13 @@
 /// Friction of one joint. N m s/rad and N m; `coulomb_negative` is negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
+    /// N m s/rad (N s/m), forward.
     pub viscous_positive: f64,
+    /// N m (N), forward.
     pub coulomb_positive: f64,
+    /// N m s/rad (N s/m), backward.
     pub viscous_negative: f64,
+    /// N m (N), backward; positive.
     pub coulomb_negative: f64,
     /// Velocity over which the sign turns, w, rad/s.
     pub smoothing: f64,
@@ -24,6 +28,7 @@ pub struct FrictionLaw {
 }
 
 impl FrictionLaw {
+    /// A joint without friction.
     pub const NONE: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
 
     /// Equation (5): Fv1, Fs1 for positive velocity, Fv2, Fs2 (negative) for negative velocity.

@@ -26,6 +26,7 @@ use crate::model::parameter::FrictionParameter;
 pub struct FrictionShape {
     /// Velocity over which the sign turns, w, rad/s.
     pub rest_velocity: f64,
+    /// Whether Coulomb friction grows with the load.
     pub load: bool,
     /// v_s, rad/s, where there is a Stribeck term.
     pub stribeck: Option<f64>,

@@ -21,8 +21,11 @@ use crate::model::parameter::FrictionParameter;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionTerm {
+    /// FV dq.
     Viscous,
+    /// FS sign(dq).
     Coulomb,
+    /// OFF.
     Offset,
     /// Coulomb as tanh(dq / v), v in rad/s.
     SmoothCoulomb(f64),
@@ -30,7 +33,9 @@ pub enum FrictionTerm {
     Asymmetric,
     /// exp(-(dq / v)^2) sign(dq), v in rad/s.
     Stribeck(f64),
+    /// FL abs(tau) sign(dq).
     Load,
+    /// IA ddq.
     Rotor,
 }
 

@@ -7,6 +7,7 @@ use crate::spectrum::harmonics::{Band, JointSpectrum};
 /// The unknowns beside the parameters, and the choices of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOptions {
+    /// Which harmonics are used.
     pub band: Band,
     /// Velocities over which the sign of friction may turn, rad/s; the best by BIC is used.
     pub rest_velocities: Vec<f64>,

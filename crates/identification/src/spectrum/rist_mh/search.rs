@@ -35,6 +35,7 @@ pub struct HarmonicEstimate {
     pub solution: Solution,
     /// Number of base parameters, the first of the unknowns.
     pub parameters: usize,
+    /// The friction columns that fit best.
     pub shape: FrictionShape,
     /// (experiment, joint, u).
     pub drift: Vec<(usize, usize, f64)>,
@@ -90,6 +91,7 @@ impl HarmonicData {
         }
     }
 
+    /// The spectra of every experiment and joint.
     pub fn spectra(&self) -> &[JointSpectrum] {
         &self.spectra
     }

@@ -1,0 +1,74 @@
+//! One experiment of a plan, and what a plan says of a parameter, as plan.yaml has them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::parameter::ParameterId;
+use crate::model::unit::Unit;
+
+/// One experiment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedExperiment {
+    /// By which its log is found: `e01`.
+    pub name: String,
+    /// Which torques it shows, a word.
+    pub kind: String,
+    /// Coordinates that move fast, and slowly.
+    pub fast: String,
+    /// Coordinates that move slowly or hold still on purpose.
+    pub slow: Vec<String>,
+    /// rad, in the order of the coordinates.
+    pub centre: Vec<f64>,
+    /// The periodic swing, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub swing: Option<PlannedSwing>,
+    /// The slow sweep, where it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<PlannedSweep>,
+    /// With this experiment and those before it.
+    pub rank: usize,
+    /// log det F that it adds, where F is of full rank without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adds_log_det: Option<f64>,
+    /// Parameters that become identifiable with it.
+    pub adds: Vec<ParameterId>,
+}
+
+/// A periodic swing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedSwing {
+    /// `bang_bang` or `smooth`.
+    pub profile: String,
+    /// Samples of one period.
+    pub period_samples: usize,
+    /// Periods before the motion is periodic.
+    pub transient_periods: usize,
+    /// Periods that are used.
+    pub periods: usize,
+    /// rad, in the order of the coordinates.
+    pub half_range: Vec<f64>,
+}
+
+/// A slow sweep there and back.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlannedSweep {
+    /// rad between the ends.
+    pub range_rad: f64,
+    /// rad/s between the ends.
+    pub velocity_rad_per_s: f64,
+    /// rad/s^2 at the ends.
+    pub acceleration_rad_per_s2: f64,
+    /// s at rest before it.
+    pub settling_s: f64,
+}
+
+/// The prediction of a plan for one parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PredictedParameter {
+    /// The base parameter.
+    #[serde(rename = "name")]
+    pub id: ParameterId,
+    /// SI unit of its deviation.
+    pub unit: Unit,
+    /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
+    pub sigma: Option<f64>,
+}

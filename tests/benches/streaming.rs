@@ -1,0 +1,113 @@
+//! A million samples of an arm of seven joints: time and memory, as the log grows.
+//! `cargo bench -p tests --bench streaming`.
+//!
+//! Each log is written, and identified in a process of its own: its peak memory is the VmHWM of
+//! /proc/self/status, for comparison with what the log's numbers and W itself would take.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use identification::algebra::random::Random;
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::model::compiled::compiled;
+use identification::model::parameter::BaseParameter;
+use identification::model::regressor::{Coordinate, Regressor};
+use identification::signals::records::SourceRecords;
+use logs::LogSource;
+
+fn panda() -> impl Regressor {
+    let function = generated::all().iter().find(|f| f.name == "panda").expect("a model of the repository");
+    let coordinate = |name: &&str| Coordinate { name: name.to_string(), is_prismatic: false };
+    let coordinates = function.coordinates.iter().map(coordinate).collect();
+    let base = |name: &&str| BaseParameter::turning(name, 0).expect("a name of a base parameter");
+    let parameters = function.parameters.iter().map(base).collect();
+    compiled(function.fingerprint, coordinates, parameters).expect("it is compiled in")
+}
+
+/// Sums of three sines a joint at 1 kHz, torques of random parameters with friction and noise.
+fn write_log(path: &Path, rows: usize) -> std::io::Result<()> {
+    let arm = panda();
+    let (n, p) = (arm.coordinates().len(), arm.parameters().len());
+    let mut random = Random::new(1);
+    let x: Vec<f64> = (0..p).map(|_| random.normal()).collect();
+    let waves: Vec<(f64, f64)> =
+        (0..3 * n).map(|i| (0.1 + 0.13 * (i % 3) as f64 + 0.007 * i as f64, random.normal())).collect();
+    let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
+    let names = |stem: &str| arm.coordinates().iter().map(|c| format!(",{stem}_{c}")).collect::<String>();
+    writeln!(out, "t{}{}{}", names("q"), names("dq"), names("tau"))?;
+    let (mut q, mut dq, mut ddq) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let mut y = vec![0.0; n * p];
+    for r in 0..rows {
+        let t = 1e-3 * r as f64;
+        for j in 0..n {
+            (q[j], dq[j], ddq[j]) = (0.0, 0.0, 0.0);
+            for (f, phase) in &waves[3 * j..3 * j + 3] {
+                let w = 2.0 * std::f64::consts::PI * f;
+                let (s, c) = (w * t + phase).sin_cos();
+                (q[j], dq[j], ddq[j]) = (q[j] + 0.5 * s, dq[j] + 0.5 * w * c, ddq[j] - 0.5 * w * w * s);
+            }
+        }
+        arm.fill(&q, &dq, &ddq, &mut y);
+        let mut line = format!("{t:.3}");
+        for x in q.iter().chain(&dq) {
+            let _ = write!(line, ",{x:.6}");
+        }
+        for j in 0..n {
+            let tau: f64 = y[j * p..(j + 1) * p].iter().zip(&x).map(|(y, x)| y * x).sum();
+            let _ = write!(line, ",{:.5}", tau + 0.3 * dq[j] + 0.5 * dq[j].signum() + 0.1 * random.normal());
+        }
+        writeln!(out, "{line}")?;
+    }
+    out.flush()
+}
+
+fn measure(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let arm = panda();
+    // Every sample counts: no decimation.
+    let mut options = Options::default();
+    (options.signal.cutoff, options.signal.decimate) = (Some(40.0), Some(1));
+    let start = Instant::now();
+    let (log, _) = LogSource::open(path, arm.coordinates(), &options.columns)?;
+    let rows = log.report().kept;
+    let held = if matches!(log, LogSource::Held(_)) { "held" } else { "streamed" };
+    let logs = [log];
+    let records = SourceRecords::new(&arm, &logs, &options.preparation())?;
+    let fit = Fit::of_records(&arm, &records, Vec::new(), &options)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:")).and_then(|l| l.split_whitespace().next());
+    let peak = peak.and_then(|kib| kib.parse::<f64>().ok()).map_or("unknown".into(), |k| format!("{:.0}", k / 1024.0));
+    let columns = fit.estimate.parameters.len();
+    let mebibytes = |numbers: usize| (8 * numbers) as f64 / f64::from(1 << 20);
+    println!(
+        "{rows:>9} {held:>9} {seconds:>8.1} {peak:>12} {:>12.0} {:>8.0} {:>9.4}",
+        mebibytes(rows * 22),
+        mebibytes(fit.estimate.rows * columns),
+        fit.estimate.total
+    );
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
+    if let [path] = words.as_slice() {
+        return measure(Path::new(path));
+    }
+    println!(
+        "{:>9} {:>9} {:>8} {:>12} {:>12} {:>8} {:>9}",
+        "rows", "", "s", "peak MiB", "log MiB", "W MiB", "residual"
+    );
+    for rows in [100_000, 300_000, 1_000_000, 2_000_000] {
+        let path = std::env::temp_dir().join(format!("rist-streaming-{}.csv", std::process::id()));
+        write_log(&path, rows)?;
+        let status = std::process::Command::new(std::env::current_exe()?).arg(&path).status()?;
+        std::fs::remove_file(&path)?;
+        if !status.success() {
+            return Err("the measuring process failed".into());
+        }
+    }
+    Ok(())
+}

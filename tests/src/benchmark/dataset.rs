@@ -1,0 +1,208 @@
+//! Measured robots and the figures to reach on them: recipes, and the scoreboard of running them.
+//!
+//! A recipe names the logs of a folder, how to read them, what to fit and what to predict, and the
+//! residual that an independent baseline reached with the same columns and split. The recipes stand in
+//! tests/data/datasets; the logs are not part of the repository.
+
+use std::fmt;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::Deserialize;
+
+use identification::estimate::consistent::{Consistency, identify_consistent};
+use identification::estimate::held_out::validate;
+use identification::estimate::identify::Fit;
+use identification::estimate::options::Options;
+use identification::estimate::residuals::Residuals;
+use identification::model::linear_model::Model;
+use identification::model::regressor::Regressor;
+use identification::signals::preparation::states;
+use logs::{Error, Log, Window};
+use robot::{Drive, RotorInertia};
+
+use crate::tape_robot::TapeRobot;
+use crate::workspace;
+
+/// A folder of logs of one robot and what to do with them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dataset {
+    /// The folder's name.
+    pub name: String,
+    /// The robot's description: a file of the folder, of models/ or of tests/data/robots/.
+    pub model: String,
+    /// Whether the regressor must hold the rotor inertias of the joints.
+    #[serde(default)]
+    pub rotors: bool,
+    pub runs: Vec<Run>,
+}
+
+/// One fit and its predictions.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    pub title: String,
+    #[serde(default)]
+    pub options: Options,
+    /// Physically consistent estimation instead of plain least squares.
+    #[serde(default)]
+    pub consistency: Option<Consistency>,
+    pub train: Vec<LogFile>,
+    #[serde(default)]
+    pub validate: Vec<LogFile>,
+    /// Totals of the baseline: training, then each validation; null for what it did not state.
+    #[serde(default)]
+    pub baseline: Vec<Option<f64>>,
+}
+
+/// A log of the folder, or an interval of it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogFile {
+    pub file: String,
+    #[serde(default)]
+    pub window: Option<Window>,
+}
+
+/// What one run reached.
+#[derive(Clone, Debug)]
+pub struct Score {
+    pub dataset: String,
+    pub title: String,
+    pub parameters: usize,
+    pub condition_number: f64,
+    /// Training, then each validation, with the names of their logs.
+    pub residuals: Vec<(String, Residuals)>,
+    pub baseline: Vec<Option<f64>>,
+    pub seconds: f64,
+    pub remarks: Vec<String>,
+}
+
+/// The recipes of tests/data/datasets.
+const RECIPES: [(&str, &str); 5] = [
+    ("panda_gaz2019", include_str!("../../data/datasets/panda_gaz2019.yaml")),
+    ("tx40_staubli", include_str!("../../data/datasets/tx40_staubli.yaml")),
+    ("ur10e_innopolis", include_str!("../../data/datasets/ur10e_innopolis.yaml")),
+    ("cobot6_shanghai", include_str!("../../data/datasets/cobot6_shanghai.yaml")),
+    ("kr300_kuka", include_str!("../../data/datasets/kr300_kuka.yaml")),
+];
+
+impl Dataset {
+    /// The recipes of tests/data/datasets.
+    pub fn known() -> Result<Vec<Dataset>, Error> {
+        RECIPES.iter().map(|(name, text)| Dataset::from_yaml(&format!("{name}.yaml"), text)).collect()
+    }
+
+    /// Reads a recipe; fails with the line of what is wrong.
+    pub fn from_yaml(file: &str, text: &str) -> Result<Dataset, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))
+    }
+
+    /// The robot of the recipe, from its description; `folder` is that of the set. Fails when there is none.
+    pub fn robot(&self, folder: &Path) -> Result<TapeRobot, Error> {
+        let places = [folder.to_path_buf(), workspace().join("models"), workspace().join("tests/data/robots")];
+        let Some(file) = places.iter().map(|p| p.join(&self.model)).find(|p| p.is_file()) else {
+            return Err(Error::new(format!(
+                "{}: the description {} is neither in {} nor in models/ nor in tests/data/robots/",
+                self.name,
+                self.model,
+                folder.display()
+            )));
+        };
+        let mut robot = robot::format::read(&file).map_err(|e| Error::new(e.to_string()))?;
+        for link in robot.links.iter_mut().filter(|l| l.joint.drive == Drive::Actuated) {
+            link.joint.rotor_inertia = if self.rotors { RotorInertia::Unknown } else { RotorInertia::Absent };
+        }
+        Ok(TapeRobot::new(robot))
+    }
+
+    /// Runs everything in the recipe on the logs of `folder`.
+    pub fn score(&self, folder: &Path, robot: &TapeRobot) -> Result<Vec<Score>, Error> {
+        self.runs.iter().map(|run| self.run(run, folder, robot)).collect()
+    }
+
+    /// Runs one fit and its predictions.
+    pub fn run(&self, run: &Run, folder: &Path, robot: &TapeRobot) -> Result<Score, Error> {
+        let read = |log: &LogFile| -> Result<Log, Error> {
+            let names = &run.options.columns;
+            let (mut read, _) = Log::read(&folder.join(&log.file), robot.coordinates(), names)?;
+            read.window = log.window;
+            Ok(read)
+        };
+        let start = Instant::now();
+        let logs = run.train.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let fit = Fit::of(robot, &logs, &run.options)?;
+        let (estimate, x) = match run.consistency {
+            None => (fit.estimate, fit.solution.x),
+            Some(consistency) => {
+                let fit =
+                    identify_consistent(robot, &robot.map(), &robot.references(), fit, &run.options, &consistency)?;
+                (fit.estimate, fit.consistent.x)
+            }
+        };
+        let seconds = start.elapsed().as_secs_f64();
+        let couplings = run.options.transmission.coupled();
+        let model = Model::new(robot, &run.options.friction, &couplings);
+        // Baselines are scored on every row, also where a joint stands still, unless they say otherwise.
+        let mut scored = run.options.clone();
+        scored.signal.standstill.get_or_insert(0.0);
+        let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");
+        let score = |logs: &[Log]| -> Result<Residuals, Error> {
+            let mut records = Vec::new();
+            for log in logs {
+                records.extend(states(robot, log, &scored.preparation())?);
+            }
+            validate(&model, &x, records.as_slice())
+        };
+        let mut residuals = vec![(names(&run.train), score(&logs)?)];
+        for log in &run.validate {
+            residuals.push((log.file.clone(), score(&[read(log)?])?));
+        }
+        Ok(Score {
+            dataset: self.name.clone(),
+            title: run.title.clone(),
+            parameters: estimate.parameters.len(),
+            condition_number: estimate.condition_number,
+            residuals,
+            baseline: run.baseline.clone(),
+            seconds,
+            remarks: estimate.remarks,
+        })
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{} | {} | {} parameters, condition {:.1}, {:.2} s",
+            self.dataset, self.title, self.parameters, self.condition_number, self.seconds
+        )?;
+        for (i, (name, residual)) in self.residuals.iter().enumerate() {
+            let joints: Vec<String> = residual.joints.iter().map(|j| format!("{:.3}", j.relative)).collect();
+            let role = if i == 0 { "train" } else { "valid" };
+            write!(f, "  {role} {} total {:.4}", joints.join(" "), residual.total)?;
+            match self.baseline.get(i).copied().flatten() {
+                Some(b) => writeln!(f, " (baseline {b:.4}: {:.2} of it)  {name}", residual.total / b)?,
+                None => writeln!(f, "  {name}")?,
+            }
+        }
+        self.remarks.iter().try_for_each(|r| writeln!(f, "  {r}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_recipes_can_be_read() {
+        for dataset in Dataset::known().unwrap() {
+            assert!(!dataset.runs.is_empty(), "{}", dataset.name);
+            for run in dataset.runs {
+                assert!(run.baseline.len() <= 1 + run.validate.len(), "{}", run.title);
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Filtered least squares on the records of a plan: what RIST-MH is compared with.
+//!
+//! The estimator of `identify` is for logs of any motion; this one is fixed, so that a benchmark means the
+//! same next year. tau = D X + equation (5), four friction columns a joint.
+
+use identification::algebra::least_squares::solve;
+use identification::algebra::triangle::{Block, Triangle};
+use identification::experiments::measured_motion::MeasuredMotion;
+use identification::model::regressor::Regressor;
+use identification::signals::butterworth::Butterworth;
+use identification::spectrum::experiment::SpectralExperiment;
+use identification::spectrum::paper::paper_rows;
+
+/// The customary estimator on the same records: zero-phase Butterworth of order 4 at 40 Hz on q,
+/// central differences, columns and torque through a second one at 20 Hz and decimated by 20, the
+/// borders dropped, equation (5) as four columns a joint; sweeps by their centred rows.
+pub fn filtered_least_squares(
+    experiments: &[SpectralExperiment],
+    regressor: &dyn Regressor,
+    gain: &[f64],
+    noise: &[f64],
+) -> Vec<f64> {
+    const DECIMATION: usize = 20;
+    const BORDER: usize = 60;
+    let (n, p) = (gain.len(), regressor.parameters().len());
+    let h = experiments.first().map_or(0.0, |e| e.trajectory.sample_time);
+    let rate = 1.0 / h;
+    let filters =
+        (Butterworth::low_pass(4, 40.0, rate), Butterworth::low_pass(4, 0.4 * rate / DECIMATION as f64, rate));
+    let (Some(first), Some(second)) = filters else { return vec![] };
+    let mut triangle = Triangle::new(p + 4 * n);
+    let mut block = Block::new(p + 4 * n);
+    for e in experiments {
+        let mut row = vec![0.0; p + 4 * n];
+        if e.period().is_none() {
+            let sweep = paper_rows(e, regressor, gain, noise);
+            for (i, d) in sweep.rows.iter().enumerate() {
+                let w = 1.0 / sweep.deviation[i];
+                row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
+                block.push(&row, w * sweep.right[i]);
+            }
+            triangle.fold(&mut block);
+            continue;
+        }
+        let smooth: Vec<Vec<f64>> = e.q.iter().map(|q| first.zero_phase(q)).collect();
+        let motion = MeasuredMotion::by_differences(&smooth, h);
+        let columns = motion.regressor_columns(regressor);
+        let torque = e.torque(gain);
+        for j in e.trajectory.moving() {
+            let mut friction = vec![Vec::new(); 4];
+            let mut four = [0.0; 4];
+            for &v in &motion.dq[j] {
+                friction_row(v, &mut four);
+                friction.iter_mut().zip(four).for_each(|(f, x)| f.push(x));
+            }
+            let filter = |x: &Vec<f64>| second.zero_phase(x);
+            let (d, f): (Vec<_>, Vec<_>) =
+                (columns[j].iter().map(filter).collect(), friction.iter().map(filter).collect());
+            let y = second.zero_phase(&torque[j]);
+            let w = 1.0 / noise[j];
+            row.fill(0.0);
+            for i in (BORDER..motion.len().saturating_sub(BORDER)).step_by(DECIMATION) {
+                (0..p).for_each(|c| row[c] = w * d[c][i]);
+                (0..4).for_each(|c| row[p + 4 * j + c] = w * f[c][i]);
+                if block.is_full() {
+                    triangle.fold(&mut block);
+                }
+                block.push(&row, w * y[i]);
+            }
+            triangle.fold(&mut block);
+        }
+    }
+    solve(&triangle).x[..p].to_vec()
+}
+
+/// The columns of equation (5) at one velocity.
+pub fn friction_row(v: f64, out: &mut [f64]) {
+    let positive = f64::from(v > 0.0);
+    out.copy_from_slice(&[positive * v, positive, (1.0 - positive) * v, 1.0 - positive]);
+}

@@ -1,0 +1,14 @@
+//! Robots, experiments and estimators held side by side: what the benches measure and the tests hold to their bounds.
+//!
+//! A recipe of `dataset` runs on measured logs; everything else is simulated.
+
+pub mod arms;
+pub mod candidates;
+pub mod dataset;
+pub mod filtered_estimation;
+pub mod gain_monte_carlo;
+pub mod monte_carlo;
+pub mod plans;
+pub mod robots;
+pub mod scenario;
+pub mod tally;

@@ -1,0 +1,365 @@
+//! Estimators compared on the same records: bias, RMSE against the Cramer-Rao bound, validation.
+//!
+//! A scenario is simulated once, in closed loop and without noise; each draw adds the noise of the
+//! sensors to the same records and runs every estimator on them.
+//!
+//! | figure | is |
+//! |---|---|
+//! | bias | mean error over sigma, root mean square over the parameters, and greatest |
+//! | RMSE | root mean square error over sigma, root mean square over the parameters |
+//! | X | median over draws of norm(X^ - X) / norm(X), % |
+//! | tau | mean of norm(D (X^ - X)) / norm(D X) over draws and validation motions, % |
+//!
+//! sigma is the Cramer-Rao bound of white torque noise alone: exact motion, every sample of every
+//! moving joint, four friction coefficients a joint unknown and the same in all experiments.
+
+use std::fmt;
+
+use crate::benchmark::filtered_estimation::{filtered_least_squares, friction_row};
+use crate::benchmark::scenario::{BenchmarkArm, Scenario};
+use identification::algebra::least_squares::solve;
+use identification::algebra::random::Random;
+use identification::algebra::triangle::{Block, Triangle};
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
+use identification::experiments::measured_motion::MeasuredMotion;
+use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
+use identification::experiments::record::Record;
+use identification::model::friction::law::FrictionLaw;
+use identification::model::regressor::Regressor;
+use identification::simulate::closed_loop::{Sensing, Simulation, Stop};
+use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
+use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
+use identification::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
+use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+
+/// The estimators compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    PaperEqual,
+    PaperWeighted,
+    /// Harmonics with equation (5) alone.
+    HarmonicPlain,
+    /// Harmonics with the friction model chosen and its drift.
+    Harmonic,
+    /// Butterworth 40 Hz, decimation by 20, friction columns.
+    FilteredLeastSquares,
+}
+
+impl Method {
+    pub const ALL: [Method; 5] = [
+        Method::PaperEqual,
+        Method::PaperWeighted,
+        Method::HarmonicPlain,
+        Method::Harmonic,
+        Method::FilteredLeastSquares,
+    ];
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Method::PaperEqual => "Sp rows, OLS (paper)",
+            Method::PaperWeighted => "Sp rows, WLS",
+            Method::HarmonicPlain => "RIST-MH, equation (5)",
+            Method::Harmonic => "RIST-MH",
+            Method::FilteredLeastSquares => "IDIM-LS, Butterworth",
+        })
+    }
+}
+
+/// The deterministic part of a scenario.
+pub struct Fixture<'a> {
+    pub(crate) arm: &'a BenchmarkArm<'a>,
+    pub scenario: Scenario,
+    /// Noise-free records, cut.
+    experiments: Vec<SpectralExperiment>,
+    /// Cramer-Rao bound of each parameter.
+    pub sigma: Vec<f64>,
+    /// D'D of each validation motion, p x p.
+    validation: Vec<Vec<f64>>,
+    /// Greatest tracking error of an experiment, rad.
+    pub tracking: f64,
+}
+
+/// How one estimator did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    pub bias: f64,
+    pub greatest_bias: f64,
+    pub rmse: f64,
+    pub greatest_rmse: f64,
+    /// %.
+    pub parameters: f64,
+    /// %.
+    pub torque: f64,
+}
+
+/// One scenario's table.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    pub arm: &'static str,
+    pub scenario: &'static str,
+    pub experiments: usize,
+    pub draws: usize,
+    pub methods: Vec<(Method, Figures)>,
+}
+
+impl<'a> Fixture<'a> {
+    /// Simulates the experiments and ten validation motions; `Err` with the time when the simulated
+    /// robot is not physical.
+    pub fn new(
+        arm: &'a BenchmarkArm<'a>,
+        scenario: Scenario,
+        plan: &[ExcitingTrajectory],
+    ) -> Result<Fixture<'a>, Stop> {
+        let (n, p) = (arm.drives.gain.len(), arm.truth.len());
+        let mut fixture =
+            Fixture { arm, scenario, experiments: vec![], sigma: vec![], validation: vec![], tracking: 0.0 };
+        let mut information = Triangle::new(p + 4 * n);
+        for (trajectory, record) in plan.iter().zip(fixture.records(arm.dynamics, plan, 77)?) {
+            let reference = trajectory.reference();
+            for k in 0..n {
+                let worst = record.q[k].iter().zip(&reference.q[k]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                fixture.tracking = fixture.tracking.max(worst);
+            }
+            add_information(&mut information, arm, &fixture.scenario.sensing, trajectory, &record);
+            fixture.experiments.extend(SpectralExperiment::new(trajectory.clone(), &record));
+        }
+        let bound = solve(&information);
+        fixture.sigma = (0..p).map(|i| bound.inverse[(i, i)].max(0.0).sqrt()).collect();
+        for seed in 0..10 {
+            let motion = ValidationMotion::default();
+            let random = &mut Random::new(1000 + seed);
+            let (v, a) = (&arm.velocity, &arm.acceleration);
+            let reference = validation_trajectory(&motion, &arm.position, v, a, arm.sample_time, random);
+            let record = fixture.run(arm.dynamics, &reference, None, &fixture.scenario.friction)?;
+            let whole = std::iter::once(5..record.q[0].len().saturating_sub(5)).collect::<Vec<_>>();
+            fixture.validation.push(gram(&cut_motion(&record, &whole), arm.regressor));
+        }
+        Ok(fixture)
+    }
+
+    /// The same with the experiments of `plan` again, under a known load that adds `load` to the base parameters;
+    /// `dynamics` are those of the loaded robot. The feedforward does not know of it.
+    pub fn with_load(
+        mut self,
+        dynamics: &dyn Dynamics,
+        load: &[f64],
+        plan: &[ExcitingTrajectory],
+    ) -> Result<Fixture<'a>, Stop> {
+        for (trajectory, record) in plan.iter().zip(self.records(dynamics, plan, 78)?) {
+            self.experiments.extend(SpectralExperiment::new(trajectory.clone(), &record).map(|e| e.loaded(load)));
+        }
+        Ok(self)
+    }
+
+    /// One record an experiment, with the drift of its friction and a feedforward of wrong parameters.
+    fn records(&self, dynamics: &dyn Dynamics, plan: &[ExcitingTrajectory], seed: u64) -> Result<Vec<Record>, Stop> {
+        let (mut random, scenario) = (Random::new(seed), &self.scenario);
+        let wrong = |x: &f64, up: bool| x * if up { 1.2 } else { 0.8 };
+        let wrong: Vec<f64> = self.arm.truth.iter().map(|x| wrong(x, random.uniform() >= 0.5)).collect();
+        let mut record = |trajectory: &ExcitingTrajectory| {
+            let mut drift = || 1.0 + random.between(-1.0, 1.0) * scenario.drift;
+            let friction: Vec<FrictionLaw> = scenario.friction.iter().map(|law| law.scaled(drift())).collect();
+            let reference = trajectory.reference();
+            let feedforward = scenario.feedforward.then(|| inverse_dynamics(self.arm.regressor, &wrong, &reference));
+            self.run(dynamics, &reference, feedforward.as_deref(), &friction)
+        };
+        plan.iter().map(&mut record).collect()
+    }
+
+    fn run(
+        &self,
+        dynamics: &dyn Dynamics,
+        reference: &Reference,
+        feedforward: Option<&[Vec<f64>]>,
+        friction: &[FrictionLaw],
+    ) -> Result<Record, Stop> {
+        let simulation = Simulation {
+            dynamics,
+            controller: &self.arm.controller,
+            drives: &self.arm.drives,
+            quantum: &self.scenario.sensing.quantum,
+            friction,
+            substeps: 2,
+        };
+        match simulation.run(reference, feedforward) {
+            (record, Stop::End) => Ok(record),
+            (_, stop) => Err(stop),
+        }
+    }
+
+    /// The experiments with the noise of one draw; `None`: without noise and rounding.
+    pub fn measured(&self, draw: Option<u64>, seed: u64) -> Vec<SpectralExperiment> {
+        let Some(draw) = draw else { return self.experiments.clone() };
+        let mut random = Random::stream(seed, draw);
+        let h = self.arm.sample_time;
+        let measure = |e: &SpectralExperiment| {
+            let record = Record { sample_time: h, q: e.q.clone(), current: e.current.clone() };
+            let noisy = self.scenario.sensing.measure(&record, &self.arm.drives.gain, &mut random);
+            SpectralExperiment { q: noisy.q, current: noisy.current, ..e.clone() }
+        };
+        self.experiments.iter().map(measure).collect()
+    }
+
+    /// The base parameters by one method.
+    pub fn estimate(&self, method: Method, experiments: &[SpectralExperiment]) -> Vec<f64> {
+        let (arm, gain) = (self.arm, &self.arm.drives.gain);
+        let noise = &self.scenario.sensing.torque_noise;
+        let paper = |weights| {
+            let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, arm.regressor, gain, noise)).collect();
+            let periodic: Vec<bool> = experiments.iter().map(|e| e.period().is_some()).collect();
+            let samples: Vec<usize> = experiments.iter().map(SpectralExperiment::len).collect();
+            paper_estimate(&blocks, &periodic, &samples, weights).x
+        };
+        let harmonic = |options: &HarmonicOptions| {
+            let levels = NoiseLevels::measured(experiments).unwrap_or_else(|| NoiseLevels {
+                position: self.scenario.sensing.position_noise.clone(),
+                current: noise.iter().zip(gain).map(|(s, g)| s / g).collect(),
+            });
+            let data = HarmonicData::new(experiments, arm.regressor, gain, &levels, &options.band);
+            data.estimate(options).map(|e| e.values().to_vec()).unwrap_or_default()
+        };
+        match method {
+            Method::PaperEqual => paper(PaperWeights::Equal),
+            Method::PaperWeighted => paper(PaperWeights::Noise),
+            Method::HarmonicPlain => harmonic(&HarmonicOptions::plain()),
+            Method::Harmonic => harmonic(&HarmonicOptions::default()),
+            Method::FilteredLeastSquares => filtered_least_squares(experiments, arm.regressor, gain, noise),
+        }
+    }
+
+    /// The table over `draws` draws of noise.
+    pub fn compare(&self, methods: &[Method], draws: usize, seed: u64, threads: usize) -> Comparison {
+        let one = |experiments: &[SpectralExperiment]| -> Vec<Vec<f64>> {
+            methods.iter().map(|&m| self.estimate(m, experiments)).collect()
+        };
+        let found = self.each_draw(draws, seed, threads, one);
+        let figures = |m: usize| self.figures(&found.iter().map(|f| f[m].as_slice()).collect::<Vec<_>>());
+        Comparison {
+            arm: self.arm.name,
+            scenario: self.scenario.name,
+            experiments: self.experiments.len(),
+            draws,
+            methods: methods.iter().enumerate().map(|(i, &m)| (m, figures(i))).collect(),
+        }
+    }
+
+    /// What `one` makes of the experiments of each draw, in the order of the draws.
+    pub(crate) fn each_draw<T: Send>(
+        &self,
+        draws: usize,
+        seed: u64,
+        threads: usize,
+        one: impl Fn(&[SpectralExperiment]) -> T + Sync,
+    ) -> Vec<T> {
+        each_draw(draws, threads, |draw| one(&self.measured(Some(draw), seed)))
+    }
+
+    /// Figures of some estimates.
+    pub fn figures(&self, estimates: &[&[f64]]) -> Figures {
+        let truth = self.arm.truth;
+        let (p, count) = (truth.len(), estimates.len() as f64);
+        let errors: Vec<Vec<f64>> =
+            estimates.iter().map(|x| x.iter().zip(truth).map(|(x, t)| x - t).collect()).collect();
+        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let over = |f: &dyn Fn(usize) -> f64| (0..p).map(|i| f(i) / self.sigma[i]).collect::<Vec<f64>>();
+        let bias = over(&|i| errors.iter().map(|e| e[i]).sum::<f64>() / count);
+        let rmse = over(&|i| (errors.iter().map(|e| e[i] * e[i]).sum::<f64>() / count).sqrt());
+        let greatest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let mut relative: Vec<f64> = errors.iter().map(|e| 100.0 * norm(e) / norm(truth)).collect();
+        relative.sort_by(f64::total_cmp);
+        let form = |g: &[f64], x: &[f64]| {
+            let row = |i: usize| x[i] * (0..p).map(|j| g[i * p + j] * x[j]).sum::<f64>();
+            (0..p).map(row).sum::<f64>().max(0.0).sqrt()
+        };
+        let torque = |e: &Vec<f64>| self.validation.iter().map(|g| form(g, e) / form(g, truth)).sum::<f64>();
+        let torques = errors.iter().map(torque).sum::<f64>() / (count * self.validation.len() as f64);
+        Figures {
+            bias: norm(&bias) / (p as f64).sqrt(),
+            greatest_bias: greatest(&bias),
+            rmse: norm(&rmse) / (p as f64).sqrt(),
+            greatest_rmse: greatest(&rmse),
+            parameters: relative.get(relative.len() / 2).copied().unwrap_or(f64::NAN),
+            torque: 100.0 * torques,
+        }
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} {}: {} experiments, {} draws", self.arm, self.scenario, self.experiments, self.draws)?;
+        writeln!(f, "{:<24} bias/s rms    max | RMSE/s rms    max |    X %  tau %", "method")?;
+        for (method, g) in &self.methods {
+            write!(f, "{method:<24} {:>10.2} {:>6.1} | ", g.bias, g.greatest_bias)?;
+            writeln!(f, "{:>10.2} {:>6.1} | {:>6.3} {:>6.3}", g.rmse, g.greatest_rmse, g.parameters, g.torque)?;
+        }
+        Ok(())
+    }
+}
+
+/// What `one` makes of each draw, in the order of the draws, whatever the number of threads.
+pub fn each_draw<T: Send>(draws: usize, threads: usize, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    let threads = threads.clamp(1, draws.max(1));
+    let of_draw = |d: usize| (d, one(d as u64));
+    let mut found: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let of_draw = &of_draw;
+        let share = |w: usize| move || (w..draws).step_by(threads).map(of_draw).collect::<Vec<_>>();
+        let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
+        workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    found.sort_by_key(|f| f.0);
+    found.into_iter().map(|f| f.1).collect()
+}
+
+/// The motion of a noise-free record by central differences, inside windows.
+fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMotion {
+    let whole = MeasuredMotion::by_differences(&record.q, record.sample_time);
+    let reference = Reference {
+        sample_time: record.sample_time,
+        q: whole.q,
+        dq: whole.dq,
+        ddq: whole.ddq,
+        windows: windows.to_vec(),
+    };
+    MeasuredMotion::of_reference(&reference)
+}
+
+/// Rows of every sample and moving joint with four friction columns, over the torque noise.
+fn add_information(
+    information: &mut Triangle,
+    arm: &BenchmarkArm,
+    sensing: &Sensing,
+    trajectory: &ExcitingTrajectory,
+    record: &Record,
+) {
+    let p = arm.truth.len();
+    let mut windows = trajectory.windows();
+    let last = record.q[0].len() - 1;
+    // The differences wrap around at the two ends of the record.
+    windows.iter_mut().for_each(|w| w.end = w.end.min(last));
+    let motion = cut_motion(record, &windows);
+    let columns = motion.regressor_columns(arm.regressor);
+    let mut block = Block::new(information.columns());
+    for j in trajectory.moving() {
+        let mut row = vec![0.0; information.columns()];
+        for i in 0..motion.len() {
+            let w = 1.0 / sensing.torque_noise[j];
+            (0..p).for_each(|c| row[c] = w * columns[j][c][i]);
+            friction_row(motion.dq[j][i], &mut row[p + 4 * j..p + 4 * j + 4]);
+            row[p + 4 * j..p + 4 * j + 4].iter_mut().for_each(|x| *x *= w);
+            if block.is_full() {
+                information.fold(&mut block);
+            }
+            block.push(&row, 0.0);
+        }
+        information.fold(&mut block);
+    }
+}
+
+fn gram(motion: &MeasuredMotion, regressor: &dyn Regressor) -> Vec<f64> {
+    let columns = motion.regressor_columns(regressor);
+    let p = regressor.parameters().len();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    (0..p * p).map(|at| columns.iter().map(|d| dot(&d[at / p], &d[at % p])).sum()).collect()
+}

@@ -1,0 +1,50 @@
+//! Plans for the simulated robots: one that is given, and those that a search finds.
+
+use identification::algebra::information_matrix::Rows;
+use identification::algebra::random::Random;
+use identification::experiments::candidates::Candidate;
+use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+
+use crate::benchmark::candidates::bang_bang;
+
+/// A plan of eight for R3G whose determinant is within one per cent of the best known. The last is a slow sweep,
+/// which tells gravity alone.
+pub fn golden_plan() -> Vec<ExcitingTrajectory> {
+    let third = |i: f64| 2.2 * i / 6.0;
+    let one = |q2, i| bang_bang(MotionKind::Mixed, 0, &[1, 2], [0.0, q2, third(i)], 500);
+    let two = |q2, i| bang_bang(MotionKind::Mixed, 1, &[2], [0.0, q2, third(i)], 400);
+    vec![
+        one(-1.2, -2.0),
+        one(-0.3, 0.0),
+        one(0.3, -6.0),
+        one(1.2, 4.0),
+        two(-0.7, -6.0),
+        two(0.7, -1.0),
+        two(0.7, 5.0),
+        ExcitingTrajectory::sweep(1, &[0.0, 0.0, -2.2], 2.0, 1.0, 1e-3),
+    ]
+}
+
+/// A set of experiments, by their places among the candidates, and the logarithm of its determinant.
+pub type Set = (Vec<usize>, f64);
+
+/// The best eight, and `count` sets of eight by chance.
+pub fn planned_and_random(found: &[Candidate], count: usize) -> (Set, Vec<Set>) {
+    let information: Vec<Rows> = found.iter().map(|c| c.information.clone()).collect();
+    let search = Search { starts: 6, ..Search::default() };
+    let plan = exchange(&information, 8, Criterion::Determinant, &search, &|_, _, _| ());
+    let mut random = Random::new(5);
+    let by_chance = (0..count).map(|_| {
+        let chosen: Vec<usize> = (0..8).map(|_| random.index(found.len())).collect();
+        let value = value_of(&information, &chosen, Criterion::Determinant);
+        (chosen, value)
+    });
+    let by_chance = by_chance.collect();
+    ((plan.chosen, plan.value), by_chance)
+}
+
+/// The experiments of a set.
+pub fn chosen(found: &[Candidate], set: &[usize]) -> Vec<ExcitingTrajectory> {
+    set.iter().map(|&i| found[i].trajectory.clone()).collect()
+}

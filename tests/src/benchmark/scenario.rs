@@ -1,0 +1,66 @@
+//! The robots and the circumstances that estimators are compared on.
+
+use identification::model::friction::law::FrictionLaw;
+use identification::model::regressor::Regressor;
+use identification::simulate::closed_loop::{Controller, Drives, Sensing};
+use identification::simulate::dynamics::Dynamics;
+
+/// A robot as the benchmark sees it.
+pub struct BenchmarkArm<'a> {
+    pub name: &'static str,
+    pub regressor: &'a dyn Regressor,
+    pub dynamics: &'a dyn Dynamics,
+    /// Base parameters.
+    pub truth: &'a [f64],
+    pub controller: Controller,
+    pub drives: Drives,
+    pub sensing: Sensing,
+    pub friction: Vec<FrictionLaw>,
+    /// Limits for the validation motions: rad, rad/s, rad/s^2.
+    pub position: Vec<(f64, f64)>,
+    pub velocity: Vec<f64>,
+    pub acceleration: Vec<f64>,
+    pub sample_time: f64,
+}
+
+/// What is made worse.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    pub name: &'static str,
+    /// Inverse dynamics with every parameter wrong by 20 % is added to the controller.
+    pub feedforward: bool,
+    pub sensing: Sensing,
+    pub friction: Vec<FrictionLaw>,
+    /// Friction of each joint changes by up to this share between experiments.
+    pub drift: f64,
+}
+
+impl Scenario {
+    /// S1: the arm as it is. S2: encoder quantum and noise 5 and 6 times, torque noise 3 times. S3: S1
+    /// with Stribeck +50 % and drift 25 %. S4: S1 with Coulomb friction growing 5 % a N m.
+    pub fn all(arm: &BenchmarkArm) -> Vec<Scenario> {
+        let base = |name, feedforward| Scenario {
+            name,
+            feedforward,
+            sensing: arm.sensing.clone(),
+            friction: arm.friction.clone(),
+            drift: 0.0,
+        };
+        let times = |x: &[f64], f: f64| x.iter().map(|x| x * f).collect::<Vec<f64>>();
+        let coarse = Sensing {
+            quantum: times(&arm.sensing.quantum, 5.0),
+            position_noise: times(&arm.sensing.position_noise, 6.0),
+            torque_noise: times(&arm.sensing.torque_noise, 3.0),
+        };
+        let friction = |f: &dyn Fn(&FrictionLaw) -> FrictionLaw| arm.friction.iter().map(f).collect::<Vec<_>>();
+        let stribeck = friction(&|law| FrictionLaw { stribeck: 0.5, stribeck_velocity: 0.1, ..*law });
+        let load = friction(&|law| FrictionLaw { load: 0.05, ..*law });
+        vec![
+            base("S1-PD", false),
+            base("S1", true),
+            Scenario { sensing: coarse, ..base("S2", true) },
+            Scenario { friction: stribeck, drift: 0.25, ..base("S3", true) },
+            Scenario { friction: load, ..base("S4", true) },
+        ]
+    }
+}

@@ -1,0 +1,177 @@
+//! A robot of a description, derived by `modeling` and evaluated by tape: what tests and benchmarks identify.
+//!
+//! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq), with Y (n x p) the base regressor, A (n x n) the inertia matrix, h the
+//! bias and X (p) the base parameters, which follow from the standard ones phi of the description: X = B phi.
+//! Robots whose loops are closed numerically are not here.
+
+use std::sync::Arc;
+
+use expr::Tape;
+use identification::model::parameter::BaseParameter;
+use identification::model::pseudo_inertia::Ten;
+use identification::model::regressor::Regressor;
+use identification::model::standard_map::StandardMap;
+use identification::simulate::dynamics::Dynamics;
+use modeling::{BaseParameters, Derivation};
+use robot::{Inertial, JointKind, LinkId, Robot, RotorInertia, StandardParameter};
+
+/// A robot with values of its parameters, as a regressor and as dynamics.
+#[derive(Clone)]
+pub struct TapeRobot {
+    pub robot: Robot,
+    /// The base parameters, and how they follow from the standard ones.
+    pub base: BaseParameters,
+    /// Values of the standard parameters, in the order of the columns of D; zero where the description gives none.
+    pub standard: Vec<f64>,
+    /// Values of the base parameters.
+    pub truth: Vec<f64>,
+    coordinates: Vec<String>,
+    parameters: Vec<BaseParameter>,
+    tapes: Arc<Tapes>,
+}
+
+struct Tapes {
+    /// q, dq, ddq -> Y.
+    regressor: Tape,
+    /// q, X -> A.
+    inertia: Tape,
+    /// q, dq, X -> h.
+    bias: Tape,
+}
+
+impl TapeRobot {
+    /// Derives the robot; panics where its rank is not clear-cut, or where its joints are not affine in q.
+    pub fn new(robot: Robot) -> TapeRobot {
+        assert!(robot.passive.is_empty(), "{}: a joint is no affine function of q", robot.name);
+        let mut derivation = Derivation::new(&robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
+        let columns = derivation.regressor();
+        let base = derivation.base_parameters(&columns).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
+        let tapes = Tapes {
+            regressor: Tape::new(&base.regressor(&columns).bound()),
+            inertia: Tape::new(&derivation.inertia_matrix(&base).bound()),
+            bias: Tape::new(&derivation.bias(&base).bound()),
+        };
+        let standard = described(&robot);
+        TapeRobot {
+            truth: base.values(&standard),
+            standard,
+            coordinates: robot.coordinates.iter().map(|c| c.name.clone()).collect(),
+            parameters: rist::base_columns(&robot, &base),
+            tapes: Arc::new(tapes),
+            base,
+            robot,
+        }
+    }
+
+    /// The same robot with other standard parameters.
+    pub fn with_standard(&self, standard: Vec<f64>) -> TapeRobot {
+        TapeRobot { truth: self.base.values(&standard), standard, ..self.clone() }
+    }
+
+    /// The same robot with base parameters `x`: they are its standard ones, the others are zero.
+    pub fn with_base(&self, x: &[f64]) -> TapeRobot {
+        let mut standard = vec![0.0; self.standard.len()];
+        self.base.base.iter().zip(x).for_each(|(b, x)| standard[b.column] = *x);
+        self.with_standard(standard)
+    }
+
+    /// The same robot with every standard parameter of a link multiplied by that link's factor.
+    pub fn with_scaled_links(&self, factors: &[f64]) -> TapeRobot {
+        let scaled = |(p, x): (&StandardParameter, &f64)| factors[p.link.0] * x;
+        self.with_standard(self.base.standard.iter().zip(&self.standard).map(scaled).collect())
+    }
+
+    /// The same robot with a body of these ten parameters fixed to a link, in its frame.
+    pub fn with_body(&self, link: LinkId, body: &Ten) -> TapeRobot {
+        let mut standard = self.standard.clone();
+        for (p, x) in self.base.standard.iter().zip(&mut standard) {
+            if p.link == link && p.inertial != Inertial::Ia {
+                *x += body[p.inertial as usize];
+            }
+        }
+        self.with_standard(standard)
+    }
+
+    /// The base parameter whose column is that of this standard parameter: `MX3`, even where others joined it.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.base.base.iter().position(|b| self.base.standard[b.column].display(&self.robot).to_string() == name)
+    }
+
+    /// X = B phi in numbers; a body for each link, and the rotors, which no motor can have negative.
+    pub fn map(&self) -> StandardMap {
+        let standard = &self.base.standard;
+        let of_base = |(k, b): (usize, &modeling::BaseParameter)| {
+            b.terms.iter().map(|t| (k, t.parameter, t.coefficient)).collect::<Vec<_>>()
+        };
+        let terms: Vec<(usize, usize, f64)> = self.base.base.iter().enumerate().flat_map(of_base).collect();
+        let columns = |of: Inertial| (0..standard.len()).filter(move |&c| standard[c].inertial == of);
+        StandardMap::new(
+            standard.iter().map(|s| s.display(&self.robot).to_string()).collect(),
+            self.base.len(),
+            &terms,
+            columns(Inertial::Xx).map(|c| (self.robot.link(standard[c].link).name.clone(), c)).collect(),
+            columns(Inertial::Ia).collect(),
+        )
+    }
+
+    /// The bodies of the map, by the present standard parameters.
+    pub fn bodies(&self) -> Vec<Ten> {
+        crate::by_link(&self.robot, &self.standard).into_iter().map(|(body, _)| body).collect()
+    }
+
+    /// The bodies of the map that the description gives.
+    pub fn references(&self) -> Vec<Option<Ten>> {
+        let first = self.base.standard.iter().filter(|s| s.inertial == Inertial::Xx);
+        first.map(|s| self.robot.link(s.link).inertial).collect()
+    }
+}
+
+/// The standard parameters of the description, in the order of the columns of D; zero where it gives none.
+fn described(robot: &Robot) -> Vec<f64> {
+    let value = |p: StandardParameter| {
+        let link = robot.link(p.link);
+        match (p.inertial, link.joint.rotor_inertia) {
+            (Inertial::Ia, RotorInertia::Known(x)) => x,
+            (Inertial::Ia, _) => 0.0,
+            (inertial, _) => link.inertial.map_or(0.0, |x| x[inertial as usize]),
+        }
+    };
+    StandardParameter::all(robot).into_iter().map(value).collect()
+}
+
+impl Regressor for TapeRobot {
+    fn coordinates(&self) -> &[String] {
+        &self.coordinates
+    }
+
+    fn parameters(&self) -> &[BaseParameter] {
+        &self.parameters
+    }
+
+    fn is_prismatic(&self, k: usize) -> bool {
+        let moves = |j: &robot::Joint| j.variable.terms.iter().any(|t| t.0.0 == k);
+        self.robot.links.iter().any(|l| l.joint.kind == JointKind::Prismatic && moves(&l.joint))
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+        let tape = &self.tapes.regressor;
+        tape.evaluate(&[q, dq, ddq].concat(), &mut tape.workspace(), y);
+    }
+
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        let tape = &self.tapes.regressor;
+        tape.evaluate_many(states, &mut tape.workspace(), y);
+    }
+}
+
+impl Dynamics for TapeRobot {
+    fn n_coordinates(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
+        let Tapes { inertia: of_inertia, bias: of_bias, .. } = &*self.tapes;
+        of_inertia.evaluate(&[q, &self.truth].concat(), &mut of_inertia.workspace(), inertia);
+        of_bias.evaluate(&[q, dq, &self.truth].concat(), &mut of_bias.workspace(), bias);
+    }
+}

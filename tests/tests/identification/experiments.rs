@@ -1,0 +1,68 @@
+//! Experiments of R3G: candidates within its limits, and the paper's rows of exact motions.
+
+use identification::experiments::candidates::{Candidate, CandidateGrid, candidates, swing};
+use identification::experiments::exciting_trajectory::MotionKind;
+use identification::experiments::measured_motion::MeasuredMotion;
+use identification::experiments::paper_rows::spectral_rows;
+use identification::experiments::profile::Profile;
+use tests::benchmark::arms::NOISE;
+use tests::benchmark::candidates::{bang_bang, r3_limits};
+use tests::benchmark::robots::r3;
+
+fn grid(profile: Profile) -> CandidateGrid {
+    CandidateGrid { profile, steps: 4, configurations: 12, duration: 4.0, sample_time: 1e-3, gravity: true, seed: 1 }
+}
+
+#[test]
+fn candidates_respect_the_limits() {
+    let robot = r3(true);
+    for profile in [Profile::BangBang, Profile::Smooth] {
+        let found = candidates(&grid(profile), &r3_limits(), &robot, &NOISE);
+        assert!(found.len() > 80, "{}", found.len());
+        for c in &found {
+            let r = c.trajectory.reference();
+            for (k, limit) in r3_limits().iter().enumerate() {
+                let greatest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                // Rounding of A, B, v and a.
+                assert!(r.q[k].iter().all(|&q| q > limit.position.0 - 1e-12 && q < limit.position.1 + 1e-12));
+                assert!(greatest(&r.dq[k]) < limit.velocity * (1.0 + 1e-12));
+                assert!(greatest(&r.ddq[k]) < limit.acceleration * (1.0 + 1e-12));
+            }
+            assert!(!c.information.is_empty());
+        }
+    }
+}
+
+#[test]
+fn rows_of_a_candidate_are_those_of_its_record() {
+    let robot = r3(true);
+    let t = swing(&grid(Profile::BangBang), &r3_limits(), MotionKind::Mixed, 0, &[1, 2], &[0.0, 0.4, -0.7]).unwrap();
+    let motion = MeasuredMotion::of_reference(&t.reference());
+    let zero = vec![vec![0.0; motion.len()]; 3];
+    let full = spectral_rows(&t, &robot, &motion, &zero, &NOISE).weighted();
+    let brief = Candidate::new(t, &robot, &NOISE).information;
+    for (a, b) in full.iter().flatten().zip(brief.iter().flatten()) {
+        // Aliasing of the corners differs between 516 and 200 instants a period.
+        assert!((a - b).abs() < 2e-3 * full.trace().sqrt(), "{a} {b}");
+    }
+}
+
+fn torque(columns: &[Vec<Vec<f64>>], x: &[f64]) -> Vec<Vec<f64>> {
+    let one = |d: &Vec<Vec<f64>>| (0..d[0].len()).map(|i| d.iter().zip(x).map(|(d, x)| d[i] * x).sum()).collect();
+    columns.iter().map(one).collect()
+}
+
+#[test]
+fn exact_motion_gives_exact_equations() {
+    let robot = r3(true);
+    let swing = bang_bang(MotionKind::Mixed, 0, &[1, 2], [0.0, 0.3, -0.7], 500);
+    let motion = MeasuredMotion::of_reference(&swing.reference());
+    let tau = torque(&motion.regressor_columns(&robot), &robot.truth);
+    let block = spectral_rows(&swing, &robot, &motion, &tau, &NOISE);
+    assert_eq!(block.joint, [0, 1, 1, 2, 2]);
+    for (row, y) in block.rows.iter().zip(&block.right) {
+        let x: f64 = row.iter().zip(&robot.truth).map(|(a, b)| a * b).sum();
+        // Sp is linear: rounding only.
+        assert!((x - y).abs() < 1e-12, "{x} {y}");
+    }
+}

@@ -1,0 +1,279 @@
+//! The law of formats: the same signals give the same table, bit for bit, and the same estimate.
+
+use std::path::PathBuf;
+
+use identification::estimate::identify::identify;
+use identification::estimate::options::Options;
+use identification::model::regressor::Regressor;
+use logs::{Log, LogSource, Table};
+
+use crate::broken_logs::wheels;
+use crate::log_files::parquet::{PLAIN, Pages, Values, doubles, file};
+use crate::log_files::{Mcap, State, csv, npz};
+
+const ROWS: usize = 700;
+/// ns; no second begins with the log.
+const START: i64 = 1_760_000_000_123_456_789;
+const STEP: i64 = 5_000_000;
+const COLUMNS: [&str; 7] = ["time", "position_a", "position_b", "velocity_a", "velocity_b", "effort_a", "effort_b"];
+
+/// Two wheels of 2 and 0.5 kg m^2 on sines.
+fn signals() -> Vec<(String, Vec<f64>)> {
+    let t: Vec<f64> = (0..ROWS as i64).map(|r| (STEP * r) as f64 / 1e9).collect();
+    let of = |f: &dyn Fn(f64) -> f64| t.iter().map(|&t| f(t)).collect::<Vec<f64>>();
+    let (a, b) = (3.0, 5.0);
+    let series = [
+        t.clone(),
+        of(&|t| (a * t).sin()),
+        of(&|t| (b * t).cos()),
+        of(&|t| a * (a * t).cos()),
+        of(&|t| -b * (b * t).sin()),
+        of(&|t| -2.0 * a * a * (a * t).sin()),
+        of(&|t| -0.5 * b * b * (b * t).cos()),
+    ];
+    COLUMNS.iter().map(|c| c.to_string()).zip(series).collect()
+}
+
+/// Row r as a message; every other one names the joints the other way round.
+pub fn state(signals: &[(String, Vec<f64>)], r: usize) -> State {
+    let stamp = START + STEP * r as i64;
+    let order = if r % 2 == 1 { [1, 0] } else { [0, 1] };
+    let arrays = [1, 3, 5].map(|k| order.map(|j| signals[k + j].1[r]).to_vec());
+    let stamp = ((stamp / 1_000_000_000) as u32, (stamp % 1_000_000_000) as u32);
+    State { stamp, names: order.map(|j| ["a", "b"][j]).to_vec(), arrays }
+}
+
+fn recording(
+    signals: &[(String, Vec<f64>)],
+    chunked: Option<&'static str>,
+    encoding: &str,
+    big_endian: bool,
+) -> Vec<u8> {
+    let mut file = Mcap::joint_states(chunked, encoding);
+    for r in 0..ROWS {
+        let state = state(signals, r);
+        let data = if encoding == "ros1" { state.ros1() } else { state.cdr(big_endian) };
+        file.message(1, START as u64 + 17, &data);
+    }
+    file.finish()
+}
+
+/// Every way of writing the signals.
+fn files(signals: &[(String, Vec<f64>)]) -> Vec<(String, Vec<u8>)> {
+    let mut files = vec![("csv".to_string(), csv(signals)), ("npz".into(), npz(signals))];
+    for chunked in [None, Some(""), Some("zstd"), Some("lz4")] {
+        for (encoding, big_endian) in [("cdr", false), ("cdr", true), ("ros1", false)] {
+            let name = format!("mcap {chunked:?} {encoding} {big_endian}");
+            files.push((name, recording(signals, chunked, encoding, big_endian)));
+        }
+    }
+    for codec in [0, 1, 2, 6, 7] {
+        for (version, dictionary) in [(1, false), (1, true), (2, false), (2, true)] {
+            let pages = Pages { codec, version, dictionary, rows_a_group: 300 };
+            files.push((format!("{pages:?}"), file(&doubles(signals), pages)));
+        }
+    }
+    let mut stamped = doubles(signals);
+    stamped[0].1 = Values::Timestamp((0..ROWS as i64).map(|r| START + STEP * r).collect());
+    files.push(("parquet, timestamps".into(), file(&stamped, PLAIN)));
+    stamped[0].0 = "time_ns".into();
+    files.push(("parquet, timestamps of a named unit".into(), file(&stamped, PLAIN)));
+    files
+}
+
+fn assert_same(name: &str, found: &Table, expected: &Table) {
+    assert_eq!(found.header, expected.header, "{name}");
+    let bits = |t: &Table| t.columns.iter().map(|c| c.iter().map(|x| x.to_bits()).collect()).collect::<Vec<Vec<u64>>>();
+    assert!(bits(found) == bits(expected), "{name}: other numbers");
+    assert!(found.texts.iter().all(Option::is_none), "{name}");
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("rist-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn every_format_gives_the_same_table_and_estimate() {
+    let signals = signals();
+    let expected = Table::from_bytes("log", &csv(&signals)).unwrap();
+    assert_eq!((expected.header.as_slice(), expected.rows()), (&COLUMNS.map(String::from)[..], ROWS));
+    let folder = folder("formats");
+    // The name says nothing: content decides.
+    let path = folder.join("log");
+    let wheels = wheels("a b");
+    let mut estimates = Vec::new();
+    let files = files(&signals);
+    for (name, bytes) in &files {
+        assert_same(name, &Table::from_bytes("log", bytes).unwrap(), &expected);
+        std::fs::write(&path, bytes).unwrap();
+        assert_same(name, &Table::read(&path).unwrap(), &expected);
+        let (log, _) = Log::read(&path, wheels.coordinates(), &Default::default()).unwrap();
+        let estimate = identify(&wheels, &log, &Options { friction: vec![], ..Options::default() }).unwrap();
+        estimates.push(estimate.to_yaml().unwrap());
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(files.len(), 2 + 12 + 20 + 2);
+    assert!(estimates.iter().all(|e| *e == estimates[0]), "{}", estimates[0]);
+    assert!(estimates[0].contains("ZZ1") && estimates[0].contains("ZZ2"), "{}", estimates[0]);
+}
+
+/// Written by the programs that write them in the field; foreign_logs/README.md says which and how.
+#[test]
+fn files_of_other_programs() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let read = |name: &str| Table::read(&folder.join(name)).unwrap();
+    // Powers of two, so that every number is exact.
+    let rows: Vec<f64> = (0..64).map(f64::from).collect();
+    let scaled = |x: f64| rows.iter().map(|r| r * x).collect::<Vec<f64>>();
+    let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
+
+    for name in ["ros2.mcap", "rosbags.db3.zstd"] {
+        let table = read(name);
+        assert_eq!(table.header, COLUMNS, "{name}");
+        let expected = [time.clone(), scaled(0.5), scaled(-0.25), scaled(2.0), scaled(4.0), scaled(8.0), scaled(-16.0)];
+        assert_eq!(table.columns, expected, "{name}");
+        assert_eq!(table.notes, ["topic /joint_states; time from header.stamp"], "{name}");
+    }
+
+    for (name, nulls) in [("pyarrow.parquet", true), ("polars.parquet", false)] {
+        let table = read(name);
+        assert_eq!(table.header, ["time", "q_1", "q_2", "tau_1", "tau_2", "count", "mode"], "{name}");
+        let expected = [time.clone(), scaled(0.5), scaled(-0.25), scaled(8.0), scaled(-16.0)];
+        for (k, expected) in expected.iter().enumerate() {
+            let same = |(r, (x, y)): (usize, (&f64, &f64))| if nulls && r == 5 && k > 2 { x.is_nan() } else { x == y };
+            assert!(table.columns[k].iter().zip(expected).enumerate().all(same), "{name} {}", table.header[k]);
+        }
+        assert_eq!(table.columns[5], scaled(1.0), "{name}");
+        assert_eq!(table.texts[6], Some((0, "text (BYTE_ARRAY)".into())), "{name}");
+    }
+}
+
+/// Codecs, encodings and types of numbers that our own files lack.
+#[test]
+fn kinds_of_parquet_numbers_of_another_program() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let steps = |x: f64| (0..64).map(|r| f64::from(r) * x).collect::<Vec<f64>>();
+    let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
+    for codec in ["brotli", "gzip", "lz4", "zstd"] {
+        let table = Table::read(&folder.join(format!("pyarrow_{codec}.parquet"))).unwrap();
+        assert_eq!(table.header, ["time", "q_1", "q_2", "half", "price", "small", "day", "count"], "{codec}");
+        let series = [time.clone(), steps(0.5), steps(-0.25), steps(0.5), steps(0.25), steps(-0.25), steps(86_400.0)];
+        for (k, expected) in series.iter().chain([&steps(1.0)]).enumerate() {
+            assert_eq!(table.columns[k], *expected, "{codec} {}", table.header[k]);
+        }
+        assert!(table.texts.iter().all(Option::is_none), "{codec}");
+    }
+}
+
+/// A gripper that comes and goes, and a velocity that is never measured.
+#[test]
+fn messages_may_differ() {
+    let mut file = Mcap::joint_states(Some("zstd"), "cdr");
+    for r in 0..60u32 {
+        let x = f64::from(r);
+        let (names, arrays) = match r % 3 {
+            0 => (vec!["a", "grip"], [vec![x, 9.0], vec![], vec![-x, 0.0]]),
+            1 => (vec!["a"], [vec![x], vec![f64::NAN], vec![-x]]),
+            _ => (vec!["grip"], [vec![9.0], vec![], vec![]]),
+        };
+        // Without a stamp: the recorder's clock is taken.
+        file.message(1, 5_000_000_000 + 1_000_000 * u64::from(r), &State { stamp: (0, 0), names, arrays }.cdr(false));
+    }
+    let table = Table::from_bytes("log.mcap", &file.finish()).unwrap();
+    assert_eq!(table.header, ["time", "position_a", "position_grip", "effort_a", "effort_grip"]);
+    for r in 0..60 {
+        let (x, here) = (r as f64, r % 3 != 2);
+        assert_eq!(table.columns[0][r], x / 1e3);
+        assert!(if here { table.columns[1][r] == x } else { table.columns[1][r].is_nan() }, "{r}");
+        assert!(if here { table.columns[3][r] == -x } else { table.columns[3][r].is_nan() }, "{r}");
+        assert_eq!(table.columns[4][r].is_nan(), r % 3 != 0, "{r}");
+    }
+    let clock = "topic /joint_states; time from the recorder's clock, for every header.stamp is zero";
+    assert_eq!(table.notes, [clock, "no velocity of a, grip"]);
+}
+
+/// Parts in the order of their numbers, _10 behind _9; other files of the directory are passed over.
+#[test]
+fn a_directory_is_one_recording() {
+    let signals = signals();
+    let folder = folder("rosbag2");
+    std::fs::write(folder.join("metadata.yaml"), "rosbag2_bagfile_information: {}\n").unwrap();
+    for part in 0..14 {
+        let mut file = Mcap::joint_states(Some("lz4"), "cdr");
+        for r in 50 * part..50 * (part + 1) {
+            file.message(1, 0, &state(&signals, r).cdr(false));
+        }
+        std::fs::write(folder.join(format!("walk_{part}.mcap")), file.finish()).unwrap();
+    }
+    let table = Table::read(&folder).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_same("directory", &table, &Table::from_bytes("log", &csv(&signals)).unwrap());
+}
+
+/// The recorder was killed: what is whole is read, and the rest is told.
+#[test]
+fn a_recording_cut_short() {
+    let signals = signals();
+    let whole = recording(&signals, Some("zstd"), "cdr", false);
+    let expected = Table::from_bytes("log", &csv(&signals)).unwrap();
+    let mut lengths = Vec::new();
+    for cut in [whole.len() - 20, whole.len() * 2 / 3, whole.len() / 2] {
+        let table = Table::from_bytes("log.mcap", &whole[..cut]).unwrap();
+        let n = table.rows();
+        assert!(table.columns.iter().zip(&expected.columns).all(|(c, e)| *c == e[..n]), "{cut}");
+        let told = table.notes.iter().any(|n| n.contains("log.mcap is cut short: whole up to byte"));
+        assert_eq!(told, n < ROWS, "{:?}", table.notes);
+        lengths.push(n);
+    }
+    assert!(lengths[0] == ROWS && ROWS > lengths[1] && lengths[1] > lengths[2] && lengths[2] > 0, "{lengths:?}");
+}
+
+#[test]
+fn one_of_several_topics_by_its_name() {
+    let folder = folder("topics");
+    let path = folder.join("two.mcap");
+    let mut file = Mcap::joint_states(None, "cdr");
+    file.channel(2, "/left/joint_states", "sensor_msgs/msg/JointState", "cdr");
+    for r in 0..60u32 {
+        for channel in [1, 2] {
+            let arrays = [vec![f64::from(channel)], vec![], vec![f64::from(r)]];
+            let state = State { stamp: (1, 10_000_000 * r), names: vec!["a"], arrays };
+            file.message(channel as u16, 0, &state.cdr(false));
+        }
+    }
+    std::fs::write(&path, file.finish()).unwrap();
+    for (topic, position) in [("/joint_states", 1.0), ("/left/joint_states", 2.0)] {
+        let named = PathBuf::from(format!("{}#{topic}", path.display()));
+        let table = Table::read(&named).unwrap();
+        assert_eq!((table.rows(), table.columns[1][0]), (60, position));
+        assert_eq!(table.file, named.display().to_string());
+        let (log, columns) = LogSource::open(&named, &["a".into()], &Default::default()).unwrap();
+        assert_eq!((log.name(), columns.notes.len()), (table.file, 2));
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Kinds of columns: nulls, single precision, whole numbers, and a list of none.
+#[test]
+fn kinds_of_parquet_columns() {
+    let columns = [
+        ("q".to_string(), Values::Double((0..50).map(|i| (i % 3 != 0).then_some(f64::from(i))).collect())),
+        ("f".into(), Values::Float((0..50).map(|i| 0.1 * i as f32).collect())),
+        ("n".into(), Values::Int64((0..50).map(|i| -(1 << 40) * i).collect())),
+        ("mode".into(), Values::Text(50)),
+    ];
+    for (codec, version, dictionary) in [(0, 1, false), (1, 1, true), (6, 2, false), (7, 2, true)] {
+        let pages = Pages { codec, version, dictionary, rows_a_group: 20 };
+        let table = Table::from_bytes("log", &file(&columns[..3], pages)).unwrap();
+        for r in 0..50 {
+            let (q, x) = (table.columns[0][r], r as f64);
+            assert!(if r % 3 == 0 { q.is_nan() } else { q == x }, "{pages:?} {r} {q}");
+            assert_eq!(table.columns[1][r], f64::from(0.1 * r as f32), "{pages:?}");
+            assert_eq!(table.columns[2][r], -((1i64 << 40) as f64) * x, "{pages:?}");
+        }
+    }
+    let table = Table::from_bytes("log", &file(&columns, PLAIN)).unwrap();
+    assert!(table.texts[3].is_some() && table.columns[3].len() == 50 && table.columns[3].iter().all(|x| x.is_nan()));
+}
