@@ -15,7 +15,7 @@ use crate::model::Model;
 pub struct PlanRequest {
     /// Number of experiments.
     pub experiments: usize,
-    /// What makes one plan better than another.
+    /// Criterion by which plans are compared.
     pub criterion: Criterion,
     /// How swings change their velocity.
     pub profile: Profile,
@@ -29,7 +29,7 @@ pub struct PlanRequest {
     pub rate: f64,
     /// Starts of the search.
     pub starts: usize,
-    /// Of the random starts.
+    /// Seed of the random starts.
     pub seed: u64,
 }
 

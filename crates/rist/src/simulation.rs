@@ -27,7 +27,7 @@ pub struct SimulateRequest {
     pub load: Option<KnownLoad>,
     /// An estimate whose torques the controller adds.
     pub feedforward: Option<Estimate>,
-    /// Of the noise.
+    /// Seed of the noise.
     pub seed: u64,
     /// Neither noise nor rounding of the sensors.
     pub noise_free: bool,

@@ -25,7 +25,7 @@ pub struct Estimate {
     pub logs: Vec<String>,
     /// Base parameters, then friction, couplings and drive gains.
     pub parameters: Vec<Identified>,
-    /// What the model leaves unexplained, one a coordinate.
+    /// Residuals of the model, one a coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,

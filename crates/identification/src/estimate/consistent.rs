@@ -43,7 +43,7 @@ impl Default for Consistency {
 
 /// A consistent estimate, with the least squares beside it and the solver's account.
 pub struct ConsistentFit {
-    /// What least squares found in the same rows.
+    /// Least squares on the same rows.
     pub least_squares: Fit,
     /// The solver's account, with all standard parameters.
     pub consistent: Consistent,

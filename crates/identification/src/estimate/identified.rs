@@ -11,7 +11,7 @@ pub const INTERVAL: f64 = 1.96;
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identified {
-    /// What the parameter is.
+    /// Identity of the parameter.
     #[serde(rename = "name")]
     pub id: ParameterId,
     /// SI unit of the value.

@@ -17,7 +17,7 @@ pub struct Options {
     pub model: String,
     /// Which column of a log is which signal.
     pub columns: ColumnNames,
-    /// What lies between the log and the joints.
+    /// Transmission between the log and the joints.
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,

@@ -68,7 +68,7 @@ pub struct MotionValidation {
 pub struct TorquePicture {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// s.
+    /// Instants, s.
     pub t: Vec<f64>,
     /// N m (N), filtered.
     pub measured: Vec<f64>,

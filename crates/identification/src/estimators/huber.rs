@@ -23,7 +23,7 @@ const SETTLED: f64 = 1e-3;
 
 /// The robust solution, its weights by joint, and its triangles.
 pub struct Reweighted {
-    /// Of the reweighted rows.
+    /// Solution of the reweighted rows.
     pub solution: Solution,
     /// 1 / scale of the residual, one a joint.
     pub weights: Vec<f64>,

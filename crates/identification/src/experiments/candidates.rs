@@ -52,11 +52,11 @@ pub struct CandidateGrid {
     pub configurations: usize,
     /// Seconds recorded in one experiment.
     pub duration: f64,
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
     /// Gravity sweeps are of use: the robot is not balanced.
     pub gravity: bool,
-    /// Of the choice among configurations.
+    /// Seed of the choice among configurations.
     pub seed: u64,
 }
 

@@ -36,7 +36,7 @@ pub struct Search {
     pub sweeps: usize,
     /// Threads that share the starts; the result does not depend on them.
     pub threads: usize,
-    /// Of the random plans.
+    /// Seed of the random plans.
     pub seed: u64,
 }
 

@@ -100,7 +100,7 @@ pub struct ExcitingTrajectory {
     pub slow: Vec<usize>,
     /// Middle of the motion, and where the locked joints stand, rad.
     pub centre: Vec<f64>,
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
     /// How the fast joint moves.
     pub motion: Motion,
@@ -109,7 +109,7 @@ pub struct ExcitingTrajectory {
 /// Reference motion, sampled: `q[k][i]` of coordinate k at instant i, rad, rad/s, rad/s^2.
 #[derive(Clone, Debug, Default)]
 pub struct Reference {
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
     /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
@@ -145,7 +145,7 @@ impl Projector {
 pub struct SpectralEquation {
     /// The joint whose torque is projected.
     pub joint: usize,
-    /// What it is projected on.
+    /// Signal on which it is projected.
     pub projector: Projector,
 }
 

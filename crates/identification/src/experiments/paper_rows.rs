@@ -25,7 +25,7 @@ pub struct EquationBlock {
     pub rows: Rows,
     /// Torque of a known load, N m: rows X + known = right.
     pub known: Vec<f64>,
-    /// N m.
+    /// Right-hand sides, N m.
     pub right: Vec<f64>,
     /// Standard deviation of each right-hand side, N m.
     pub deviation: Vec<f64>,

@@ -61,7 +61,7 @@ pub struct PlannedSweep {
     pub settling_s: f64,
 }
 
-/// What the plan will say about a parameter.
+/// The prediction of a plan for one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PredictedParameter {
     /// The base parameter.

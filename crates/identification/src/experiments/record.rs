@@ -3,7 +3,7 @@
 /// A record: `q[k][i]` in rad, `current[k][i]` in A, of coordinate k at instant i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
     /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,

@@ -315,7 +315,7 @@ impl CouplingParameter {
 /// A column of the observation equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// What it is.
+    /// Its identity.
     pub id: ParameterId,
     /// The coordinates it acts with: that of a friction, those that move the joint of a base parameter's link.
     pub coordinates: Vec<usize>,

@@ -86,7 +86,7 @@ pub enum Stop {
     End,
     /// The inertia matrix was not positive definite, or the motion left every bound.
     NotPhysical {
-        /// s.
+        /// Time of the stop, s.
         time: f64,
     },
 }

@@ -19,7 +19,7 @@ use crate::simulate::dynamics::Dynamics;
 /// A simulated robot apart from its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
-    /// Of the motions, one a coordinate.
+    /// Limits of the motions, one a coordinate.
     pub limits: Vec<MotionLimits>,
     /// Tuned to the robot's inertia.
     pub controller: Controller,

@@ -9,7 +9,7 @@ use crate::experiments::record::Record;
 /// A motion and its record inside the windows: whole periods, or forth and back.
 #[derive(Clone, Debug)]
 pub struct SpectralExperiment {
-    /// What was run.
+    /// Motion that was run.
     pub trajectory: ExcitingTrajectory,
     /// Positions, rad; one series a coordinate.
     pub q: Vec<Vec<f64>>,

@@ -90,9 +90,9 @@ pub fn chart(title: &str, x_name: &str, y_name: &str, lines: &[Line]) -> String 
 /// A row of the table: a value with its 95 % interval, or none.
 #[derive(Clone, Debug)]
 pub struct Row<'a> {
-    /// Of the parameter.
+    /// Name of the parameter.
     pub name: &'a str,
-    /// Of its value.
+    /// Unit of its value.
     pub unit: &'a str,
     /// Value and half the width of the interval; `None`: not identifiable.
     pub value: Option<(f64, f64)>,

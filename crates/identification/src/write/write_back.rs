@@ -21,7 +21,7 @@ use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenva
 pub struct WrittenBack {
     /// The description with the identified parameters.
     pub text: String,
-    /// What the format has no place for, a sentence each.
+    /// Sentences on what the format has no place for.
     pub notes: Vec<String>,
 }
 
