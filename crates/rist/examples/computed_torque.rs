@@ -17,6 +17,10 @@ const X: [f64; 7] = [0.9, 1.1, 0.0, 0.12, 0.3, 0.0, 0.05];
 const STEP: f64 = 1e-3;
 
 fn main() {
+    println!("{} ({:016x}), joints {:?}", arm::NAME, arm::FINGERPRINT, arm::COORDINATES);
+    for (name, value) in arm::PARAMETERS.iter().zip(X) {
+        println!("  {name} = {value}");
+    }
     let (mut q, mut dq) = ([0.4, -0.6], [0.0, 0.0]);
     let (kp, kd) = (400.0, 40.0);
     for k in 0..2000 {
@@ -33,6 +37,13 @@ fn main() {
             q[j] += STEP * dq[j];
         }
     }
+    // The same torque from the regressor: tau = Y X.
+    let (mut y, mut tau) = ([[0.0; 7]; 2], [0.0; 2]);
+    arm::base_regressor(&q, &dq, &[1.0, -1.0], &mut y);
+    arm::inverse_dynamics(&q, &dq, &[1.0, -1.0], &X, &mut tau);
+    let by_regressor: [f64; 2] = core::array::from_fn(|j| y[j].iter().zip(X).map(|(y, x)| y * x).sum());
+    assert!((0..2).all(|j| (by_regressor[j] - tau[j]).abs() < 1e-12));
+
     let r = 0.5 * (2000.0 * STEP).sin();
     println!("after 2 s the joints are at {:.4} and {:.4} rad, the reference at {r:.4} rad", q[0], q[1]);
     // Euler steps of 1 ms follow a reference of 0.5 rad/s within a milliradian.

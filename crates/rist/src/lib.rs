@@ -25,7 +25,8 @@
 //! # Ok::<(), rist::Error>(())
 //! ```
 //!
-//! `examples/` has the five things people do. The crates behind this one are re-exported under their names.
+//! `examples/` has the five things people do: inspect a robot, identify a log, run a generated file in a control loop,
+//! plan and validate experiments, convert a description and write identified bodies back.
 
 #![warn(missing_docs)]
 
