@@ -7,6 +7,7 @@
 //!
 //! `cargo run --package rist --example computed_torque`
 
+#[rustfmt::skip]
 #[path = "computed_torque/arm.rs"]
 mod arm;
 

@@ -29,7 +29,12 @@ pub const PARAMETERS: [&str; 7] = ["ZZR1", "MXR1", "MY1", "ZZ2", "MX2", "MY2", "
 pub const FINGERPRINT: u64 = 10793100253741998266;
 /// Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.
 #[inline(always)]
-pub fn base_regressor<R: Real>(q: &[R; 2], dq: &[R; 2], ddq: &[R; 2], y: &mut [[R; 7]; 2]) {
+pub fn base_regressor<R: Real>(
+    q: &[R; 2],
+    dq: &[R; 2],
+    ddq: &[R; 2],
+    y: &mut [[R; 7]; 2],
+) {
     y[0][6] = R::from_f64(0.0);
     y[1][0] = R::from_f64(0.0);
     y[1][1] = R::from_f64(0.0);
@@ -76,7 +81,13 @@ pub fn base_regressor<R: Real>(q: &[R; 2], dq: &[R; 2], ddq: &[R; 2], y: &mut [[
 /// The torques from the base parameters x, N m (N).
 /// 24 mul, 16 add, 2 sin_cos.
 #[inline(always)]
-pub fn inverse_dynamics<R: Real>(q: &[R; 2], dq: &[R; 2], ddq: &[R; 2], x: &[R; 7], tau: &mut [R; 2]) {
+pub fn inverse_dynamics<R: Real>(
+    q: &[R; 2],
+    dq: &[R; 2],
+    ddq: &[R; 2],
+    x: &[R; 7],
+    tau: &mut [R; 2],
+) {
     let t15 = ddq[0] + ddq[1];
     let t16 = x[3] * t15;
     let (s1, c1) = (q[1]).sin_cos();
@@ -125,7 +136,13 @@ pub fn inverse_dynamics<R: Real>(q: &[R; 2], dq: &[R; 2], ddq: &[R; 2], x: &[R; 
 /// The accelerations from the torques and x.
 /// 28 mul, 19 add, 2 sin_cos.
 #[inline(always)]
-pub fn forward_dynamics<R: Real>(q: &[R; 2], dq: &[R; 2], tau: &[R; 2], x: &[R; 7], ddq: &mut [R; 2]) {
+pub fn forward_dynamics<R: Real>(
+    q: &[R; 2],
+    dq: &[R; 2],
+    tau: &[R; 2],
+    x: &[R; 7],
+    ddq: &mut [R; 2],
+) {
     let (s1, c1) = (q[1]).sin_cos();
     let (s0, c0) = (q[0]).sin_cos();
     let t18 = R::from_f64(9.81) * s0;
@@ -178,14 +195,13 @@ pub fn forward_dynamics<R: Real>(q: &[R; 2], dq: &[R; 2], tau: &[R; 2], x: &[R; 
     ddq[0] = t66;
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
-pub trait Real:
-    Copy
-    + core::ops::Add<Output = Self>
-    + core::ops::Sub<Output = Self>
-    + core::ops::Mul<Output = Self>
-    + core::ops::Div<Output = Self>
-    + core::ops::Neg<Output = Self>
-{
+pub trait Real: Copy + core::ops::Add<
+        Output = Self,
+    > + core::ops::Sub<
+        Output = Self,
+    > + core::ops::Mul<
+        Output = Self,
+    > + core::ops::Div<Output = Self> + core::ops::Neg<Output = Self> {
     /// The nearest number to `x`.
     fn from_f64(x: f64) -> Self;
     /// Sine and cosine.
@@ -202,25 +218,38 @@ impl Real for f64 {
     #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {
         const ROUND: f64 = 6755399441055744.0;
-        const PARTS: [f64; 3] = [1.570796251296997, 7.549789415861596e-8, 5.390302858158119e-15];
+        const PARTS: [f64; 3] = [
+            1.570796251296997,
+            7.549789415861596e-8,
+            5.390302858158119e-15,
+        ];
         let turns = self * core::f64::consts::FRAC_2_PI + ROUND;
         let quadrant = turns.to_bits();
         let n = turns - ROUND;
         let x = ((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2];
         let z = x * x;
-        let s = x + x
-            * z
-            * (-1.6666666666666632e-1
-                + z * (8.33333333332249e-3
-                    + z * (-1.984126982985795e-4
-                        + z * (2.7557313707070068e-6 + z * (-2.5050760253406863e-8 + z * 1.58969099521155e-10)))));
+        let s = x
+            + x * z
+                * (-1.6666666666666632e-1
+                    + z
+                        * (8.33333333332249e-3
+                            + z
+                                * (-1.984126982985795e-4
+                                    + z
+                                        * (2.7557313707070068e-6
+                                            + z
+                                                * (-2.5050760253406863e-8 + z * 1.58969099521155e-10)))));
         let c = 1.0 - 0.5 * z
             + z * z
                 * (4.16666666666666e-2
-                    + z * (-1.388888888887411e-3
-                        + z * (2.480158728947673e-5
-                            + z * (-2.7557314351390663e-7
-                                + z * (2.087572321298175e-9 + z * -1.1359647557788195e-11)))));
+                    + z
+                        * (-1.388888888887411e-3
+                            + z
+                                * (2.480158728947673e-5
+                                    + z
+                                        * (-2.7557314351390663e-7
+                                            + z
+                                                * (2.087572321298175e-9 + z * -1.1359647557788195e-11)))));
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
