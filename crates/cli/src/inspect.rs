@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use clap::Args;
 use expr::Count;
+use modeling::Rules;
 use rist::Model;
 use robot::JointKind;
 use robot::format::Angles;
@@ -21,6 +22,11 @@ pub struct Arguments {
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
+
+    /// Write the rules in the standard parameters alone, however long they are [default: while all of them stay below
+    /// 200000 characters; beyond, they name the regrouped parameters of the next link]
+    #[arg(long)]
+    expand_rules: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -28,10 +34,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = Model::of(robot, &arguments.model.model)?;
     let (robot, derived) = (&model.robot, &model);
     let tilted = Tilted::new(arguments, derived)?;
+    let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
     if arguments.json {
-        print(&(format!("{:#}\n", as_json(derived, &tilted))))?;
+        print(&(format!("{:#}\n", as_json(derived, &rules, &tilted))))?;
     } else {
-        print(&(as_text(derived) + &tilted.text()))?;
+        print(&(as_text(derived, &rules) + &tilted.text()))?;
     }
     let parameters = &derived.parameters;
     if parameters.coincident.is_empty() {
@@ -46,6 +53,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         arguments.model.model.display(),
         names.join(" ")
     )))
+}
+
+fn expanded(derived: &Model) -> Result<Rules, Failure> {
+    derived.parameters.expanded_rules().ok_or_else(|| {
+        Failure::new(format_args!(
+            "{}: expanded, the rules have more than a million terms; without --expand-rules they are nested",
+            derived.path.display()
+        ))
+    })
 }
 
 /// Base parameters that the angles exactly as given would add. They appear only because some axis is almost, but not
@@ -103,19 +119,21 @@ impl Tilted {
     }
 }
 
-fn as_json(derived: &Model, tilted: &Tilted) -> Value {
+fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
     let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
     let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
-    let base = |b: &modeling::BaseParameter| {
-        let term = |t: &modeling::Term| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": t.symbolic});
+    // Nested rules have no coefficients in full.
+    let base = |(k, b): (usize, &modeling::BaseParameter)| {
+        let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
+        let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
         json!({
             "name": b.name,
             "parameter": name(b.column),
-            "rule": b.rule,
+            "rule": rules.base[k],
             "share": b.share,
-            "terms": b.terms.iter().map(term).collect::<Vec<_>>(),
+            "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
         })
     };
     let rank = &parameters.rank;
@@ -125,7 +143,8 @@ fn as_json(derived: &Model, tilted: &Tilted) -> Value {
         "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "links": robot.links.iter().map(|l| json!({"name": l.name, "joint": l.joint.name, "label": l.label})).collect::<Vec<_>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
-        "base": parameters.base.iter().map(base).collect::<Vec<_>>(),
+        "base": parameters.base.iter().enumerate().map(base).collect::<Vec<_>>(),
+        "regrouped": rules.regrouped,
         "as_given": tilted
             .appear
             .iter()
@@ -153,7 +172,7 @@ fn as_json(derived: &Model, tilted: &Tilted) -> Value {
     })
 }
 
-fn as_text(derived: &Model) -> String {
+fn as_text(derived: &Model, rules: &Rules) -> String {
     let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
@@ -203,9 +222,13 @@ fn as_text(derived: &Model) -> String {
     }
     line!();
     line!("{} base parameters of {} standard ones:", parameters.len(), parameters.standard.len());
-    for b in &parameters.base {
-        let rule = if b.terms.len() > 1 { b.rule.as_str() } else { "" };
+    for (b, rule) in parameters.base.iter().zip(&rules.base) {
+        let rule = if b.terms.len() > 1 { rule.as_str() } else { "" };
         line!("  {:<10} {rule}", b.name);
+    }
+    if !rules.regrouped.is_empty() {
+        line!("with these regrouped parameters, which are no base parameters:");
+        rules.regrouped.iter().for_each(|rule| line!("  {rule}"));
     }
     if !parameters.no_effect.is_empty() {
         let names: Vec<String> = parameters.no_effect.iter().map(|&c| name(c)).collect();

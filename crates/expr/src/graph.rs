@@ -130,7 +130,7 @@ impl Graph {
     }
 
     /// An empty graph that knows these symbols.
-    pub(crate) fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
+    pub fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
         let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default() };
         g.intern(Node::Constant(0.0));
         g.intern(Node::Constant(1.0));

@@ -106,7 +106,7 @@ fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) 
     doc.push(String::new());
     doc.push("The base parameters X, each with what regroups into it:".into());
     doc.push("```text".into());
-    doc.extend(base.base.iter().map(|b| if b.terms.len() > 1 { b.rule.clone() } else { b.name.clone() }));
+    doc.extend(base.rule_lines());
     let no_effect: Vec<String> = base.no_effect.iter().map(|&c| base.standard[c].display(robot).to_string()).collect();
     if !no_effect.is_empty() {
         doc.extend(wrapped(&format!("No effect: {}", no_effect.join(" ")), 100));

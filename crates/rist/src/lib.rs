@@ -14,8 +14,8 @@
 //! ```
 //! let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
 //! let model = rist::Model::read(format!("{models}/planar2r_vertical.yaml"))?;
-//! let rules: Vec<&str> = model.parameters.base.iter().map(|b| b.rule.as_str()).collect();
-//! assert_eq!(rules[0], "ZZR1 = ZZ1 + IA1 + L1^2*M2");
+//! let rules = model.parameters.rules();
+//! assert_eq!(rules.base[0], "ZZR1 = ZZ1 + IA1 + L1^2*M2");
 //!
 //! let regressor = model.regressor();
 //! let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
