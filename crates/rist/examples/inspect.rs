@@ -8,8 +8,8 @@ fn main() -> Result<(), Error> {
     let file = std::env::args().nth(1).unwrap_or("models/planar2r_vertical.yaml".into());
     let model = Model::read(&file)?;
     println!("{}: {} base parameters", model.robot.name, model.parameters.base.len());
-    for parameter in &model.parameters.base {
-        println!("  {}", parameter.rule);
+    for rule in &model.parameters.rules().base {
+        println!("  {rule}");
     }
 
     // One row of the regressor: the torque of the first joint per unit of each parameter, at one state.

@@ -3,14 +3,13 @@
 use std::fmt::Write as _;
 
 use identification::estimate::consistent::{bodies, identify_consistent};
+use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::rotors::rotors;
-use identification::estimate::selection::{
-    Delay, FrictionSelection, estimate_delay, friction_candidates, select_friction,
-};
+use identification::estimate::selection::{FrictionSelection, friction_candidates, select_friction};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::pseudo_inertia::Ten;
@@ -65,6 +64,8 @@ pub struct Bodies {
     pub links: Vec<(LinkId, Ten)>,
     /// Rotor inertia of each coordinate, kg m^2 (kg); zero where the model has none.
     pub armatures: Vec<f64>,
+    /// Why they are not to be used; nothing is written into a simulator's file while it says so.
+    pub refusal: Option<String>,
 }
 
 /// Identifies the base parameters and the friction of a robot from its logs.
@@ -109,7 +110,8 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
         heavy = named.iter().zip(&known).filter_map(describe).collect();
         let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
-        bodies_found = Some(Bodies { links, armatures: armatures(model, &found.consistent.phi) });
+        let armatures = armatures(model, &found.consistent.phi);
+        bodies_found = Some(Bodies { links, armatures, refusal: found.refusal() });
         estimate = found.estimate;
     }
 
@@ -128,7 +130,7 @@ fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Resu
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {
         return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual {:.4}, without it {:.4}; the residual still falls there, at the end of the search: no \
+            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the residual still falls there, at the end of the search: no \
              delay explains these logs; look at units, signs and drive gains, or give the delay",
             delay.seconds, delay.residual, delay.residual_without
         )));

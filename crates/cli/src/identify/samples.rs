@@ -37,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // A String never fails to grow.
     if let Some(delay) = &found.delay {
         let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
-        let _ = writeln!(text, "delay {seconds:.4} s: residual {with:.4}, without it {without:.4}");
+        let _ = writeln!(text, "delay {seconds:.4} s: residual away from reversals {with:.4}, without it {without:.4}");
     }
     if let Some(selection) = &found.friction {
         let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
@@ -49,8 +49,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (log, validation) in rist::predictions(&model, &found.estimate, &others)? {
         let _ = write!(text, "\n{log}, not fitted:\n{validation}");
     }
-    let written = written(arguments, &model, &found)?;
     print(&text)?;
+    let written = written(arguments, &model, &found)?;
     for (out, text) in written {
         write_file(out, &text)?;
     }

@@ -52,7 +52,7 @@ pub struct Fit {
 impl Fit {
     /// From logs held in memory.
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
-        let preparation = options.preparation();
+        let preparation = options.preparation().for_logs(logs)?;
         let mut records = Vec::new();
         for log in logs {
             records.extend(states(regressor, log, &preparation)?);
@@ -118,7 +118,10 @@ impl Fit {
             joint.held_out = Some(out.relative);
         }
         for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
-            joint.f95 = Some(f95);
+            joint.f95 = (f95 > 0.0).then_some(f95);
+        }
+        if options.signal.order > 0 && options.signal.cutoff.is_none() {
+            estimate.remarks.extend(without_frequency(&estimate.joints));
         }
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
@@ -138,6 +141,20 @@ impl Fit {
             estimate.covariance = (0..model.p()).map(row).collect();
         }
         Ok(Fit { estimate, observation, solution, weights })
+    }
+}
+
+/// A sentence on joints that do not count for the cut-off.
+fn without_frequency(joints: &[JointResidual]) -> Option<String> {
+    let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
+    match names.len() {
+        0 => None,
+        all if all == joints.len() => Some("no joint moves: the cut-off is a fifth of the sampling rate".into()),
+        _ => Some(format!(
+            "the cut-off is that of the other joints: {} hardly move beside them, and what frequency they show is that of \
+             noise",
+            names.join(", ")
+        )),
     }
 }
 

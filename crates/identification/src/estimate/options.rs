@@ -57,6 +57,6 @@ impl Options {
         if !self.friction.iter().any(|term| term.is_dry()) {
             signal.standstill.get_or_insert(0.0);
         }
-        Preparation { transmission: self.transmission.clone(), signal }
+        Preparation { transmission: self.transmission.clone(), signal, content: None }
     }
 }

@@ -1,5 +1,6 @@
 //! From triangles to a solution, one estimator a file.
 
+pub mod barrier;
 pub mod closed_loop;
 pub mod consistent;
 pub mod correlated_deviation;

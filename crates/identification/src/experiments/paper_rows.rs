@@ -112,7 +112,10 @@ pub fn gravity_rows(
 
 /// [A y] to the triangle of A's column-pivoted QR, cut where a row falls below 1e-9 of the first.
 fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let triangle = w.qr().unpack_r();
+    // Rows of zeros change no triangle, and make it square where there are few instants.
+    let few = (p + 1).saturating_sub(w.nrows());
+    let instants = w.nrows();
+    let triangle = w.insert_rows(instants, few, 0.0).qr().unpack_r();
     let a = triangle.columns(0, p).into_owned();
     let y: DVector<f64> = triangle.column(p).into_owned();
     let pivoted = a.col_piv_qr();
@@ -162,6 +165,21 @@ impl EquationBlock {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
+
+    /// A sweep of two or three samples each way: fewer instants than parameters.
+    #[test]
+    fn few_instants_are_few_rows() {
+        let arm = Pendulum::new();
+        for sample_time in [1.2, 0.8, 0.5, 0.1] {
+            let sweep = ExcitingTrajectory::sweep(0, &[0.3], 2.0, 1.0, sample_time);
+            let reference = sweep.reference();
+            let motion = MeasuredMotion::of_reference(&reference);
+            let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
+            let torque = vec![vec![0.0; motion.len()]];
+            let block = gravity_rows(&sweep, &arm, &motion.q, &torque, &[0.1], &directions);
+            assert!(block.right.len() <= motion.len().min(2), "{sample_time}: {}", block.right.len());
+        }
+    }
 
     #[test]
     fn gravity_rows_keep_the_information_of_the_centred_equations() {

@@ -18,7 +18,7 @@ use crate::model::friction::terms::sign;
 use crate::model::states::States;
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
-use crate::signals::cutoff::FrequencyContent;
+use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::signal_options::{Signal, Velocity};
 use crate::signals::standstill::standstill;
@@ -77,23 +77,34 @@ impl<'a> JointSignals<'a> {
         Ok(t)
     }
 
-    /// The frequency content of the motion, and the time between the samples of its clock, s.
-    pub(crate) fn content(mut self, signal: &Signal) -> Result<(FrequencyContent, f64), Error> {
+    /// Adds the motion. A row that repeats all positions of the one before is no sample: the log missed one.
+    pub(crate) fn add_motion(mut self, signal: &Signal, energy: &mut MotionEnergy) -> Result<(), Error> {
+        let t = &self.log.t;
+        let fresh = |&r: &usize| r == 0 || self.q.iter().any(|q| q[r] != q[r - 1]);
+        let fresh: Vec<usize> = (0..t.len()).filter(fresh).collect();
+        if fresh.len() < t.len() {
+            let of = |x: &[f64]| fresh.iter().map(|&r| x[r]).collect::<Vec<f64>>();
+            let at = of(t);
+            for q in &mut self.q {
+                *q = interpolate(&at, &of(q), t);
+            }
+        }
         let period = step(&self.on_clock(signal)?);
-        Ok((cutoff::rule(&self.q, period), period))
+        energy.push(&self.q, period);
+        Ok(())
     }
 
-    /// Filters, differentiates and decimates.
+    /// Filters, differentiates and decimates; `content`: of all that is fitted together, where it was looked at.
     ///
     /// Fails when a cut-off is not below half the rate, or a measured signal is asked for that is not there.
-    pub fn states(mut self, signal: &Signal) -> Result<States, Error> {
+    pub fn states(mut self, signal: &Signal, content: Option<&FrequencyContent>) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let at = |message: String| Error::at(&self.log.name, 0, message);
         let period = step(&t);
         if let Some(dq) = self.dq.as_ref().filter(|_| signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
         }
-        let content = cutoff::rule(&self.q, period);
+        let content = content.cloned().unwrap_or_else(|| cutoff::rule(&self.q, period));
         let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(content.cutoff) };
         let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
         let filter = |cutoff: f64| -> Result<Option<Butterworth>, Error> {

@@ -62,7 +62,8 @@ impl Default for Signal {
 impl Signal {
     /// Keep every n-th sample: n.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
-        let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period)) as usize } else { 1 };
+        // The clocks of two logs differ in the last digits; what is a whole number of samples stays one.
+        let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period) + 1e-6) as usize } else { 1 };
         self.decimate.unwrap_or(ten_a_period).max(1)
     }
 
