@@ -130,17 +130,13 @@ fn consistency_helps_poor_data_only() {
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);
         for _ in 0..40 {
-            let (mut triangle, mut block) = (
-                identification::algebra::triangle::Triangle::new(10),
-                identification::algebra::triangle::Block::new(10),
-            );
+            let mut rows = identification::algebra::triangle::Accumulator::new(10);
             for _ in 0..60 {
                 let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
                 let y: f64 = row.iter().zip(body).map(|(a, b)| a * b).sum();
-                block.push(&row, y + noise * random.normal());
+                rows.push(&row, y + noise * random.normal());
             }
-            triangle.fold(&mut block);
-            let white = weighted(&[triangle], &[1.0 / noise]);
+            let white = weighted(&[rows.finish()], &[1.0 / noise]);
             let free = identification::algebra::least_squares::solve(&white);
             let prior = Prior { bodies: vec![None], scale: 1.0, gamma: 1e-3, discount: 1.0, friction: Vec::new() };
             let constrained = consistent(&white, &map, &prior);

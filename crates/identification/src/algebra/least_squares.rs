@@ -97,19 +97,15 @@ pub fn solve(triangle: &Triangle) -> Solution {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     fn triangle(rows: &[(Vec<f64>, f64)]) -> Triangle {
         let p = rows[0].0.len();
-        let (mut t, mut block) = (Triangle::new(p), Block::new(p));
+        let mut block = Accumulator::new(p);
         for (row, y) in rows {
-            if block.is_full() {
-                t.fold(&mut block);
-            }
             block.push(row, *y);
         }
-        t.fold(&mut block);
-        t
+        block.finish()
     }
 
     #[test]

@@ -69,20 +69,16 @@ mod tests {
     use super::*;
     use crate::algebra::least_squares::solve;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     fn triangle(column_noise: f64, noise: f64, seed: u64) -> Triangle {
         let mut random = Random::new(seed);
-        let (mut t, mut block) = (Triangle::new(2), Block::new(2));
+        let mut rows = Accumulator::new(2);
         for _ in 0..500 {
             let (a, b) = (random.normal(), random.normal());
-            block.push(&[a + column_noise * random.normal(), b], 2.0 * a - b + noise * random.normal());
-            if block.is_full() {
-                t.fold(&mut block);
-            }
+            rows.push(&[a + column_noise * random.normal(), b], 2.0 * a - b + noise * random.normal());
         }
-        t.fold(&mut block);
-        t
+        rows.finish()
     }
 
     #[test]

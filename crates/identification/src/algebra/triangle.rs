@@ -24,9 +24,40 @@ pub struct Triangle {
     pub rows: usize,
 }
 
-/// Rows on their way into a triangle, column by column.
+/// Rows on their way into a triangle.
 #[derive(Clone, Debug)]
-pub struct Block {
+pub struct Accumulator {
+    triangle: Triangle,
+    block: Block,
+}
+
+impl Accumulator {
+    /// No row yet, with `p` columns and a right-hand side.
+    pub fn new(p: usize) -> Accumulator {
+        Accumulator { triangle: Triangle::new(p), block: Block::new(p) }
+    }
+
+    /// Appends a row of coefficients and its right-hand side.
+    ///
+    /// # Panics
+    /// When `row` is not p long.
+    pub fn push(&mut self, row: &[f64], y: f64) {
+        if self.block.is_full() {
+            self.triangle.fold(&mut self.block);
+        }
+        self.block.push(row, y);
+    }
+
+    /// The triangle of all rows.
+    pub fn finish(mut self) -> Triangle {
+        self.triangle.fold(&mut self.block);
+        self.triangle
+    }
+}
+
+/// Rows side by side, column by column.
+#[derive(Clone, Debug)]
+struct Block {
     columns: usize,
     capacity: usize,
     rows: usize,
@@ -38,22 +69,16 @@ pub struct Block {
 const BLOCK_ROWS: usize = 512;
 
 impl Block {
-    /// An empty block of rows with `p` columns and a right-hand side.
-    pub fn new(p: usize) -> Block {
+    fn new(p: usize) -> Block {
         let capacity = BLOCK_ROWS;
         Block { columns: p + 1, capacity, rows: 0, entries: vec![0.0; (p + 1) * capacity] }
     }
 
-    /// Whether the block must be folded before the next row.
-    pub fn is_full(&self) -> bool {
+    fn is_full(&self) -> bool {
         self.rows == self.capacity
     }
 
-    /// Appends a row of coefficients and its right-hand side.
-    ///
-    /// # Panics
-    /// When the block is full or `row` is not p long.
-    pub fn push(&mut self, row: &[f64], y: f64) {
+    fn push(&mut self, row: &[f64], y: f64) {
         assert!(!self.is_full() && row.len() + 1 == self.columns);
         for (c, &x) in row.iter().chain(std::iter::once(&y)).enumerate() {
             self.entries[c * self.capacity + self.rows] = x;
@@ -79,7 +104,7 @@ impl Triangle {
     }
 
     /// Folds the rows of a block in and empties it.
-    pub fn fold(&mut self, block: &mut Block) {
+    fn fold(&mut self, block: &mut Block) {
         self.rows += block.rows;
         self.reflect(&mut block.entries, block.capacity, block.rows);
         block.rows = 0;

@@ -64,26 +64,22 @@ fn equations(joints: &[Triangle], discount: f64) -> Vec<JointEquations> {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     /// Two joints that share two parameters, currents with noise.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {
         let (x, k) = ([2.0, -1.0], [3.0, 0.5]);
         let mut random = Random::new(seed);
-        let mut out = vec![Triangle::new(2), Triangle::new(2)];
-        for (j, t) in out.iter_mut().enumerate() {
-            let mut block = Block::new(2);
+        let joint = |k: f64| {
+            let mut rows = Accumulator::new(2);
             for _ in 0..500 {
                 let row = [random.normal(), random.normal()];
                 let torque = row[0] * x[0] + row[1] * x[1];
-                block.push(&row, torque / k[j] + noise * random.normal());
-                if block.is_full() {
-                    t.fold(&mut block);
-                }
+                rows.push(&row, torque / k + noise * random.normal());
             }
-            t.fold(&mut block);
-        }
-        out
+            rows.finish()
+        };
+        k.map(joint).to_vec()
     }
 
     #[test]

@@ -7,7 +7,7 @@
 use logs::Error;
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
@@ -60,17 +60,13 @@ const HELD: f64 = 1e-3;
 /// Rows that hold each parameter at `x` by a share of its column.
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let p = rows.columns();
-    let (mut triangle, mut block) = (Triangle::new(p), Block::new(p));
+    let mut block = Accumulator::new(p);
     for c in 0..p {
         let mut row = vec![0.0; p];
         row[c] = HELD * rows.column_norm(c);
         block.push(&row, row[c] * x[c]);
-        if block.is_full() {
-            triangle.fold(&mut block);
-        }
     }
-    triangle.fold(&mut block);
-    triangle
+    block.finish()
 }
 
 /// The residual that `x` leaves in triangles by joint.

@@ -9,7 +9,7 @@ use logs::Error;
 use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
 
@@ -52,13 +52,10 @@ pub fn payload(
     }
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
-    let (mut total, mut block) = (Triangle::new(m), Block::new(m));
+    let mut block = Accumulator::new(m);
     for (triangles, loaded) in [(without, false), (with, true)] {
         for (t, &weight) in triangles.iter().zip(weights) {
             for i in 0..=p {
-                if block.is_full() {
-                    total.fold(&mut block);
-                }
                 let mut row = vec![0.0; m];
                 (i..p).for_each(|c| row[c] = weight * t.at(i, c));
                 if loaded {
@@ -70,7 +67,7 @@ pub fn payload(
             }
         }
     }
-    total.fold(&mut block);
+    let mut total = block.finish();
     total.rows = without.iter().chain(with).map(|t| t.rows).sum();
     let solution = solve(&total);
     let at = |k: usize| p + k;
@@ -103,7 +100,7 @@ mod tests {
         let (mut squares, draws) = ([0.0; 10], 200);
         for _ in 0..draws {
             let mut log = |loaded: f64| {
-                let (mut triangle, mut block) = (Triangle::new(11), Block::new(11));
+                let mut block = Accumulator::new(11);
                 for _ in 0..60 {
                     // The eleventh column is friction, which the load does not change.
                     let row: Vec<f64> = (0..11).map(|_| random.normal()).collect();
@@ -111,7 +108,7 @@ mod tests {
                     let torque = own + loaded * row.iter().zip(load).map(|(x, l)| x * l).sum::<f64>();
                     block.push(&row, torque + noise * random.normal());
                 }
-                triangle.fold(&mut block);
+                let triangle = block.finish();
                 [triangle]
             };
             let (without, with) = (log(0.0), log(1.0));

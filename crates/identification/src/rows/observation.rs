@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use logs::Error;
 
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::algebra::vector::dot;
 use crate::model::linear_model::Model;
 use crate::model::states::States;
@@ -30,8 +30,7 @@ const PARALLEL: usize = 20_000;
 /// One triangle a joint of the samples in a range.
 fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
     let (n, p) = (model.n(), model.p());
-    let mut blocks = vec![Block::new(p); n];
-    let mut triangles = vec![Triangle::new(p); n];
+    let mut joints = vec![Accumulator::new(p); n];
     model.rows(states, range, |r, w| {
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
             let (row, tau) = (&mut w[j * p..(j + 1) * p], states.tau[r * n + j]);
@@ -39,16 +38,10 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
             if factor != 1.0 {
                 row.iter_mut().for_each(|x| *x *= factor);
             }
-            blocks[j].push(row, factor * tau);
-            if blocks[j].is_full() {
-                triangles[j].fold(&mut blocks[j]);
-            }
+            joints[j].push(row, factor * tau);
         }
     });
-    for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
-        triangle.fold(block);
-    }
-    triangles
+    joints.into_iter().map(Accumulator::finish).collect()
 }
 
 /// The triangles of the rows, by part of the record and by joint.

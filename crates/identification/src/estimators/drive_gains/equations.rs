@@ -3,7 +3,7 @@
 //! A triangle with the columns of the nuisance in front projects the nuisance out. The rows below them say all that is
 //! left about the parameters; the last entry of the diagonal is what nothing explains.
 
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::Accumulator;
 use crate::algebra::vector::dot;
 
 /// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
@@ -35,17 +35,14 @@ impl JointEquations {
     /// through the same triangle, behind the parameters.
     pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
         let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
-        let (mut triangle, mut block) = (Triangle::new(width + 1), Block::new(width + 1));
+        let mut block = Accumulator::new(width + 1);
         let mut longer = vec![0.0; width + 1];
         for (row, (&known, &y)) in rows.iter().zip(known.iter().zip(current)) {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             longer[..width].copy_from_slice(row);
             longer[width] = known;
             block.push(&longer, y);
         }
-        triangle.fold(&mut block);
+        let triangle = block.finish();
         let at = |i: usize, j: usize| if j >= i { triangle.at(i, j) } else { 0.0 };
         // Columns of other joints are empty here.
         let used = (0..nuisance).filter(|&c| triangle.column_norm(c) > 0.0).count();

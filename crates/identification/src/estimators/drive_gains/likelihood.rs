@@ -21,7 +21,7 @@
 use logs::Error;
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
 
@@ -157,19 +157,16 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let free: Vec<usize> = (0..joints.len()).filter(|&j| held[j].is_none()).collect();
     let width = p + free.len() + usize::from(relative);
-    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    let mut block = Accumulator::new(width);
     for (j, equations) in joints.iter().enumerate() {
         for (d, t, i) in equations.each() {
             let mut row = d.clone();
             row.extend(free.iter().map(|&u| if u == j { -i } else { 0.0 }));
             row.extend(relative.then_some(t));
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             block.push(&row, held[j].map_or(0.0, |k| k * i) - if relative { 0.0 } else { t });
         }
     }
-    triangle.fold(&mut block);
+    let triangle = block.finish();
     let mut x = solve(&triangle).x;
     // A gain that the equations leave at zero has to start somewhere.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
@@ -189,11 +186,8 @@ fn gauss_newton(
     noise: &[f64],
 ) -> Solution {
     let width = x.len() + unknown.len();
-    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    let mut block = Accumulator::new(width);
     let mut push = |row: &[f64], y: f64| {
-        if block.is_full() {
-            triangle.fold(&mut block);
-        }
         block.push(row, y);
     };
     for (j, equations) in joints.iter().enumerate() {
@@ -206,8 +200,7 @@ fn gauss_newton(
             push(&row, (value - 1.0 / g[j]) / deviation);
         }
     }
-    triangle.fold(&mut block);
-    solve(&triangle)
+    solve(&block.finish())
 }
 
 /// Rows of joint j for the step of (X, g), over its noise.

@@ -4,7 +4,7 @@
 //! tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u', each u' held to zero by 1/s. `search` says what is
 //! estimated and why.
 
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -128,16 +128,11 @@ impl Fit {
     /// The linearised, weighted rows about the present friction and drift.
     pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
         let unknowns = self.unknowns(data, options);
-        let mut triangle = Triangle::new(unknowns);
-        let mut block = Block::new(unknowns);
+        let mut block = Accumulator::new(unknowns);
         self.each_equation(data, options, |_, row, known, y| {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             block.push(row, y - known);
         });
-        triangle.fold(&mut block);
-        triangle
+        block.finish()
     }
 
     /// The same rows one by one: joint, coefficients, known torque, and the torque that they explain together.
