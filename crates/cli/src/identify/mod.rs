@@ -4,7 +4,7 @@ mod arguments;
 mod experiments;
 mod samples;
 
-pub use arguments::Arguments;
+pub use arguments::{Arguments, Friction, friction};
 use arguments::Method;
 use identification::spectrum::identify::SpectralMethod;
 
