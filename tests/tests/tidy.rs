@@ -15,7 +15,7 @@ use tests::workspace;
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
 const ORDERS: [(&str, &[&str]); 10] = [
-    ("crates/expr", &["graph", "function", "tape", "module"]),
+    ("crates/expr", &["graph", "function", "tape", "adjoint", "module"]),
     (
         "crates/robot",
         &[
@@ -61,10 +61,14 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "error",
             "tape_regressor",
             "model",
+            "regressor_slope",
+            "torque_enclosure",
             "load",
             "samples",
             "experiments",
             "planning",
+            "exciting",
+            "checking",
             "simulation",
             "source",
             "validation",
@@ -74,8 +78,8 @@ const ORDERS: [(&str, &[&str]); 10] = [
     (
         "crates/cli",
         &[
-            "failure", "model", "artefact", "convert", "datasets", "evaluate", "generate", "identify", "inspect",
-            "lint", "plan", "report", "simulate", "validate", "main",
+            "failure", "model", "artefact", "check", "convert", "datasets", "evaluate", "generate", "identify",
+            "excite", "inspect", "lint", "plan", "report", "simulate", "validate", "main",
         ],
     ),
     (

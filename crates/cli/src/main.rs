@@ -1,8 +1,10 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
 mod artefact;
+mod check;
 mod convert;
 mod evaluate;
+mod excite;
 mod failure;
 mod generate;
 mod identify;
@@ -35,6 +37,8 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
     Plan(plan::Arguments),
+    Excite(excite::Arguments),
+    Check(check::Arguments),
     Simulate(simulate::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
@@ -49,6 +53,8 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),

@@ -5,6 +5,7 @@
 //! ```text
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
+//!   excite -> check -> (the robot runs)                    (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf_joints                          (back into what simulators read)
 //! ```
@@ -30,22 +31,29 @@
 
 #![warn(missing_docs)]
 
+mod checking;
 mod error;
+mod exciting;
 mod experiments;
 mod load;
 mod model;
 mod planning;
+mod regressor_slope;
 mod samples;
 mod simulation;
 mod source;
 mod tape_regressor;
+mod torque_enclosure;
 mod validation;
 mod write_back;
 
+pub use checking::{Checked, check};
 pub use error::Error;
+pub use exciting::{ExciteProgress, ExciteRequest, default_period, excite};
 pub use experiments::{ExperimentLogs, identify_experiments};
 pub use identification::estimate::artefact::Estimate;
 pub use identification::estimate::validation::Validation;
+pub use identification::experiments::excitation::artefact::ExcitingMotion;
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;

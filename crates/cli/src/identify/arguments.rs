@@ -144,7 +144,7 @@ fn weights(text: &str) -> Result<Weights, String> {
 }
 
 /// `viscous`, `stribeck=0.1`, `none`, `auto`.
-fn friction(text: &str) -> Result<Friction, String> {
+pub fn friction(text: &str) -> Result<Friction, String> {
     let (name, speed) = match text.split_once('=') {
         Some((name, speed)) => (name, Some(speed)),
         None => (text, None),

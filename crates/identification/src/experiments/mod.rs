@@ -3,6 +3,7 @@
 pub mod candidates;
 pub mod certificate;
 pub mod exchange;
+pub mod excitation;
 pub mod exciting_trajectory;
 pub mod experiment_plan;
 pub mod measured_motion;
@@ -11,4 +12,5 @@ pub mod planned_experiment;
 pub mod point_to_point;
 pub mod profile;
 pub mod record;
+pub mod servo_script;
 pub mod trajectory_file;
