@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use identification::model::description_options::DescriptionOptions;
 use rist::{Model, ModelOptions, RotorInertias};
 use robot::Robot;
 use robot::format::{Angles, Mimic};
@@ -78,6 +79,16 @@ impl ModelArguments {
         let robot = self.read()?;
         rist::check_values(&robot, &self.model)?;
         Ok(robot)
+    }
+
+    /// The model as it was read for an artefact, where no flag says how to read it.
+    pub fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
+        let given = self.options(Angles::Meant);
+        let options = match (given.description(), description) {
+            (None, Some(description)) => ModelOptions::of_description(description),
+            _ => given,
+        };
+        Ok(Model::read_with(&self.model, &options)?)
     }
 
     /// The model with all that follows from it.

@@ -115,6 +115,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
 
     // What everything stands on, and what is worth a sentence.
     estimate.fingerprint = model.reference.fingerprint.clone();
+    estimate.description = model.description.clone();
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, &request.gains, &found));
         widen(&mut estimate, &found);
