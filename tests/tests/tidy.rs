@@ -74,8 +74,8 @@ const ORDERS: [(&str, &[&str]); 10] = [
     (
         "crates/cli",
         &[
-            "failure", "model", "artefact", "convert", "datasets", "evaluate", "generate", "identify", "inspect",
-            "lint", "plan", "report", "simulate", "validate", "main",
+            "failure", "output", "model", "artefact", "convert", "datasets", "evaluate", "generate", "identify",
+            "inspect", "lint", "plan", "report", "simulate", "validate", "main",
         ],
     ),
     (

@@ -9,6 +9,7 @@ mod identify;
 mod inspect;
 mod lint;
 mod model;
+mod output;
 mod plan;
 mod report;
 mod simulate;
