@@ -27,6 +27,11 @@ fn motion(amplitude: &[f64], t: f64) -> State {
 
 /// Writes a log of the robot with the standard parameters `x`, torques with white noise of `noise` N m (N).
 pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64) {
+    write_measured(path, robot, x, amplitude, noise, 0.0);
+}
+
+/// The same with white noise of `encoder` rad (m) on the positions.
+pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
     let names = |quantity: &str| robot.coordinates.iter().map(|c| format!("{quantity}_{}", c.name)).collect::<Vec<_>>();
     let header = [vec!["t".into()], names("q"), names("dq"), names("tau")].concat().join(",");
     let mut random = Random(77);
@@ -36,7 +41,9 @@ pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f6
         let t = f64::from(i) / RATE;
         let state = motion(amplitude, t);
         let tau: Vec<f64> = recursion::torque(robot, &state, x).iter().map(|tau| tau + noise * normal()).collect();
-        let cells = [&[t], &state.q[..], &state.dq, &tau].concat();
+        let seen = |q: &f64| if encoder > 0.0 { q + encoder * normal() } else { *q };
+        let q: Vec<f64> = state.q.iter().map(seen).collect();
+        let cells = [&[t], &q[..], &state.dq, &tau].concat();
         cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
     };
     let rows: Vec<String> = (0..(DURATION * RATE) as i32).map(row).collect();

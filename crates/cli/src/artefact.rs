@@ -9,6 +9,7 @@ use identification::model::reference::ModelReference;
 use rist::Model;
 
 use crate::failure::Failure;
+use crate::model::ModelArguments;
 
 /// The text of a file.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
@@ -20,12 +21,14 @@ pub fn make_directory(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
-/// Reads an estimate; refuses one that was made with another model.
-pub fn read_estimate(path: &Path, model: &Model) -> Result<Estimate, Failure> {
+/// An estimate, and the model read as it was for it where the flags do not say how; refused where it was made with
+/// another model.
+pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
+    let model = arguments.derive_as(estimate.description.as_ref())?;
     let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
     model.check(path, &made_with)?;
-    Ok(estimate)
+    Ok((estimate, model))
 }
 
 /// Reads a plan; refuses one that was made with another model.

@@ -7,8 +7,9 @@ use robot::convention::Convention;
 use robot::format::{write_par, write_urdf, write_yaml};
 use robot::{Robot, transform_inertial};
 
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
+use crate::output::write_file;
 
 /// Write a robot's description in another format, and say what that format cannot carry
 #[derive(Args)]
@@ -42,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(format) = arguments.to else {
         let text = listed(&arguments.model.read()?, arguments.parameters.unwrap_or(Convention::Symoro));
         return match &arguments.out {
-            Some(out) => write_file(out, &text),
+            Some(out) => write_file(out, &text, &[&arguments.model.model]),
             None => print(&text),
         };
     };
@@ -53,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Format::Urdf => write_urdf(&arguments.model.read_with_values()?),
     };
     match &arguments.out {
-        Some(out) => write_file(out, &text)?,
+        Some(out) => write_file(out, &text, &[&arguments.model.model])?,
         None => print(&text)?,
     }
     for note in notes {

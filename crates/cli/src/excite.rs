@@ -12,9 +12,10 @@ use identification::model::friction::terms::FrictionTerm;
 use rist::{ExciteRequest, Model};
 
 use crate::artefact::read_text;
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
+use crate::output::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
@@ -138,10 +139,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
             Player::ServoScript => servo_script(&reference),
         };
-        write_file(file, &text)?;
+        write_file(file, &text, &[&arguments.model.model])?;
     }
     match &arguments.out {
-        Some(out) => write_file(out, &ExcitingMotion::to_yaml(&found)?),
+        Some(out) => write_file(out, &ExcitingMotion::to_yaml(&found)?, &[&arguments.model.model]),
         None => Ok(()),
     }
 }

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::io::Write;
-use std::path::Path;
 use std::process::ExitCode;
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
@@ -57,13 +56,4 @@ pub fn print(text: &str) -> Result<(), Failure> {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
         _ => Ok(()),
     }
-}
-
-/// Writes a whole file or nothing: first to a file beside it, which then takes its place.
-pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
-    let failed = |e: std::io::Error| Failure::new(format_args!("{}: {e}", path.display()));
-    let mut neighbour = path.as_os_str().to_owned();
-    neighbour.push(".part");
-    std::fs::write(&neighbour, text).map_err(failed)?;
-    std::fs::rename(&neighbour, path).map_err(failed)
 }

@@ -11,6 +11,7 @@ mod identify;
 mod inspect;
 mod lint;
 mod model;
+mod output;
 mod plan;
 mod report;
 mod simulate;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use identification::model::description_options::DescriptionOptions;
 use rist::{Model, ModelOptions, RotorInertias};
 use robot::Robot;
 use robot::format::{Angles, Mimic};
@@ -80,7 +81,17 @@ impl ModelArguments {
         Ok(robot)
     }
 
-    /// The model, with its regressor and base parameters derived.
+    /// The model as it was read for an artefact, where no flag says how to read it.
+    pub fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
+        let given = self.options(Angles::Meant);
+        let options = match (given.description(), description) {
+            (None, Some(description)) => ModelOptions::of_description(description),
+            _ => given,
+        };
+        Ok(Model::read_with(&self.model, &options)?)
+    }
+
+    /// The model with all that follows from it.
     pub fn derive(&self) -> Result<Model, Failure> {
         Ok(Model::read_with(&self.model, &self.options(Angles::Meant))?)
     }

@@ -1,14 +1,15 @@
 //! `rist validate`: an estimate and logs it was not made from -> how well it predicts.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use logs::LogSource;
 use rist::MOTION_CUTOFF;
 
 use crate::artefact::{gains, read_estimate};
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
+use crate::output::{check_output, write_file};
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
@@ -37,8 +38,15 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let model = arguments.model.derive()?;
-    let estimate = read_estimate(&arguments.estimate, &model)?;
+    let of_user = [&arguments.model.model, &arguments.estimate].into_iter().chain(&arguments.logs);
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
+    let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
+    let place = |name: &str| std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
+    let fitted: Vec<PathBuf> = estimate.logs.iter().map(|name| place(name)).collect();
+    for log in arguments.logs.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
+        eprintln!("note: {}: the estimate was fitted to it; what it leaves there is no validation", log.display());
+    }
     let validation = match &estimate.options {
         Some(options) => {
             if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
@@ -59,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     print(&validation.to_string())?;
     match &arguments.out {
-        Some(out) => write_file(out, &validation.to_yaml()?),
+        Some(out) => write_file(out, &validation.to_yaml()?, &inputs),
         None => Ok(()),
     }
 }

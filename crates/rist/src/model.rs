@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use expr::Function;
 use identification::model::compiled::compiled;
+use identification::model::description_options::DescriptionOptions;
+pub use identification::model::description_options::RotorInertias;
 use identification::model::known_load::KnownLoad;
 use identification::model::label::Label;
 use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
@@ -34,15 +36,29 @@ pub struct ModelOptions {
     pub floating_base: bool,
 }
 
-/// Joints with a rotor inertia of their own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RotorInertias {
-    /// No joint.
-    None,
-    /// Joints that a motor moves.
-    Actuated,
-    /// All joints that move.
-    All,
+impl ModelOptions {
+    /// Those that an artefact was made with.
+    pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
+        ModelOptions {
+            values: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
+            mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
+            angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
+            rotor_inertias: description.rotor_inertia,
+            floating_base: description.floating_base,
+        }
+    }
+
+    /// For an artefact; `None` where the description is read as it stands.
+    pub fn description(&self) -> Option<DescriptionOptions> {
+        let description = DescriptionOptions {
+            values: self.values.iter().cloned().collect(),
+            independent_mimic: self.mimic == Mimic::Independent,
+            angles_as_given: self.angles == Angles::AsGiven,
+            rotor_inertia: self.rotor_inertias,
+            floating_base: self.floating_base,
+        };
+        (description != DescriptionOptions::default()).then_some(description)
+    }
 }
 
 /// A robot and what follows from it.
@@ -61,6 +77,8 @@ pub struct Model {
     pub torque: Function,
     /// Name and fingerprint, by which artefacts know it again.
     pub reference: ModelReference,
+    /// How its file was read, for artefacts.
+    pub description: Option<DescriptionOptions>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor>,
 }
@@ -122,7 +140,7 @@ impl Model {
         let path = path.as_ref();
         let robot = read_robot(path, options)?;
         check_values(&robot, path)?;
-        Model::of(robot, path)
+        Ok(Model { description: options.description(), ..Model::of(robot, path)? })
     }
 
     /// Derives the dynamics of a robot; `path` stands in messages.
@@ -144,6 +162,7 @@ impl Model {
         };
         Ok(Model {
             path: path.to_path_buf(),
+            description: None,
             reference: ModelReference { name: robot.name.clone(), fingerprint: format!("{fingerprint:016x}") },
             standard_regressor: standard.bound(),
             base_regressor,
@@ -232,10 +251,12 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
-    /// The base parameters of an estimate, in the order of the regressor; what is not identifiable is zero.
-    pub fn values(&self, estimate: &Estimate) -> Vec<f64> {
-        let value = |base: &BaseParameter| estimate.value(&ParameterId::Base(base.name.clone()));
-        self.regressor.parameters().iter().map(|base| value(base).unwrap_or(0.0)).collect()
+    /// The base parameters of an estimate that predict torques, in the order of the regressor.
+    ///
+    /// Fails where one is missing.
+    pub fn values(&self, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+        let value = |base: &BaseParameter| predicts(estimate, &ParameterId::Base(base.name.clone()));
+        self.regressor.parameters().iter().map(value).collect()
     }
 
     /// Drive gains of an estimate, one a coordinate, N m/A.
@@ -251,14 +272,18 @@ impl Model {
         load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
     }
 
-    /// Refuses an artefact that was made with another robot or geometry; an empty fingerprint passes.
+    /// Refuses an artefact that was made with another robot or geometry, or does not say with which.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
         let ours = &self.reference;
-        if made_with.fingerprint.is_empty() || made_with.fingerprint == ours.fingerprint {
+        if made_with.fingerprint == ours.fingerprint {
             return Ok(());
         }
+        if made_with.fingerprint.is_empty() {
+            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
+        }
         Err(Error::new(format_args!(
-            "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed; make it again",
+            "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
+             other options (--rotor-inertia, --value, --mimic, --floating-base)",
             file.display(),
             made_with.name,
             made_with.fingerprint,
@@ -266,6 +291,14 @@ impl Model {
             ours.fingerprint
         )))
     }
+}
+
+/// What predicts torques for a parameter of an estimate.
+///
+/// Fails where it is missing.
+pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Error> {
+    let missing = || Error::new(format_args!("the estimate has no parameter {id}, which this model has"));
+    estimate.prediction(id).ok_or_else(missing)
 }
 
 /// The coordinates of a robot, as its file names them.

@@ -117,6 +117,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
 
     // The remarks, and the gains that the estimate stands on.
     estimate.fingerprint = model.reference.fingerprint.clone();
+    estimate.description = model.description.clone();
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, &request.gains, &found));
         widen(&mut estimate, &found);

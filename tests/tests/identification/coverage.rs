@@ -9,6 +9,7 @@ use identification::estimate::options::Options;
 use identification::estimators::consistent::{Prior, consistent};
 use identification::estimators::correlated_deviation::robust;
 use identification::estimators::huber::reweighted;
+use identification::estimators::loss::Loss;
 use identification::estimators::weighted::{Weights, fit};
 use identification::model::friction::terms::sign;
 use identification::model::linear_model::Model;
@@ -82,11 +83,11 @@ fn estimators_against_the_bound() {
             (0..model.p()).map(|c| (s.variance * s.inverse[(c, c)]).sqrt()).collect()
         };
         let (ols, _) = solve(&white, Weights::None);
-        let huber = reweighted(&model, std::slice::from_ref(&white), &ols).unwrap().solution;
+        let huber = reweighted(&model, std::slice::from_ref(&white), &ols, Loss::Huber).unwrap().solution;
         tallies[0].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[1].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
         let (ols, _) = solve(&spikes, Weights::None);
-        let found = reweighted(&model, std::slice::from_ref(&spikes), &ols).unwrap();
+        let found = reweighted(&model, std::slice::from_ref(&spikes), &ols, Loss::Huber).unwrap();
         let (huber, influence) = (&found.solution, |j: usize, e: f64| found.influence(j, e));
         let wide = robust(&model, std::slice::from_ref(&spikes), huber, &found.weights, &influence).unwrap();
         let ratio = (0..3).map(|c| (wide.sigma[c] / sigma(huber)[c]).powi(2)).sum::<f64>() / 3.0;

@@ -46,7 +46,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
 
-    /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
+    /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]; rist-mh: highest frequency
+    /// of its equations [default: 20]
     #[arg(long, value_name = "HZ")]
     pub cutoff: Option<f64>,
 
@@ -58,7 +59,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     pub decimate: Option<usize>,
 
-    /// Seconds by which the torques lag the positions, or auto: the delay with the smallest residual [default: 0]
+    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]; rist-mh: auto
+    /// estimates what is left of it with the parameters
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     pub delay: Option<Delay>,
 
@@ -68,8 +70,8 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
     pub friction: Option<Vec<Friction>>,
 
-    /// Weights of the rows. none: all alike (OLS); joint: by the residual of their joint (WLS); huber: as joint, and
-    /// less for rows that do not fit [default: joint]
+    /// What rows weigh: none: all alike (OLS); joint: by the residual of their joint (WLS); huber: and less where
+    /// they do not fit; bisquare: and nothing where they do not fit at all [default: joint]
     #[arg(long, value_parser = weights)]
     pub weights: Option<Weights>,
 
@@ -139,7 +141,8 @@ fn weights(text: &str) -> Result<Weights, String> {
         "none" => Ok(Weights::None),
         "joint" => Ok(Weights::Joint),
         "huber" => Ok(Weights::Huber),
-        _ => Err("expected none, joint or huber".into()),
+        "bisquare" => Ok(Weights::Bisquare),
+        _ => Err("expected none, joint, huber or bisquare".into()),
     }
 }
 
@@ -176,4 +179,22 @@ pub fn friction(text: &str) -> Result<Friction, String> {
         }
     };
     Ok(Friction::Term(term))
+}
+
+impl Arguments {
+    /// The flags that speak of samples of logs, which experiments do not heed, as far as they are given.
+    pub fn of_samples(&self) -> Vec<&'static str> {
+        let given = [
+            ("--validate", !self.validate.is_empty()),
+            ("--order", self.order.is_some()),
+            ("--decimate", self.decimate.is_some()),
+            ("--friction", self.friction.is_some()),
+            ("--weights", self.weights.is_some()),
+            ("--consistent", self.consistent),
+            ("--loaded", !self.loaded.is_empty()),
+            ("--write-urdf", self.write_urdf.is_some()),
+            ("--write-mjcf", self.write_mjcf.is_some()),
+        ];
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag).collect()
+    }
 }

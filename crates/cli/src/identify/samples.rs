@@ -11,7 +11,8 @@ use rist::{IdentifyRequest, Model};
 
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
+use crate::output::{check_output, is_same, write_file};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
@@ -52,10 +53,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&text)?;
     let written = written(arguments, &model, &found)?;
     for (out, text) in written {
-        write_file(out, &text)?;
+        write_file(out, &text, &inputs(arguments))?;
     }
     match &arguments.out {
-        Some(out) => write_file(out, &found.estimate.to_yaml()?),
+        Some(out) => write_file(out, &found.estimate.to_yaml()?, &inputs(arguments)),
         None => Ok(()),
     }
 }
@@ -116,24 +117,23 @@ fn expected_gain(text: &str) -> Result<(String, Gain), Failure> {
     }
 }
 
-/// Refuses an output that would overwrite an input, and a log in two roles.
+/// What is read.
+fn inputs(arguments: &Arguments) -> Vec<&Path> {
+    let logs = [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten();
+    logs.chain([&arguments.model.model]).chain(&arguments.options).map(PathBuf::as_path).collect()
+}
+
+/// Refuses outputs over inputs or over each other, and a log in two roles.
 fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
-    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
-    let inputs: Vec<&Path> =
-        [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten().map(AsRef::as_ref).collect();
-    for (i, log) in inputs.iter().enumerate() {
-        if inputs[..i].iter().any(|other| same(log, other)) {
+    let mut read = inputs(arguments);
+    for (i, log) in read.iter().enumerate() {
+        if read[..i].iter().any(|other| is_same(log, other)) {
             return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
         }
     }
-    let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf];
-    for out in outputs.into_iter().flatten() {
-        if inputs.iter().chain([&arguments.model.model.as_path()]).any(|input| same(out, input)) {
-            return Err(Failure::new(format_args!("{}: an input, which is not written over", out.display())));
-        }
+    for out in [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf].into_iter().flatten() {
+        check_output(out, &read)?;
+        read.push(out);
     }
     Ok(())
 }

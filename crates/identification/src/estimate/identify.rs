@@ -15,6 +15,7 @@ use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::reweighted;
+use crate::estimators::loss::Loss;
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
@@ -82,8 +83,11 @@ impl Fit {
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
         let (mut sigma, mut less) = (None, None);
-        if options.weights == Weights::Huber {
-            let mut found = reweighted(&model, records, &solution)?;
+        if matches!(options.weights, Weights::Huber | Weights::Bisquare) {
+            let mut found = reweighted(&model, records, &solution, Loss::Huber)?;
+            if options.weights == Weights::Bisquare {
+                found = reweighted(&model, records, &found.solution, Loss::Bisquare)?;
+            }
             let influence = |j: usize, e: f64| found.influence(j, e);
             let by = crate::estimators::correlated_deviation::robust(
                 &model,
@@ -108,7 +112,8 @@ impl Fit {
             let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
             let shares: Vec<String> = regressor.coordinates().iter().zip(less).map(share).collect();
             let shares = shares.join(", ");
-            estimate.remarks.push(format!("rows that count less than fully, in the residuals too: {shares}"));
+            let how = if options.weights == Weights::Huber { "less than fully" } else { "nothing" };
+            estimate.remarks.push(format!("rows that count {how}, in the residuals too: {shares}"));
         }
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
@@ -128,6 +133,7 @@ impl Fit {
             Weights::None => "ordinary least squares".into(),
             Weights::Joint => "least squares weighted by joint".into(),
             Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
+            Weights::Bisquare => "robust least squares (bisquare from Huber's), weighted by joint".into(),
         };
         estimate.logs = logs;
         let mut used = options.clone();
@@ -192,7 +198,7 @@ fn report(
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] {
-            return Identified::unidentifiable(id, unit);
+            return Identified::unidentifiable(id, unit, solution.x[c]);
         }
         let white = (solution.variance * solution.inverse[(c, c)]).sqrt();
         let deviations = Deviations { white, robust: Some(robust[c]), weak: weak(parameter, &still) };

@@ -7,5 +7,6 @@ pub mod correlated_deviation;
 pub mod drive_gains;
 pub mod essential;
 pub mod huber;
+pub mod loss;
 pub mod payload;
 pub mod weighted;

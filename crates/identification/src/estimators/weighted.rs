@@ -19,6 +19,8 @@ pub enum Weights {
     Joint,
     /// As `Joint`, and rows that do not fit count less: robust regression.
     Huber,
+    /// As `Huber`, and from there on rows that do not fit at all do not count.
+    Bisquare,
 }
 
 /// Number of reweightings of WLS.

@@ -71,6 +71,9 @@ pub struct Candidate {
     pub information: Rows,
 }
 
+/// s in one direction, or two and a half times what is recorded of another motion: slow axes sweep a part of their way.
+const LONGEST_SWEEP: f64 = 10.0;
+
 /// Least stroke of a periodic motion, in encoder counts.
 const LEAST_COUNTS: f64 = 200.0;
 
@@ -202,8 +205,9 @@ pub fn swing(
 /// A sweep as long as the limits allow about this centre, at 1 rad/s or the slow velocity, whichever is greater.
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f64]) -> Option<ExcitingTrajectory> {
     let limit = &limits[fast];
-    let room = 1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]);
     let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
+    let longest = LONGEST_SWEEP.max(2.5 * grid.duration) * velocity;
+    let room = longest.min(1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
     // Ramps at 2 rad/s^2, and 0.15 s of settling that is not used.
     let least = velocity * velocity / 2.0 + 0.4 * velocity;
     (room > least).then(|| ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time))

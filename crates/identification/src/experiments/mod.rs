@@ -11,6 +11,7 @@ pub mod paper_rows;
 pub mod planned_experiment;
 pub mod point_to_point;
 pub mod profile;
+pub mod ranges;
 pub mod record;
 pub mod servo_script;
 pub mod trajectory_file;

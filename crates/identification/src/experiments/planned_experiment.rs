@@ -72,3 +72,49 @@ pub struct PredictedParameter {
     /// Standard deviation from the paper's rows, in the unit; none: the plan leaves it unidentifiable.
     pub sigma: Option<f64>,
 }
+
+/// Refuses names that are not those of one file each in the directory of the logs: what a name leads to is written.
+pub fn check_names(experiments: &[PlannedExperiment]) -> Result<(), String> {
+    let files = |e: &PlannedExperiment| [e.name.to_lowercase(), format!("{}_loaded", e.name.to_lowercase())];
+    for (i, e) in experiments.iter().enumerate() {
+        let is_letter = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ');
+        if e.name.is_empty() || e.name.starts_with('.') || !e.name.chars().all(is_letter) {
+            return Err(format!(
+                "experiment {}: `{}` is no name of a file in the directory of the logs: letters, digits, `-`, `_` and \
+                 `.` are",
+                i + 1,
+                e.name.escape_debug()
+            ));
+        }
+        let number = e.name.to_lowercase();
+        if number.strip_prefix('v').is_some_and(|n| !n.is_empty() && n.chars().all(|c| c.is_ascii_digit())) {
+            return Err(format!("experiment {}: {} is the name of a motion for validation", i + 1, e.name));
+        }
+        let taken = |other: &&PlannedExperiment| files(other).iter().any(|name| files(e).contains(name));
+        if experiments[..i].iter().find(taken).is_some() {
+            return Err(format!("experiment {}: the name {} is taken by one before it", i + 1, e.name));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_one_file() {
+        let of = |names: &[&str]| {
+            let named = |name: &&str| PlannedExperiment { name: name.to_string(), ..PlannedExperiment::default() };
+            check_names(&names.iter().map(named).collect::<Vec<_>>())
+        };
+        of(&["e01", "e02", "shoulder 2.b"]).unwrap();
+        for bad in ["../../escaped", "/abs", "", ".", "..", "a\\b", "a\nb", "a:b", "a\0"] {
+            assert!(of(&["e01", bad]).unwrap_err().contains("experiment 2"), "{bad}");
+        }
+        assert!(of(&["v01"]).unwrap_err().contains("validation"));
+        for pair in [["e01", "e01"], ["e01", "E01"], ["e01", "e01_loaded"]] {
+            assert!(of(&pair).unwrap_err().contains("taken"), "{pair:?}");
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 pub mod compiled;
 pub mod coupling;
+pub mod description_options;
 pub mod differentiable;
 pub mod friction;
 pub mod known_load;

@@ -44,19 +44,30 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             Some(t) => t.1.push(&c.name),
             None => taken.push((text, vec![&c.name])),
         };
-        let mut or = |found: Option<f64>, value: f64, what: &str| {
-            found.filter(|x| x.is_finite() && *x > 0.0).unwrap_or_else(|| {
+        let mut or = |found: Option<f64>, value: f64, what: &str| match found {
+            Some(x) if x.is_finite() && x > 0.0 => x,
+            Some(x) => {
+                note(format!("{what} of {x} in the file, which leaves no motion; {value} assumed"));
+                value
+            }
+            None => {
                 note(format!("no {what} in the file, {value} assumed"));
                 value
-            })
+            }
         };
         let velocity = or(c.limits.velocity, 5.0, "greatest velocity (rad/s)");
         let acceleration = or(c.limits.acceleration, 30.0, "greatest acceleration (rad/s^2)");
-        let position = c.limits.position.filter(|(low, high)| low < high && low.is_finite() && high.is_finite());
-        let position = position.unwrap_or_else(|| {
-            note("no limits of position in the file, +-1.5 rad assumed".into());
-            (-1.5, 1.5)
-        });
+        let position = match c.limits.position {
+            Some((low, high)) if low < high && low.is_finite() && high.is_finite() => (low, high),
+            Some((low, high)) => {
+                note(format!("position from {low} to {high} in the file, which leaves no motion; +-1.5 rad assumed"));
+                (-1.5, 1.5)
+            }
+            None => {
+                note("no limits of position in the file, +-1.5 rad assumed".into());
+                (-1.5, 1.5)
+            }
+        };
         let slow_velocity = 0.5_f64.min(0.1 * velocity);
         MotionLimits { position, velocity, acceleration, slow_velocity, bandwidth: BANDWIDTH, quantum: QUANTUM }
     });
@@ -99,11 +110,22 @@ impl SimulationSetup {
             let offset = file.offset.unwrap_or(0.05 * coulomb);
             friction.push(FrictionLaw::asymmetric(viscous, coulomb + offset, 0.9 * viscous, offset - coulomb));
         }
-        let greatest = |k: usize| robot.coordinates[k].limits.effort.unwrap_or(5.0 * effort[k] + 3.0 * bias[k]);
+        let mut greatest = |k: usize| match robot.coordinates[k].limits.effort {
+            Some(limit) if limit > 0.0 && limit.is_finite() => limit,
+            other => {
+                let assumed = 5.0 * effort[k] + 3.0 * bias[k];
+                if let Some(limit) = other {
+                    let name = &robot.coordinates[k].name;
+                    notes.push(format!("{name}: greatest torque of {limit} in the file, {assumed:.3} N m assumed"));
+                }
+                assumed
+            }
+        };
+        let greatest_torque = (0..n).map(&mut greatest).collect();
         let velocity_pole = 15.0 * std::f64::consts::TAU * BANDWIDTH;
         SimulationSetup {
             controller: Controller::for_inertia(&inertia, &vec![BANDWIDTH; n], velocity_pole),
-            drives: Drives { gain: gains, greatest_torque: (0..n).map(greatest).collect() },
+            drives: Drives { gain: gains, greatest_torque },
             sensing: Sensing {
                 quantum: vec![QUANTUM; n],
                 position_noise: vec![0.5 * QUANTUM; n],

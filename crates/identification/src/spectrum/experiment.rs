@@ -61,6 +61,20 @@ impl SpectralExperiment {
         }
     }
 
+    /// The joint whose position scatters most about its mean period, and that scatter over the standard deviation of its
+    /// swing; `None` for a sweep and for a single period.
+    pub fn scatter(&self) -> Option<(usize, f64)> {
+        let period = self.period()?;
+        let of = |k: usize| {
+            let mean = fold(&self.q[k], period);
+            let middle = mean.iter().sum::<f64>() / period as f64;
+            let swing = (mean.iter().map(|q| (q - middle).powi(2)).sum::<f64>() / period as f64).sqrt();
+            (k, scatter(&self.q[k], period) / swing)
+        };
+        let found = self.trajectory.moving().into_iter().map(of).filter(|(_, s)| s.is_finite());
+        found.reduce(|a, b| if b.1 > a.1 { b } else { a })
+    }
+
     /// Currents times the gains, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<Vec<f64>> {
         let times = |(c, g): (&Vec<f64>, &f64)| c.iter().map(|c| c * g).collect();
@@ -140,6 +154,10 @@ mod tests {
         // 3600 degrees of freedom: five standard errors are 6 %.
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
+        let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
+        // A sine of one has the deviation 0.71.
+        let (joint, scatter) = experiment.scatter().unwrap();
+        assert!(joint == 0 && (scatter / 1.41e-3 - 1.0).abs() < 0.06, "{scatter}");
     }
 
     #[test]

@@ -30,7 +30,7 @@ use crate::spectrum::rist_mh::fit::Fit;
 /// Parameters, friction and how well they explain the record.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, delay; `inverse` is the
+    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, ends, delay; `inverse` is the
     /// covariance for the noise of the weights.
     pub solution: Solution,
     /// Number of base parameters, the first of the unknowns.
@@ -43,6 +43,8 @@ pub struct HarmonicEstimate {
     pub drift_spread: f64,
     /// Delay beyond that of the band, s.
     pub delay: Option<f64>,
+    /// Of each spectrum the two unknowns of a motion that ends otherwise than it began; empty where they are none.
+    pub ends: Vec<[f64; 2]>,
     /// Sum of squares of the weighted residuals.
     pub chi_square: f64,
     /// Rows less unknowns.
@@ -167,7 +169,10 @@ impl HarmonicData {
         let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);
         let with_drift = best.has_drift();
         let delay = options.delay.then(|| solution.x.last().copied().unwrap_or(0.0));
+        let first_end = solution.x.len().saturating_sub(usize::from(options.delay) + 2 * self.spectra.len());
+        let ends = |i: usize| [solution.x[first_end + 2 * i], solution.x[first_end + 2 * i + 1]];
         HarmonicEstimate {
+            ends: if options.ends { (0..self.spectra.len()).map(ends).collect() } else { vec![] },
             parameters: self.p,
             shape: best.shape,
             drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },
