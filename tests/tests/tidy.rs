@@ -78,8 +78,8 @@ const ORDERS: [(&str, &[&str]); 10] = [
     (
         "crates/cli",
         &[
-            "failure", "model", "artefact", "check", "convert", "datasets", "evaluate", "generate", "identify",
-            "excite", "inspect", "lint", "plan", "report", "simulate", "validate", "main",
+            "failure", "model", "artefact", "check", "convert", "evaluate", "generate", "identify", "excite",
+            "inspect", "lint", "plan", "report", "simulate", "validate", "main",
         ],
     ),
     (
