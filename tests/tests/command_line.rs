@@ -294,7 +294,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
     write_log(&here, &rows);
     let run = rist(&here, &arguments);
     assert_eq!(run.code, Some(0), "{}", run.err);
-    assert!(run.out.contains("1 rows left out") && run.out.contains("line 1000"), "{}", run.out);
+    assert!(run.out.contains("1 row left out") && run.out.contains("line 1000"), "{}", run.out);
     let estimate = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     assert!(!estimate.contains("NaN") && !estimate.contains(".nan"), "{estimate}");
 

@@ -32,9 +32,14 @@ fn main() -> Result<(), Error> {
         Ok(())
     })?;
 
-    let columns = Default::default();
-    let known = vec![("q3".to_string(), 1.0)];
-    let logs = ExperimentLogs { directory: &folder, plan: &planned.plan, columns, gains: known, load: None };
+    let logs = ExperimentLogs {
+        directory: &folder,
+        plan: &planned.plan,
+        columns: Default::default(),
+        gains: vec![("q3".to_string(), 1.0)],
+        load: None,
+        options: Default::default(),
+    };
     let estimate = identify_experiments(&model, &logs, SpectralMethod::Harmonic)?;
     println!("{estimate}");
     let validation = validate_experiments(&model, &estimate, &motions, &[], MOTION_CUTOFF)?;

@@ -14,7 +14,9 @@
 /// How residuals count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
+    /// Squares near zero, absolute values beyond.
     Huber,
+    /// Squares near zero, a constant beyond: those rows count no more.
     Bisquare,
 }
 

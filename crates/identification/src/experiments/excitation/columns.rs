@@ -71,7 +71,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
             None => random.between(low, high),
         };
         let mut state = |f: &dyn Fn(&CoordinateLimits) -> (f64, f64, f64)| -> Vec<f64> {
-            limits.iter().map(|l| f(l)).zip(limits).map(|((low, high, rest), l)| between(l, low, high, rest)).collect()
+            limits.iter().map(f).zip(limits).map(|((low, high, rest), l)| between(l, low, high, rest)).collect()
         };
         let q = state(&|l| (l.position.0, l.position.1, l.locked.unwrap_or(0.0)));
         let dq = state(&|l| (-l.velocity, l.velocity, 0.0));

@@ -156,7 +156,7 @@ impl FourierMotion {
             }
         }
         let first = count(self.blend);
-        reference.windows = vec![first..first + count(self.repetitions as f64 * self.period)];
+        reference.windows = std::iter::once(first..first + count(self.repetitions as f64 * self.period)).collect();
         reference
     }
 }
