@@ -61,6 +61,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
         &[
             "error",
             "tape_regressor",
+            "torque_difference",
             "model",
             "load",
             "samples",

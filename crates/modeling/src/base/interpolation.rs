@@ -41,6 +41,9 @@ const MOST_UNKNOWNS: usize = 256;
 /// The x_k of each relation; `None` when the relation does not hold for every value of the symbols,
 /// is no Laurent polynomial of small degree, or has more unknowns than are tried.
 pub(crate) fn interpolate(regressor: &Function, relations: &[Relation]) -> Vec<Option<Vec<Coefficient>>> {
+    if relations.is_empty() {
+        return Vec::new();
+    }
     let (function, relations) = restricted(regressor, relations);
     let mut samples = FieldSamples::new(&function, &relations);
     let reference = samples.draw(None);
