@@ -83,6 +83,15 @@ fn mimic_joints_in_parallel_chains_end() {
     }
 }
 
+/// A floating body has nothing to absorb.
+#[test]
+fn a_robot_without_relations_to_solve_ends() {
+    let text = "<robot name='drone'><link name='frame'/></robot>";
+    let options = format::ReadOptions { floating_base: true, ..format::ReadOptions::default() };
+    let drone = format::read_urdf_with(text, "drone.urdf", options).unwrap().floating();
+    assert_eq!(derived(&drone).0.len(), 10);
+}
+
 #[test]
 fn slides_on_one_axis_end() {
     let link = |j: usize, rest: &str| format!("  - {{link: {j}, antecedent: {}, {rest}}}\n", j - 1);

@@ -60,6 +60,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
         &[
             "error",
             "tape_regressor",
+            "torque_difference",
             "model",
             "regressor_slope",
             "torque_enclosure",

@@ -42,7 +42,7 @@ fn functions_help() -> String {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let robot = arguments.model.read_with_values()?;
-    let mut made_by = format!("rist generate {path}");
+    let mut made_by = format!("rist generate {path}{}", arguments.model.flags());
     if !arguments.functions.is_empty() {
         made_by += &format!(" --functions {}", arguments.functions.join(","));
     }

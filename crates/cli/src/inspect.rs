@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 use expr::Count;
 use modeling::Rules;
-use rist::Model;
+use rist::{Model, ModelOptions};
 use robot::JointKind;
 use robot::format::Angles;
 use serde_json::{Value, json};
@@ -67,8 +67,8 @@ fn expanded(derived: &Model) -> Result<Rules, Failure> {
 /// Base parameters that the angles exactly as given would add. They appear only because some axis is almost, but not
 /// quite, parallel or at right angles to another.
 struct Tilted {
-    /// Name and share of the torque.
-    appear: Vec<(String, f64)>,
+    /// Name and share of the torque; or why the angles as given have no base parameters.
+    appear: Result<Vec<(String, f64)>, String>,
     /// The angles that were taken for others.
     because: Vec<String>,
 }
@@ -76,28 +76,22 @@ struct Tilted {
 impl Tilted {
     fn new(arguments: &Arguments, derived: &Model) -> Result<Tilted, Failure> {
         let robot = &derived.robot;
-        let because: Vec<String> = robot
-            .notes
-            .iter()
-            .filter(|n| n.text.contains("is taken"))
-            .map(|n| format!("{}: {}", n.subject, n.text))
-            .collect();
-        let mut tilted = Tilted { appear: Vec::new(), because };
+        let because: Vec<String> = robot.snapped.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+        let mut tilted = Tilted { appear: Ok(Vec::new()), because };
         if tilted.because.is_empty() {
             return Ok(tilted);
         }
-        let options = arguments.model.options(Angles::AsGiven);
+        let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options() };
         let given = rist::read_robot(&arguments.model.model, &options)?;
-        // Where the rank of the given angles is not clear either, there is nothing to list.
-        let Ok(as_given) = Model::of(given, &arguments.model.model) else { return Ok(tilted) };
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
-        tilted.appear = as_given
-            .parameters
-            .base
-            .iter()
-            .filter(|b| !kept(b.column))
-            .map(|b| (as_given.parameters.standard[b.column].display(&as_given.robot).to_string(), b.share))
-            .collect();
+        let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
+        tilted.appear = match Model::of(given, &arguments.model.model) {
+            Ok(model) => {
+                let more = model.parameters.base.iter().filter(|b| !kept(b.column));
+                Ok(more.map(|b| (name(&model, b.column), b.share)).collect())
+            }
+            Err(e) => Err(e.to_string()),
+        };
         Ok(tilted)
     }
 
@@ -106,11 +100,15 @@ impl Tilted {
             return String::new();
         }
         let because = self.because.join("; ");
-        if self.appear.is_empty() {
+        let appear = match &self.appear {
+            Ok(appear) => appear,
+            Err(why) => return format!("\nthe angles as given have no clear base parameters ({because}): {why}\n"),
+        };
+        if appear.is_empty() {
             return format!("\nwith the angles as given the base parameters are the same ({because})\n");
         }
-        let largest = self.appear.iter().map(|a| a.1).fold(0.0, f64::max);
-        let names: Vec<&str> = self.appear.iter().map(|a| a.0.as_str()).collect();
+        let largest = appear.iter().map(|a| a.1).fold(0.0, f64::max);
+        let names: Vec<&str> = appear.iter().map(|a| a.0.as_str()).collect();
         format!(
             "\n{} more appear only with the angles as given ({because}): {}; they carry {largest:.0e} of the torque\n",
             names.len(),
@@ -148,8 +146,10 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
         "as_given": tilted
             .appear
             .iter()
+            .flatten()
             .map(|(name, share)| json!({"parameter": name, "share": share}))
             .collect::<Vec<_>>(),
+        "as_given_refused": tilted.appear.as_ref().err(),
         "coincident": parameters.coincident.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "rank": {
@@ -168,7 +168,7 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
             "torque": count(derived.torque.count()),
         },
         "compiled": derived.is_compiled(),
-        "notes": robot.notes.iter().map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
+        "notes": robot.notes.iter().chain(&robot.snapped).map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
 }
 
@@ -189,7 +189,7 @@ fn as_text(derived: &Model, rules: &Rules) -> String {
     if let Some(source) = &robot.source {
         line!("source: {source}");
     }
-    for note in &robot.notes {
+    for note in robot.notes.iter().chain(&robot.snapped) {
         line!("note: {}: {}", note.subject, note.text);
     }
     line!();

@@ -5,6 +5,11 @@
 
 use expr::{Expr, Function, Node, SymbolKind, operands};
 
+/// A text of somebody's file within one line: what would end the line is a space.
+pub(crate) fn in_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') { ' ' } else { c }).collect()
+}
+
 /// One statement.
 pub(crate) enum Step {
     /// The node, which is a sum, a product, a quotient or a root.

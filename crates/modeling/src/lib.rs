@@ -19,5 +19,6 @@ pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
 pub use base::evidence::{Rank, UnclearRank};
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
+pub use dynamics::pose::LinkFrame;
 pub use kinematics::closure::{Closure, Open};
 pub use robot_module::{RobotFunction, module};

@@ -20,6 +20,7 @@ use robot::{Drive, Inertial, JointKind, LinkId, Robot, RotorInertia};
 use crate::Estimate;
 use crate::error::Error;
 use crate::tape_regressor::TapeRegressor;
+use crate::torque_difference::torque_difference;
 
 /// How a description is read; the default is as it stands.
 #[derive(Clone, Debug, Default)]
@@ -87,7 +88,8 @@ pub struct Model {
 ///
 /// Fails with the place of what cannot be read, and where a symbol of `values` is not there.
 pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
-    let mut robot = robot::format::read_with(path, ReadOptions { mimic: options.mimic, angles: options.angles })?;
+    let ModelOptions { mimic, angles, floating_base, .. } = *options;
+    let mut robot = robot::format::read_with(path, ReadOptions { mimic, angles, floating_base })?;
     if let Some(rotors) = options.rotor_inertias {
         set_rotor_inertias(&mut robot, rotors);
     }
@@ -96,6 +98,31 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
         robot.set_symbol(name, *value).map_err(failed)?;
     }
     Ok(if options.floating_base { robot.floating() } else { robot })
+}
+
+/// What a reader took for others among the angles and axes of a file, and what that does to the torque, in a sentence;
+/// `None` where everything is as given.
+pub fn snapping(robot: &Robot, path: &Path, options: &ModelOptions) -> Option<String> {
+    /// Named before they are counted.
+    const NAMED: usize = 4;
+    if robot.snapped.is_empty() {
+        return None;
+    }
+    let mut taken: Vec<String> =
+        robot.snapped.iter().take(NAMED).map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    if robot.snapped.len() > NAMED {
+        taken.push(format!("{} more", robot.snapped.len() - NAMED));
+    }
+    let as_given = read_robot(path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
+    let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {
+        Some(x) => format!("the torque changes by up to {x:.1e} of its largest component"),
+        None => "what that does to the torque is not known".into(),
+    };
+    Some(format!(
+        "{}: angles are taken for what was meant ({}); {change}; --angles as-given keeps them",
+        path.display(),
+        taken.join("; ")
+    ))
 }
 
 /// Refuses a description in which a symbol has no value: what is to be computed are figures.

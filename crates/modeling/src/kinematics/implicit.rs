@@ -193,6 +193,7 @@ fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
                 inertial: None,
                 file_frame: Pose::IDENTITY,
                 parts: Vec::new(),
+                frames: Vec::new(),
             });
             LinkId(open.links.len() - 1)
         };
