@@ -88,15 +88,15 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let x_of_y = scatter * &transform;
     let r = DMatrix::from_fn(total + 1, total, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
     let z = DVector::from_fn(total + 1, |i, _| triangle.at(i, total));
-    let weight = 1.0 / prior.discount.max(1.0);
-    let ry = r * &x_of_y;
+    let weight = (1.0 / prior.discount.max(1.0)).sqrt();
+    let rows = weight * r * &x_of_y;
     let bounded = prior.friction.iter().enumerate().filter(|(_, sd)| sd.is_finite());
     let problem = Problem {
-        hessian: weight * ry.transpose() * &ry,
+        hessian: rows.tr_mul(&rows),
+        rows,
+        right: weight * z,
         friction: bounded.map(|(k, &sd)| (standard + k, sd)).collect(),
         gamma: prior.gamma,
-        gradient: weight * ry.transpose() * &z,
-        constant: 0.5 * weight * z.dot(&z),
         bodies: map.bodies.iter().map(|b| b.1).collect(),
         rotors: map.rotors.clone(),
         units: std::array::from_fn(|i| pseudo_inertia(&std::array::from_fn(|k| f64::from(i == k)))),
