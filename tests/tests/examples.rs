@@ -5,11 +5,14 @@ use std::process::Command;
 use rist::{Language, generate};
 use tests::{model, workspace};
 
-/// What an example prints; panics where it fails.
+/// What an example prints; panics where it fails. Built as `cargo test --workspace` has built it already.
 fn run(example: &str) -> String {
+    let build = ["build", "--quiet", "--workspace", "--examples"];
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-    cargo.args(["run", "--quiet", "--package", "rist", "--example", example]).current_dir(workspace());
-    let out = cargo.output().unwrap();
+    assert!(cargo.args(build).current_dir(workspace()).status().unwrap().success());
+    let deps = std::env::current_exe().unwrap();
+    let program = deps.ancestors().nth(2).unwrap().join("examples").join(example);
+    let out = Command::new(program).output().unwrap();
     assert!(out.status.success(), "{example}: {}", String::from_utf8_lossy(&out.stderr));
     String::from_utf8(out.stdout).unwrap()
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use logs::LogSource;
 use rist::MOTION_CUTOFF;
 
 use crate::artefact::{gains, read_estimate};
@@ -54,8 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                     "--cutoff and --gain: an estimate from samples brings those that it was made with",
                 ));
             }
-            let coordinates = model.regressor().coordinates();
-            let open = |path: &PathBuf| LogSource::open(path, coordinates, &options.columns).map(|(log, _)| log);
+            let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
             let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
             rist::validate(&model, &estimate, &logs)?
         }

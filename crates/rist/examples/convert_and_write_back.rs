@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use rist::{Error, IdentifyRequest, LogSource, Model, identify, write_urdf};
+use rist::{Error, IdentifyRequest, Model, identify, write_urdf};
 
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1);
@@ -19,7 +19,7 @@ fn main() -> Result<(), Error> {
         return Ok(());
     };
 
-    let (log, _) = LogSource::open(&log, model.regressor().coordinates(), &Default::default())?;
+    let (log, _) = model.open_log(&log, &Default::default())?;
     let found = identify(&model, &[log], &IdentifyRequest { consistent: true, ..IdentifyRequest::default() })?;
     let Some(bodies) = &found.bodies else { return Ok(()) };
     let text = std::fs::read_to_string(&urdf).map_err(Error::new)?;

@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use rist::{Error, IdentifyRequest, LogSource, Model, identify};
+use rist::{Error, IdentifyRequest, Model, identify};
 
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
@@ -14,7 +14,7 @@ fn main() -> Result<(), Error> {
         _ => pendulum().map_err(Error::new)?,
     };
     let model = Model::read(&description)?;
-    let (log, columns) = LogSource::open(&log, model.regressor().coordinates(), &Default::default())?;
+    let (log, columns) = model.open_log(&log, &Default::default())?;
     print!("{columns}{}", log.report());
     let found = identify(&model, &[log], &IdentifyRequest::default())?;
     println!("{}", found.estimate);

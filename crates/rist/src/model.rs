@@ -12,6 +12,7 @@ use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
 use identification::model::reference::ModelReference;
 use identification::model::regressor::{Coordinate, Regressor};
 use identification::model::standard_map::StandardMap;
+use logs::{ColumnNames, Columns, LogSource};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::format::{Angles, Mimic, ReadOptions};
 use robot::value::CoordinateId;
@@ -204,6 +205,16 @@ impl Model {
     /// The base regressor: compiled in where this robot is, a tape otherwise.
     pub fn regressor(&self) -> &dyn Regressor {
         self.regressor.as_ref()
+    }
+
+    /// Opens a log of the robot, and says what its columns were taken for.
+    ///
+    /// Fails where it cannot be read, where a column is missing, and where one of a sliding joint is in units of angles.
+    pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
+        let (log, columns) = LogSource::open(path, self.regressor().coordinates(), names)?;
+        let slides: Vec<bool> = (0..columns.coordinates.len()).map(|k| self.regressor().is_prismatic(k)).collect();
+        let columns = columns.with_sliding(&slides);
+        Ok((log, columns.map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?))
     }
 
     /// The base regressor alone.

@@ -92,7 +92,7 @@ impl Opened<'_> {
     fn logs(&mut self, model: &Model, paths: &[PathBuf], text: &mut String) -> Result<Vec<LogSource>, Failure> {
         let mut logs = Vec::new();
         for path in paths {
-            let (log, columns) = LogSource::open(path, model.regressor().coordinates(), self.columns)?;
+            let (log, columns) = model.open_log(path, self.columns)?;
             let columns = columns.to_string();
             let _ = writeln!(text, "{}", path.display());
             if columns != self.before {

@@ -9,7 +9,7 @@ use Quantity::*;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::columns::words::{Designator, Quantity, Reading, readings, units, written};
+use crate::columns::words::{Designator, Quantity, Reading, of_sliding, readings, units, written};
 use crate::table::Table;
 
 /// Names given by the user, for the quantities whose columns cannot be found by their names.
@@ -88,6 +88,29 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// The columns of the coordinates that slide, by their place: lengths and forces, in m and N where the headers say
+    /// nothing else.
+    ///
+    /// Fails where a header says deg, rpm or N m with a factor: that is no length or force.
+    pub fn with_sliding(mut self, slides: &[bool]) -> Result<Columns, Error> {
+        let groups =
+            [Some(&mut self.position), self.velocity.as_mut(), self.acceleration.as_mut(), Some(&mut self.effort)];
+        for sources in groups.into_iter().flatten() {
+            let sliding = sources.iter_mut().zip(slides).zip(&self.coordinates).filter(|((_, slides), _)| **slides);
+            for ((source, _), name) in sliding {
+                source.unit = of_sliding(source.unit).ok_or_else(|| {
+                    let unit = written(source.unit);
+                    Error::new(format!(
+                        "column `{}` is in {unit}, and joint {name} slides: m, m/s, m/s^2 or N are expected; check the \
+                         order of the columns, or name them in --options: columns",
+                        source.header
+                    ))
+                })?;
+            }
+        }
+        Ok(self)
+    }
+
     /// Finds the columns of a robot's coordinates in a table.
     ///
     /// Fails when time, a position or an effort is missing, or when two columns claim one place.
@@ -361,6 +384,19 @@ mod tests {
         assert!(shown.contains("torque: a <- tau1 [N m]\n"), "{shown}");
         let milli = find("t_ms,q1_deg,i1_mA", &["a"], &ColumnNames::default()).unwrap().to_string();
         assert!(milli.contains("time: t_ms [ms]") && milli.contains("current: a <- i1_mA [mA]"), "{milli}");
+    }
+
+    #[test]
+    fn sliding_joints_are_in_lengths_and_forces() {
+        let of =
+            |header: &str| find(header, &["x", "turn"], &ColumnNames::default()).unwrap().with_sliding(&[true, false]);
+        let shown = of("t,q1,q2,dq1,dq2,tau1,tau2").unwrap().to_string();
+        assert!(shown.contains("x <- q1 [m], turn <- q2 [rad]") && shown.contains("x <- tau1 [N], turn <- tau2 [N m]"));
+        assert!(of("t,q1_mm,q2_deg,tau1_N,tau2_Nm").is_ok());
+        for header in ["t,q1_deg,q2,tau1,tau2", "t,q1,q2,tau1_Ncm,tau2"] {
+            let message = of(header).unwrap_err().to_string();
+            assert!(message.contains("joint x slides"), "{message}");
+        }
     }
 
     #[test]

@@ -166,6 +166,19 @@ pub fn written(unit: &str) -> &str {
     }
 }
 
+/// The unit of a sliding joint where headers of turning ones have `unit`; `None` where that is no unit of a length or
+/// a force. The first units of a quantity stand for headers without one.
+pub fn of_sliding(unit: &'static str) -> Option<&'static str> {
+    match written(unit) {
+        "rad" => Some("m"),
+        "rad/s" => Some("m/s"),
+        "rad/s^2" => Some("m/s^2"),
+        "N m" => Some("N"),
+        "m" | "mm" | "m/s" | "mm/s" | "m/s^2" | "N" | "A" | "mA" => Some(unit),
+        _ => None,
+    }
+}
+
 /// What a header may mean.
 pub struct Reading {
     pub column: usize,
