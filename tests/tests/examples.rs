@@ -12,7 +12,7 @@ fn run(example: &str) -> String {
     assert!(cargo.args(build).current_dir(workspace()).status().unwrap().success());
     let deps = std::env::current_exe().unwrap();
     let program = deps.ancestors().nth(2).unwrap().join("examples").join(example);
-    let out = Command::new(program).output().unwrap();
+    let out = Command::new(program).current_dir(workspace()).output().unwrap();
     assert!(out.status.success(), "{example}: {}", String::from_utf8_lossy(&out.stderr));
     String::from_utf8(out.stdout).unwrap()
 }
