@@ -16,7 +16,8 @@ mod table;
 
 pub use cleaning::account::{GAP, LogReport};
 pub use cleaning::suspects::Suspect;
-pub use columns::mapping::{ColumnNames, Columns, Names, Source};
+pub use columns::mapping::{Columns, Source};
+pub use columns::names::{ColumnNames, Names};
 pub use columns::words::Quantity;
 pub use error::Error;
 pub use log::{Effort, Log, Window};

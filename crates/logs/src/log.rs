@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 use crate::cleaning::account::{GAP, LogReport, MIN_ROWS, even};
 use crate::cleaning::suspects::{Suspect, unwrap};
-use crate::columns::mapping::{ColumnNames, Columns, Source};
+use crate::columns::mapping::{Columns, Source};
+use crate::columns::names::ColumnNames;
 use crate::columns::words::Quantity;
 use crate::table::Table;
 

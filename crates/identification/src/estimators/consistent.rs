@@ -23,7 +23,7 @@
 use nalgebra::{DMatrix, DVector, Matrix4};
 
 use crate::algebra::triangle::Triangle;
-use crate::estimators::barrier::{Outcome, Problem};
+use crate::estimators::barrier::{CentralPath, Outcome, Problem};
 use crate::model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
 
@@ -108,25 +108,20 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     for &c in &problem.rotors {
         y[c] = 1.0;
     }
-    // From where the reference outweighs the data down to gamma, five times lower each round; then on, to see what
-    // the prior costs. `shares`: the solutions from the full weight of the prior on.
-    let mut gamma = problem.hessian.diagonal().max().max(prior.gamma);
-    let (mut steps, mut shares) = (0, Vec::new());
-    loop {
-        let (taken, reached) = problem.newton(&mut y, gamma);
-        steps += taken;
-        if gamma <= prior.gamma {
-            if reached == Outcome::Stalled {
-                break;
-            }
-            shares.push((gamma / prior.gamma, y.clone()));
-        }
-        if gamma <= LEAST_SHARE * prior.gamma {
+    // From where the reference outweighs the data, however far from them, down to gamma; then on, five times lower each
+    // round, to see what the prior costs. `shares`: the solutions from the full weight of the prior on.
+    let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
+    let mut path = CentralPath::new(&problem, y, gamma);
+    let mut shares = Vec::new();
+    let mut share = 1.0;
+    while path.follow(share * prior.gamma) {
+        shares.push((share, path.y.clone()));
+        if share <= LEAST_SHARE {
             break;
         }
-        let least = if gamma > prior.gamma { prior.gamma } else { LEAST_SHARE * prior.gamma };
-        gamma = (0.2 * gamma).max(least);
+        share = (0.2 * share).max(LEAST_SHARE);
     }
+    let (steps, mut y) = (path.steps, path.y);
     let (mut excess, mut prior_share) = (None, 1.0);
     if let Some((last, nearest)) = shares.last() {
         let allowed = problem.quadratic(nearest) + prior.gamma * problem.barriers();
