@@ -90,25 +90,7 @@ impl States {
         let failed = |e: csv::Error| Failure::new(format_args!("{file}: {e}"));
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(failed)?;
         let header: Vec<String> = reader.headers().map_err(failed)?.iter().map(str::to_string).collect();
-        let mut origins = Vec::new();
-        for quantity in ["q", "dq", "ddq"] {
-            for coordinate in &robot.coordinates {
-                let name = format!("{quantity}_{}", coordinate.name);
-                // `q1` for coordinate q1, beside `q_q1`.
-                let short = coordinate.name.strip_prefix('q').map(|rest| format!("{quantity}{rest}"));
-                let matches = |h: &String| *h == name || Some(h) == short.as_ref();
-                match header.iter().position(matches) {
-                    Some(column) => origins.push(Origin::Column(column)),
-                    None if quantity == "q" => {
-                        return Err(Failure::new(format_args!(
-                            "{file}:1: no column `{name}`; found: {}",
-                            header.join(", ")
-                        )));
-                    }
-                    None => origins.push(Origin::Number(0.0)),
-                }
-            }
-        }
+        let mut origins = state_origins(robot, &header, path)?;
         if quantity == Quantity::Torque {
             for parameter in StandardParameter::all(robot) {
                 origins.push(parameter_origin(robot, parameter, &header, path)?);
@@ -148,6 +130,28 @@ impl States {
         }
         Ok(states)
     }
+}
+
+/// Where q, dq and ddq come from; velocities and accelerations without a column are zero.
+fn state_origins(robot: &Robot, header: &[String], path: &Path) -> Result<Vec<Origin>, Failure> {
+    let mut origins = Vec::new();
+    for quantity in ["q", "dq", "ddq"] {
+        for coordinate in &robot.coordinates {
+            let name = format!("{quantity}_{}", coordinate.name);
+            // `q1` for coordinate q1, beside `q_q1`.
+            let short = coordinate.name.strip_prefix('q').map(|rest| format!("{quantity}{rest}"));
+            let matches = |h: &String| *h == name || Some(h) == short.as_ref();
+            match header.iter().position(matches) {
+                Some(column) => origins.push(Origin::Column(column)),
+                None if quantity == "q" => {
+                    let (file, found) = (path.display(), header.join(", "));
+                    return Err(Failure::new(format_args!("{file}:1: no column `{name}`; found: {found}")));
+                }
+                None => origins.push(Origin::Number(0.0)),
+            }
+        }
+    }
+    Ok(origins)
 }
 
 /// The file's column `x_<parameter>`, or the description's value.

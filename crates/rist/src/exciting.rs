@@ -4,7 +4,7 @@ use identification::experiments::excitation::artefact::{ExcitingMotion, MotionJo
 use identification::experiments::excitation::barrier::Timing;
 use identification::experiments::excitation::columns::visible_columns;
 use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::excitation::fourier_motion::FourierMotion;
+use identification::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
 use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, motion_limits};
 use identification::experiments::excitation::problem::{Problem, TorqueWall};
 use identification::experiments::excitation::proof::{
@@ -55,6 +55,18 @@ pub struct ExciteRequest {
     pub seed: u64,
 }
 
+impl ExciteRequest {
+    fn search(&self) -> SearchOptions {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
+    }
+
+    fn motion(&self, timing: Timing, joints: Vec<FourierJoint>) -> FourierMotion {
+        let Timing { period, blend, .. } = timing;
+        FourierMotion { rate: self.rate, period, blend, repetitions: self.repetitions, joints }
+    }
+}
+
 impl Default for ExciteRequest {
     fn default() -> ExciteRequest {
         ExciteRequest {
@@ -102,11 +114,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     // What is known of the torques.
     let friction = described_friction(model);
     let enclosure = TorqueEnclosure::new(model).filter(|_| limits.iter().any(|l| l.effort.is_some()));
-    let wall = model.described_parameters().filter(|_| enclosure.is_some()).map(|parameters| TorqueWall {
-        parameters,
-        friction: friction.clone(),
-        share: request.effort_share,
-    });
+    let wall = |parameters| TorqueWall { parameters, friction: friction.clone(), share: request.effort_share };
+    let wall = model.described_parameters().filter(|_| enclosure.is_some()).map(wall);
     notes.extend(torque_note(model, &names, &limits));
 
     // The search.
@@ -122,11 +131,9 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         columns: &columns,
         timing,
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let options = SearchOptions { starts: request.starts, iterations: request.iterations, seed: request.seed, threads };
     let report =
         |done: usize, found: Option<&Found>| progress(done, request.starts, &progress_text(found, request.aim, &names));
-    let found = search(&problem, &options, &report).map_err(|why| refused(model, &names, why))?;
+    let found = search(&problem, &request.search(), &report).map_err(|why| refused(model, &names, why))?;
 
     // The best motion that can be proved; without one the best, which then says so.
     let torque = enclosure.as_ref().map(|torque| DescribedTorque {
@@ -134,44 +141,19 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         friction: friction.clone(),
         share: request.effort_share,
     });
-    let as_motion = |found: &Found| FourierMotion {
-        rate: request.rate,
-        period: timing.period,
-        blend: timing.blend,
-        repetitions: request.repetitions,
-        joints: found.joints.clone(),
-    };
-    let is_proven = |rows: &[CertificateRow]| rows.iter().all(|r| r.kept == Kept::Proven);
-    let fit = |found: &Found| fitted(as_motion(found), &limits, &names, torque.as_ref());
-    let mut all = found.iter();
-    let mut best = all.next().map(fit).ok_or_else(|| refused(model, &names, NoMotion::NothingToTell))?;
-    for other in all {
-        if is_proven(&best.1) {
-            break;
-        }
-        let (motion, rows) = fit(other);
-        if is_proven(&rows) {
-            best = (motion, rows);
-        }
-    }
-    let (motion, certificate) = best;
+    let as_motion = |found: &Found| request.motion(timing, found.joints.clone());
+    let fits = found.iter().map(|found| fitted(as_motion(found), &limits, &names, torque.as_ref()));
+    let best = proved_or_first(fits);
+    let (motion, certificate) = best.ok_or_else(|| refused(model, &names, NoMotion::NothingToTell))?;
     let values = described_values(model, &linear);
     let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate);
-    let joint =
-        |(k, series): (usize, &identification::experiments::excitation::fourier_motion::FourierJoint)| MotionJoint {
-            coordinate: names[k].clone(),
-            centre: series.centre,
-            cosine: series.cosine.clone(),
-            sine: series.sine.clone(),
-            limits: limits[k].clone(),
-        };
     Ok(ExcitingMotion {
         model: model.reference.clone(),
         rate_hz: request.rate,
         period_s: timing.period,
         blend_s: timing.blend,
         repetitions: request.repetitions,
-        joints: motion.joints.iter().enumerate().map(joint).collect(),
+        joints: motion_joints(&motion, &names, &limits),
         effort_share: request.effort_share,
         aim: request.aim,
         determinant: seen.determinant,
@@ -182,6 +164,32 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         certificate,
         parameters: seen.parameters,
     })
+}
+
+fn is_proven(rows: &[CertificateRow]) -> bool {
+    rows.iter().all(|r| r.kept == Kept::Proven)
+}
+
+/// The first motion whose limits are all proven; the first of all where none is.
+fn proved_or_first(
+    mut motions: impl Iterator<Item = (FourierMotion, Vec<CertificateRow>)>,
+) -> Option<(FourierMotion, Vec<CertificateRow>)> {
+    let first = motions.next()?;
+    if is_proven(&first.1) {
+        return Some(first);
+    }
+    Some(motions.find(|(_, rows)| is_proven(rows)).unwrap_or(first))
+}
+
+fn motion_joints(motion: &FourierMotion, names: &[String], limits: &[CoordinateLimits]) -> Vec<MotionJoint> {
+    let joint = |((series, name), limits): ((&FourierJoint, &String), &CoordinateLimits)| MotionJoint {
+        coordinate: name.clone(),
+        centre: series.centre,
+        cosine: series.cosine.clone(),
+        sine: series.sine.clone(),
+        limits: limits.clone(),
+    };
+    motion.joints.iter().zip(names).zip(limits).map(joint).collect()
 }
 
 fn check_request(request: &ExciteRequest) -> Result<(), Error> {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
@@ -70,9 +71,8 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
     pub friction: Option<Vec<Friction>>,
 
-    /// What rows weigh: none: all alike (OLS); joint: by the residual of their joint (WLS); huber: and less where
-    /// they do not fit; bisquare: and nothing where they do not fit at all [default: joint]
-    #[arg(long, value_parser = weights)]
+    /// What rows weigh [default: joint]
+    #[arg(long, value_parser = weights())]
     pub weights: Option<Weights>,
 
     /// YAML with any option of an identification; flags override it
@@ -136,14 +136,11 @@ fn delay(text: &str) -> Result<Delay, String> {
     }
 }
 
-fn weights(text: &str) -> Result<Weights, String> {
-    match text {
-        "none" => Ok(Weights::None),
-        "joint" => Ok(Weights::Joint),
-        "huber" => Ok(Weights::Huber),
-        "bisquare" => Ok(Weights::Bisquare),
-        _ => Err("expected none, joint, huber or bisquare".into()),
-    }
+/// Those of the library, with what they do in the help.
+fn weights() -> impl TypedValueParser<Value = Weights> {
+    let words = Weights::all().map(|w| PossibleValue::new(w.word()).help(w.help()));
+    let chosen = |word: String| Weights::all().find(|w| w.word() == word).unwrap_or(Weights::Joint);
+    PossibleValuesParser::new(words).map(chosen)
 }
 
 /// `viscous`, `stribeck=0.1`, `none`, `auto`.

@@ -14,9 +14,9 @@ use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
-use crate::estimators::huber::reweighted;
-use crate::estimators::loss::Loss;
-use crate::estimators::weighted::{Weights, fit};
+use crate::estimators::correlated_deviation::robust;
+use crate::estimators::huber::{Reweighted, reweighted};
+use crate::estimators::weighted::fit;
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
 use crate::model::regressor::Regressor;
@@ -82,39 +82,21 @@ impl Fit {
             ));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
-        let (mut sigma, mut less) = (None, None);
-        if matches!(options.weights, Weights::Huber | Weights::Bisquare) {
-            let mut found = reweighted(&model, records, &solution, Loss::Huber)?;
-            if options.weights == Weights::Bisquare {
-                found = reweighted(&model, records, &found.solution, Loss::Bisquare)?;
-            }
-            let influence = |j: usize, e: f64| found.influence(j, e);
-            let by = crate::estimators::correlated_deviation::robust(
-                &model,
-                records,
-                &found.solution,
-                &found.weights,
-                &influence,
-            )?;
-            sigma = Some(by.sigma);
+        // Huber's function or Tukey's, from the solution before.
+        let mut by_rows: Option<Reweighted> = None;
+        for &loss in options.weights.losses() {
+            let start = by_rows.as_ref().map_or(&solution, |found| &found.solution);
+            by_rows = Some(reweighted(&model, records, start, loss)?);
+        }
+        if let Some(found) = &mut by_rows {
             observation.parts = std::mem::take(&mut found.observation.parts);
             joints = observation.joints(|_| true);
-            (solution, weights, less) = (found.solution, found.weights, Some(found.outliers));
+            (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        let sigma = match sigma {
-            Some(sigma) => sigma,
-            None => {
-                crate::estimators::correlated_deviation::robust(&model, records, &solution, &weights, &|_, e| e)?.sigma
-            }
-        };
+        let influence = |j: usize, e: f64| by_rows.as_ref().map_or(e, |found| found.influence(j, e));
+        let sigma = robust(&model, records, &solution, &weights, &influence)?.sigma;
         let mut estimate = report(&model, &joints, &observation, &solution, &sigma);
-        if let Some(less) = &less {
-            let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
-            let shares: Vec<String> = regressor.coordinates().iter().zip(less).map(share).collect();
-            let shares = shares.join(", ");
-            let how = if options.weights == Weights::Huber { "less than fully" } else { "nothing" };
-            estimate.remarks.push(format!("rows that count {how}, in the residuals too: {shares}"));
-        }
+        estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let held_out = cross_validate(&model, &observation, options.weights);
@@ -122,32 +104,37 @@ impl Fit {
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
             joint.held_out = Some(out.relative);
         }
-        for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
-            joint.f95 = (f95 > 0.0).then_some(f95);
-        }
-        if options.signal.order > 0 && options.signal.cutoff.is_none() {
-            estimate.remarks.extend(without_frequency(&estimate.joints));
-        }
+        of_signals(&mut estimate, &observation, options);
         estimate.model = options.model.clone();
-        estimate.method = match options.weights {
-            Weights::None => "ordinary least squares".into(),
-            Weights::Joint => "least squares weighted by joint".into(),
-            Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
-            Weights::Bisquare => "robust least squares (bisquare from Huber's), weighted by joint".into(),
-        };
+        estimate.method = options.weights.method().into();
         estimate.logs = logs;
-        let mut used = options.clone();
-        if used.signal.order > 0 {
-            used.signal.cutoff.get_or_insert(observation.cutoff);
-        }
-        estimate.options = Some(used);
-        estimate.cutoff = observation.cutoff;
         if options.covariance {
             let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
             estimate.covariance = (0..model.p()).map(row).collect();
         }
         Ok(Fit { estimate, observation, solution, weights })
     }
+}
+
+/// How fast the joints moved, and the options with the cut-off that follows from it.
+fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
+    for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
+        joint.f95 = (f95 > 0.0).then_some(f95);
+    }
+    let mut used = options.clone();
+    if options.signal.order > 0 && options.signal.cutoff.is_none() {
+        estimate.remarks.extend(without_frequency(&estimate.joints));
+        used.signal.cutoff = Some(observation.cutoff);
+    }
+    estimate.options = Some(used);
+    estimate.cutoff = observation.cutoff;
+}
+
+/// A sentence on the rows beyond the bound of a loss.
+fn outliers(found: &Reweighted, coordinates: &[String]) -> String {
+    let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
+    let shares: Vec<String> = coordinates.iter().zip(&found.outliers).map(share).collect();
+    format!("rows that count {}, in the residuals too: {}", found.loss.beyond(), shares.join(", "))
 }
 
 /// A sentence on joints that do not count for the cut-off.

@@ -69,47 +69,14 @@ const LEAST_SHARE: f64 = 1e-6;
 
 /// Solves for standard parameters and friction; `triangle` is whitened (residual of unit variance).
 pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Consistent {
-    let (base, standard, total) = (map.matrix.nrows(), map.matrix.ncols(), triangle.columns());
-    let dimension = standard + total - base;
-    // theta = (phi, f) = T y: bodies relative to their reference, rotors and friction to their size.
-    let mut transform = DMatrix::identity(dimension, dimension);
-    for (j, (_, first)) in map.bodies.iter().enumerate() {
-        let reference = reference(prior.bodies.get(j).copied().flatten(), prior.scale);
-        transform.view_mut((*first, *first), (10, 10)).copy_from(&body_transform(&reference));
-    }
-    for &c in &map.rotors {
-        transform[(c, c)] = 0.01 * prior.scale;
-    }
-    let mut scatter = DMatrix::zeros(total, dimension);
-    scatter.view_mut((0, 0), (base, standard)).copy_from(&map.matrix);
-    for k in 0..total - base {
-        scatter[(base + k, standard + k)] = 1.0;
-    }
-    let x_of_y = scatter * &transform;
-    let r = DMatrix::from_fn(total + 1, total, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
-    let z = DVector::from_fn(total + 1, |i, _| triangle.at(i, total));
-    let weight = (1.0 / prior.discount.max(1.0)).sqrt();
-    let rows = weight * r * &x_of_y;
-    let bounded = prior.friction.iter().enumerate().filter(|(_, sd)| sd.is_finite());
-    let problem = Problem {
-        hessian: rows.tr_mul(&rows),
-        rows,
-        right: weight * z,
-        friction: bounded.map(|(k, &sd)| (standard + k, sd)).collect(),
-        gamma: prior.gamma,
-        bodies: map.bodies.iter().map(|b| b.1).collect(),
-        rotors: map.rotors.clone(),
-        units: std::array::from_fn(|i| pseudo_inertia(&std::array::from_fn(|k| f64::from(i == k)))),
-    };
-    let mut y = DVector::zeros(dimension);
-    for first in &problem.bodies {
-        y.rows_mut(*first, 10).copy_from_slice(&parameters(&Matrix4::identity()));
-    }
-    for &c in &problem.rotors {
-        y[c] = 1.0;
-    }
+    let (standard, total) = (map.matrix.ncols(), triangle.columns());
+    let dimension = standard + total - map.matrix.nrows();
+    let transform = transform(map, prior, dimension);
+    let x_of_y = scatter(map, total) * &transform;
+    let problem = problem(triangle, map, prior, &x_of_y);
     // From where the reference outweighs the data, however far from them, down to gamma; then on, five times lower each
     // round, to see what the prior costs. `shares`: the solutions from the full weight of the prior on.
+    let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
     let mut shares = Vec::new();
@@ -143,6 +110,62 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
         outcome,
         newton_steps: steps,
     }
+}
+
+/// theta = (phi, f) = T y: bodies relative to their reference, rotors and friction to their size.
+fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64> {
+    let mut transform = DMatrix::identity(dimension, dimension);
+    for (j, (_, first)) in map.bodies.iter().enumerate() {
+        let reference = reference(prior.bodies.get(j).copied().flatten(), prior.scale);
+        transform.view_mut((*first, *first), (10, 10)).copy_from(&body_transform(&reference));
+    }
+    for &c in &map.rotors {
+        transform[(c, c)] = 0.01 * prior.scale;
+    }
+    transform
+}
+
+/// X, friction after the base parameters, of theta.
+fn scatter(map: &StandardMap, total: usize) -> DMatrix<f64> {
+    let (base, standard) = map.matrix.shape();
+    let mut scatter = DMatrix::zeros(total, standard + total - base);
+    scatter.view_mut((0, 0), (base, standard)).copy_from(&map.matrix);
+    for k in 0..total - base {
+        scatter[(base + k, standard + k)] = 1.0;
+    }
+    scatter
+}
+
+/// The data and the prior as functions of y.
+fn problem(triangle: &Triangle, map: &StandardMap, prior: &Prior, x_of_y: &DMatrix<f64>) -> Problem {
+    let (standard, total) = (map.matrix.ncols(), triangle.columns());
+    let r = DMatrix::from_fn(total + 1, total, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
+    let z = DVector::from_fn(total + 1, |i, _| triangle.at(i, total));
+    let weight = (1.0 / prior.discount.max(1.0)).sqrt();
+    let rows = weight * r * x_of_y;
+    let bounded = prior.friction.iter().enumerate().filter(|(_, sd)| sd.is_finite());
+    Problem {
+        hessian: rows.tr_mul(&rows),
+        rows,
+        right: weight * z,
+        friction: bounded.map(|(k, &sd)| (standard + k, sd)).collect(),
+        gamma: prior.gamma,
+        bodies: map.bodies.iter().map(|b| b.1).collect(),
+        rotors: map.rotors.clone(),
+        units: std::array::from_fn(|i| pseudo_inertia(&std::array::from_fn(|k| f64::from(i == k)))),
+    }
+}
+
+/// The y of the references, friction at zero.
+fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
+    let mut y = DVector::zeros(dimension);
+    for first in &problem.bodies {
+        y.rows_mut(*first, 10).copy_from_slice(&parameters(&Matrix4::identity()));
+    }
+    for &c in &problem.rotors {
+        y[c] = 1.0;
+    }
+    y
 }
 
 fn reference(body: Option<Ten>, scale: f64) -> Matrix4<f64> {

@@ -31,7 +31,8 @@ pub struct Reweighted {
     pub outliers: Vec<f64>,
     /// Passes over the rows.
     pub iterations: usize,
-    loss: Loss,
+    /// What a residual counts.
+    pub loss: Loss,
     /// s_j.
     scales: Vec<f64>,
     /// mean w / mean psi'.

@@ -21,6 +21,14 @@ pub enum Loss {
 }
 
 impl Loss {
+    /// What a residual beyond the bound counts, in words.
+    pub fn beyond(self) -> &'static str {
+        match self {
+            Loss::Huber => "less than fully",
+            Loss::Bisquare => "nothing",
+        }
+    }
+
     /// Residuals beyond it, in scales, count less than they could (Huber), or not at all (bisquare).
     pub fn bound(self) -> f64 {
         match self {

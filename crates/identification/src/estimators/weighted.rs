@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::Triangle;
+use crate::estimators::loss::Loss;
 use crate::rows::observation::weighted;
 
 /// The weights of the rows.
@@ -21,6 +22,58 @@ pub enum Weights {
     Huber,
     /// As `Huber`, and from there on rows that do not fit at all do not count.
     Bisquare,
+}
+
+/// What there is to choose from: the word of flags and option files, what the estimate calls it, what it does in a line,
+/// and the losses that the rows are weighed by one after the other, from the solution by joint on.
+const CHOICES: [(Weights, &str, &str, &str, &[Loss]); 4] = [
+    (Weights::None, "none", "ordinary least squares", "all alike (OLS)", &[]),
+    (Weights::Joint, "joint", "least squares weighted by joint", "by the residual of their joint (WLS)", &[]),
+    (
+        Weights::Huber,
+        "huber",
+        "robust least squares (Huber), weighted by joint",
+        "as joint, and less where they do not fit",
+        &[Loss::Huber],
+    ),
+    (
+        Weights::Bisquare,
+        "bisquare",
+        "robust least squares (bisquare from Huber's), weighted by joint",
+        "as huber, and nothing where they do not fit at all",
+        &[Loss::Huber, Loss::Bisquare],
+    ),
+];
+
+impl Weights {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Weights> {
+        CHOICES.iter().map(|choice| choice.0)
+    }
+
+    /// The word of flags and option files.
+    pub fn word(self) -> &'static str {
+        self.choice().1
+    }
+
+    /// What an estimate says that it was made by.
+    pub fn method(self) -> &'static str {
+        self.choice().2
+    }
+
+    /// What rows weigh, in a line.
+    pub fn help(self) -> &'static str {
+        self.choice().3
+    }
+
+    /// The losses that rows are weighed by one after the other; empty where the triangles are enough.
+    pub fn losses(self) -> &'static [Loss] {
+        self.choice().4
+    }
+
+    fn choice(self) -> &'static (Weights, &'static str, &'static str, &'static str, &'static [Loss]) {
+        CHOICES.iter().find(|choice| choice.0 == self).unwrap_or(&CHOICES[0])
+    }
 }
 
 /// Number of reweightings of WLS.
@@ -50,4 +103,20 @@ fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
 /// |residual| / |total| from squares; 0 where the total is 0.
 pub fn relative(total: f64, residual: f64) -> f64 {
     if total > 0.0 { (residual / total).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A word of the options file is that of the flag, and no choice is left out of the table.
+    #[test]
+    fn words_are_those_of_the_options_file() {
+        for weights in Weights::all() {
+            assert_eq!(serde_yaml::to_string(&weights).unwrap().trim(), weights.word());
+        }
+        let refused = serde_yaml::from_str::<Weights>("unknown").unwrap_err().to_string();
+        let known = ["none", "joint", "huber", "bisquare"];
+        assert!(Weights::all().map(Weights::word).eq(known) && known.iter().all(|w| refused.contains(w)), "{refused}");
+    }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(&'static str);
 
-/// At a joint that turns, and at one that slides.
+/// At a joint that turns, and at one that slides: of the parameters that are the joint's own (IA, friction, gain).
 const BY_JOINT: [(Unit, Unit); 4] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),

@@ -34,6 +34,46 @@ struct Compared {
     friction: Vec<Vec<f64>>,
 }
 
+/// Squares of one joint over all motions.
+#[derive(Default)]
+struct JointSums {
+    squares: f64,
+    rigid: f64,
+    total: f64,
+    count: usize,
+    /// Shares of autocorrelations outside their band, one a motion that is long enough.
+    outside: Vec<f64>,
+}
+
+impl JointSums {
+    /// Adds a motion; `cutoff`: of the low-pass, in cycles a sample. |tau - predicted|^2 and |tau|^2 of the motion.
+    fn add(&mut self, c: &Compared, predicted: &[f64], cutoff: f64) -> (f64, f64) {
+        let residual: Vec<f64> = c.tau.iter().zip(predicted).map(|(a, b)| a - b).collect();
+        let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let (left, whole) = (sum(&residual), sum(&c.tau));
+        self.squares += left;
+        self.total += whole;
+        self.rigid += c.tau.iter().zip(&c.rigid).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        self.count += residual.len();
+        // A sample each half period of the cut-off: closer ones are alike because of the filter.
+        let step = (0.5 / cutoff).ceil() as usize;
+        self.outside.extend(not_white(&residual.into_iter().step_by(step.max(1)).collect::<Vec<_>>()));
+        (left, whole)
+    }
+
+    fn validation(self, coordinate: &str, unit: Unit, friction: Vec<f64>) -> JointValidation {
+        JointValidation {
+            coordinate: coordinate.into(),
+            relative: (self.squares / self.total).sqrt(),
+            relative_rigid: Some((self.rigid / self.total).sqrt()),
+            rms: (self.squares / self.count.max(1) as f64).sqrt(),
+            unit,
+            not_white: Some(self.outside.iter().sum::<f64>() / self.outside.len().max(1) as f64),
+            friction,
+        }
+    }
+}
+
 /// Compares the torques of `records` (named) with those of `parameters`; `gain`: N m per unit of the record.
 ///
 /// Fails when a record is too short or too slow for the low-pass.
@@ -46,7 +86,6 @@ pub fn validate_motions(
     records: &[(String, Record)],
     cutoff: f64,
 ) -> Result<Validation, Error> {
-    let n = regressor.coordinates().len();
     let compared: Vec<Vec<Compared>> = records
         .iter()
         .map(|(name, record)| compare(name, record, regressor, parameters, gain, cutoff))
@@ -55,39 +94,21 @@ pub fn validate_motions(
         Validation { model: model.clone(), method: method.into(), cutoff_hz: cutoff, ..Validation::default() };
     let mut left = vec![0.0; records.len()];
     let mut whole = vec![0.0; records.len()];
-    for j in 0..n {
+    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let of_joint: Vec<&Compared> = compared.iter().map(|m| &m[j]).collect();
         let friction = fit_friction(&of_joint);
-        let (mut squares, mut rigid, mut total, mut count) = (0.0, 0.0, 0.0, 0);
-        let mut outside = Vec::new();
+        let mut sums = JointSums::default();
         for (m, c) in of_joint.iter().enumerate() {
             let predicted = predicted(c, &friction);
-            let residual: Vec<f64> = c.tau.iter().zip(&predicted).map(|(a, b)| a - b).collect();
-            let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-            let (r, t) = (sum(&residual), sum(&c.tau));
-            squares += r;
-            total += t;
-            rigid += c.tau.iter().zip(&c.rigid).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-            count += residual.len();
+            let (r, t) = sums.add(c, &predicted, cutoff * records[m].1.sample_time);
             left[m] += r;
             whole[m] += t;
-            // A sample each half period of the cut-off: closer ones are alike because of the filter.
-            let step = (0.5 / (cutoff * records[m].1.sample_time)).ceil() as usize;
-            outside.extend(not_white(&residual.into_iter().step_by(step.max(1)).collect::<Vec<_>>()));
             if m == 0 {
-                report.pictures.push(picture(&regressor.coordinates()[j], c, &predicted));
+                report.pictures.push(picture(coordinate, c, &predicted));
             }
         }
-        let share = outside.iter().sum::<f64>() / outside.len().max(1) as f64;
-        report.joints.push(JointValidation {
-            coordinate: regressor.coordinates()[j].clone(),
-            relative: (squares / total).sqrt(),
-            relative_rigid: Some((rigid / total).sqrt()),
-            rms: (squares / count.max(1) as f64).sqrt(),
-            unit: Unit::TORQUE.along(regressor.is_prismatic(j)),
-            not_white: Some(share),
-            friction,
-        });
+        let unit = Unit::TORQUE.along(regressor.is_prismatic(j));
+        report.joints.push(sums.validation(coordinate, unit, friction));
     }
     let relative = |m: usize| (left[m] / whole[m]).sqrt();
     let motion = |(m, (name, _)): (usize, &(String, Record))| MotionValidation {

@@ -20,32 +20,38 @@ const COLOURS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
 const DASHES: [&str; 4] = ["", "7 4", "2 3", "9 3 2 3"];
 const FONT: &str = "font-family=\"system-ui, sans-serif\"";
 
+/// Pixels: a chart, and what its axes and names take of it.
+const WIDTH: f64 = 720.0;
+const HEIGHT: f64 = 260.0;
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 14.0;
+const TOP: f64 = 34.0;
+const BOTTOM: f64 = 42.0;
+
 /// Lines over a common axis, 720 x 260.
 pub fn chart(title: &str, x_name: &str, y_name: &str, lines: &[Line]) -> String {
-    let (width, height) = (720.0, 260.0);
-    let (left, right, top, bottom) = (62.0, 14.0, 34.0, 42.0);
     let all = |f: &dyn Fn(&Line) -> Vec<f64>| lines.iter().flat_map(f).filter(|x| x.is_finite()).collect::<Vec<f64>>();
     let (x_low, x_high) = range(&all(&|l| l.x.to_vec()), 0.0);
     let (y_low, y_high) = range(&all(&|l| l.y.to_vec()), 0.06);
-    let px = |x: f64| left + (x - x_low) / (x_high - x_low) * (width - left - right);
-    let py = |y: f64| height - bottom - (y - y_low) / (y_high - y_low) * (height - top - bottom);
-    let mut s = open(width, height, title);
+    let px = |x: f64| LEFT + (x - x_low) / (x_high - x_low) * (WIDTH - LEFT - RIGHT);
+    let py = |y: f64| HEIGHT - BOTTOM - (y - y_low) / (y_high - y_low) * (HEIGHT - TOP - BOTTOM);
+    let mut s = open(WIDTH, HEIGHT, title);
     // A String never fails to grow.
-    let _ = writeln!(s, "<text x=\"{left}\" y=\"18\" font-size=\"14\" font-weight=\"600\">{}</text>", escaped(title));
+    let _ = writeln!(s, "<text x=\"{LEFT}\" y=\"18\" font-size=\"14\" font-weight=\"600\">{}</text>", escaped(title));
     for y in ticks(y_low, y_high) {
         let at = py(y);
-        let end = width - right;
-        let _ = writeln!(s, "<line x1=\"{left}\" x2=\"{end}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#ddd\"/>");
+        let end = WIDTH - RIGHT;
+        let _ = writeln!(s, "<line x1=\"{LEFT}\" x2=\"{end}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#ddd\"/>");
         let _ = writeln!(
             s,
             "<text x=\"{}\" y=\"{:.1}\" font-size=\"11\" text-anchor=\"end\">{}</text>",
-            left - 6.0,
+            LEFT - 6.0,
             at + 4.0,
             number(y)
         );
     }
     for x in ticks(x_low, x_high) {
-        let y = height - bottom + 16.0;
+        let y = HEIGHT - BOTTOM + 16.0;
         let _ = writeln!(
             s,
             "<text x=\"{:.1}\" y=\"{y}\" font-size=\"11\" text-anchor=\"middle\">{}</text>",
@@ -62,7 +68,7 @@ pub fn chart(title: &str, x_name: &str, y_name: &str, lines: &[Line]) -> String 
             "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" stroke-dasharray=\"{dash}\" points=\"{}\"/>",
             points.join(" ")
         );
-        let x = width - right - 130.0 * (lines.len() - i) as f64;
+        let x = WIDTH - RIGHT - 130.0 * (lines.len() - i) as f64;
         let _ = writeln!(
             s,
             "<line x1=\"{x}\" x2=\"{}\" y1=\"14\" y2=\"14\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\"/>",
@@ -70,21 +76,25 @@ pub fn chart(title: &str, x_name: &str, y_name: &str, lines: &[Line]) -> String 
         );
         let _ = writeln!(s, "<text x=\"{}\" y=\"18\" font-size=\"12\">{}</text>", x + 32.0, escaped(line.name));
     }
-    let middle = 0.5 * (left + width - right);
+    names_of_axes(&mut s, x_name, y_name);
+    s.push_str("</svg>\n");
+    s
+}
+
+fn names_of_axes(s: &mut String, x_name: &str, y_name: &str) {
+    let middle = 0.5 * (LEFT + WIDTH - RIGHT);
     let _ = writeln!(
         s,
         "<text x=\"{middle}\" y=\"{}\" font-size=\"12\" text-anchor=\"middle\">{}</text>",
-        height - 8.0,
+        HEIGHT - 8.0,
         escaped(x_name)
     );
-    let half = 0.5 * (top + height - bottom);
+    let half = 0.5 * (TOP + HEIGHT - BOTTOM);
     let _ = writeln!(
         s,
         "<text x=\"14\" y=\"{half}\" font-size=\"12\" text-anchor=\"middle\" transform=\"rotate(-90 14 {half})\">{}</text>",
         escaped(y_name)
     );
-    s.push_str("</svg>\n");
-    s
 }
 
 /// A row of the table: a value with its 95 % interval, or none.

@@ -70,14 +70,8 @@ const STEPS: usize = 50;
 /// Fails when nothing fixes the scale: no gain is known or expected, and no torque is known. The answer says what the
 /// data do not determine.
 pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
+    check_scale(joints, known)?;
     let n = joints.len();
-    let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
-    if known.len() != n || (!is_loaded && known.iter().all(|k| *k == Gain::Free)) {
-        return Err(Error::new(format!(
-            "{n} drive gains, at least one of them known, or a known load are needed: currents alone leave the scale of \
-             all gains and masses free"
-        )));
-    }
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let unknown: Vec<usize> = (0..n).filter(|&j| !matches!(known[j], Gain::Known(_))).collect();
     let (mut x, mut gain) = least_squares(joints, known);
@@ -135,6 +129,19 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
         steps,
         condition_number: last.condition_number,
     })
+}
+
+/// Refuses currents of which nothing says what torque they are.
+fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
+    let n = joints.len();
+    let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
+    if known.len() != n || (!is_loaded && known.iter().all(|k| *k == Gain::Free)) {
+        return Err(Error::new(format!(
+            "{n} drive gains, at least one of them known, or a known load are needed: currents alone leave the scale of \
+             all gains and masses free"
+        )));
+    }
+    Ok(())
 }
 
 /// Least squares in torque, from which the iteration starts. Unknown gains multiply the noisy currents; expected gains

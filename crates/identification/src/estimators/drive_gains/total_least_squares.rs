@@ -9,7 +9,7 @@
 //!
 //! Maximum likelihood needs no such argument and gives deviations; this file is its independent check.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn, SVD};
 
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{Gain, least_squares};
@@ -21,6 +21,24 @@ pub enum Scaling {
     Noise,
     /// Not at all: biased where the noise is large.
     None,
+}
+
+/// Singular values of the exact columns below this share of the largest are rounding.
+const RANK: f64 = 1e-10;
+
+/// An orthonormal basis of the columns, singular values below `tolerance` left out.
+fn range(svd: &SVD<f64, Dyn, Dyn>, tolerance: f64) -> Option<DMatrix<f64>> {
+    let u = svd.u.as_ref()?;
+    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
+    Some(DMatrix::from_fn(u.nrows(), kept.len(), |r, c| u[(r, kept[c])]))
+}
+
+/// The d for which the columns, each times its scale, have the least |rest d|, in the scale of the columns.
+fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
+    let scaled = DMatrix::from_fn(rest.nrows(), rest.ncols(), |r, c| rest[(r, c)] * scale[c]);
+    let values = scaled.svd(false, true);
+    let v = values.v_t.as_ref()?.row(values.singular_values.imin()).transpose();
+    Some(v.iter().zip(scale).map(|(v, s)| v * s).collect())
 }
 
 /// (gains, parameters); an expected gain counts as free.
@@ -60,11 +78,10 @@ pub fn gains_by_total_least_squares(
             None => -torque(place[r]),
         }
     });
-    let svd = exact.clone().svd(true, true);
-    let tolerance = 1e-10 * svd.singular_values.max();
-    let u = svd.u.as_ref()?;
-    let kept: Vec<usize> = (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > tolerance).collect();
-    let basis = DMatrix::from_fn(count, kept.len(), |r, c| u[(r, kept[c])]);
+    // What the exact columns leave of the noisy ones.
+    let svd = exact.svd(true, true);
+    let tolerance = RANK * svd.singular_values.max();
+    let basis = range(&svd, tolerance)?;
     let rest = &noisy - &basis * (basis.transpose() * &noisy);
     let left = |r: usize| 1.0 - basis.row(r).norm_squared();
     let column = |j: usize| unknown.iter().position(|&u| u == j).unwrap_or(unknown.len());
@@ -77,11 +94,8 @@ pub fn gains_by_total_least_squares(
             }
         })
         .collect();
-    let scaled = DMatrix::from_fn(count, currents, |r, c| rest[(r, c)] * scale[c]);
-    let values = scaled.svd(false, true);
-    let v = values.v_t.as_ref()?.row(values.singular_values.imin()).transpose();
+    let direction = least_direction(&rest, &scale)?;
     // The exact columns explain what the noisy ones leave in this direction.
-    let direction: Vec<f64> = (0..currents).map(|c| v[c] * scale[c]).collect();
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;
     let unit = if has_known { -direction[currents - 1] } else { x[p] };

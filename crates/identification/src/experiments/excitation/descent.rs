@@ -49,19 +49,7 @@ pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize) -> Optio
             direction = along(objective, &x, &slope, &pairs);
             rate = dot(&direction, &slope);
         }
-        let mut step = objective.greatest_step(&x, &direction).min(1.0);
-        let mut found = None;
-        for _ in 0..HALVINGS {
-            let candidate: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
-            if let Some((v, g)) = objective.value(&candidate)
-                && v <= value + ARMIJO * step * rate
-            {
-                found = Some((candidate, v, g));
-                break;
-            }
-            step *= 0.5;
-        }
-        let Some((next, next_value, next_slope)) = found else {
+        let Some((next, next_value, next_slope)) = line_search(objective, &x, &direction, value, rate) else {
             if pairs.is_empty() {
                 return Some(Descent { x, value, iterations: iteration });
             }
@@ -84,6 +72,27 @@ pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize) -> Optio
         }
     }
     Some(Descent { x, value, iterations })
+}
+
+/// The first of a step, its half, .. whose decrease is enough of what the slope `rate` promises: x, value and gradient.
+fn line_search(
+    objective: &dyn Objective,
+    x: &[f64],
+    direction: &[f64],
+    value: f64,
+    rate: f64,
+) -> Option<(Vec<f64>, f64, Vec<f64>)> {
+    let mut step = objective.greatest_step(x, direction).min(1.0);
+    for _ in 0..HALVINGS {
+        let candidate: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + step * d).collect();
+        if let Some((v, g)) = objective.value(&candidate)
+            && v <= value + ARMIJO * step * rate
+        {
+            return Some((candidate, v, g));
+        }
+        step *= 0.5;
+    }
+    None
 }
 
 /// The direction of descent by the two loops.

@@ -189,6 +189,18 @@ pub fn motion_limits(
     Ok((limits, assumed.into_iter().map(sentence).collect()))
 }
 
+/// A limit of the limits file, or else of the description; `None` where neither has one.
+///
+/// Fails where the file's is the looser one.
+fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result<Option<f64>, String> {
+    match (described.filter(|x| x.is_finite() && *x > 0.0), asked) {
+        (Some(d), Some(a)) if a > d => {
+            Err(format!("{kind} {a} of the limits file is above {d} of the description, which a file can only tighten"))
+        }
+        (described, asked) => Ok(asked.or(described)),
+    }
+}
+
 fn one(
     is_prismatic: bool,
     described: &Limits,
@@ -196,19 +208,12 @@ fn one(
     all: &AskedLimits,
     assume: &mut dyn FnMut(String),
 ) -> Result<CoordinateLimits, String> {
-    let mut choose = |kind: LimitKind, described: Option<f64>, asked: Option<f64>, otherwise: f64| match (
-        described.filter(|x| x.is_finite() && *x > 0.0),
-        asked,
-    ) {
-        (Some(d), Some(a)) if a > d => {
-            Err(format!("{kind} {a} of the limits file is above {d} of the description, which a file can only tighten"))
-        }
-        (_, Some(a)) => Ok(a),
-        (Some(d), None) => Ok(d),
-        (None, None) => {
+    let mut choose = |kind: LimitKind, described: Option<f64>, asked: Option<f64>, otherwise: f64| {
+        let found = chosen(kind, described, asked)?;
+        Ok::<f64, String>(found.unwrap_or_else(|| {
             assume(format!("no limit of {kind} given, {otherwise:.4} {} assumed", kind.unit(is_prismatic)));
-            Ok(otherwise)
-        }
+            otherwise
+        }))
     };
     let (far, fast) = if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) };
     let velocity = choose(LimitKind::Velocity, described.velocity, own.velocity.or(all.velocity), fast)?;
@@ -231,14 +236,7 @@ fn one(
             (-far, far)
         }
     };
-    let effort = match (described.effort.filter(|x| x.is_finite() && *x > 0.0), own.effort.or(all.effort)) {
-        (Some(d), Some(a)) if a > d => {
-            return Err(format!(
-                "effort {a} of the limits file is above {d} of the description, which a file can only tighten"
-            ));
-        }
-        (described, asked) => asked.or(described),
-    };
+    let effort = chosen(LimitKind::Effort, described.effort, own.effort.or(all.effort))?;
     let slowed = own.slowed.or(all.slowed).unwrap_or(1.0);
     if !(slowed > 0.0 && slowed <= 1.0) {
         return Err(format!("slowed is a factor above 0 and at most 1, not {slowed}"));

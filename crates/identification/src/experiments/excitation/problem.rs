@@ -269,23 +269,8 @@ impl Walled<'_> {
         let mut weights = vec![0.0; y.len()];
         let mut along = vec![0.0; states.len()];
 
-        // The wall of the torques.
         if let Some(wall) = problem.torque {
-            let weight = height / samples as f64;
-            for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
-                for k in 0..n {
-                    let Some((tau, bound)) = prepared.torque(wall, k, state, y) else { continue };
-                    let (above, below) = (bound - tau, bound + tau);
-                    if !(above > 0.0 && below > 0.0) {
-                        return None;
-                    }
-                    value -= weight * (above / bound * (below / bound)).ln();
-                    let slope = weight * (1.0 / above - 1.0 / below);
-                    let place = &mut weights[(r * n + k) * b..][..b];
-                    place.iter_mut().zip(&wall.parameters).for_each(|(w, x)| *w += slope * x);
-                    along[r * 3 * n + n + k] += slope * wall.friction[k].viscous;
-                }
-            }
+            value += self.torque_wall(wall, &states, &y, &mut weights, &mut along)?;
         }
 
         // The criterion.
@@ -319,6 +304,37 @@ impl Walled<'_> {
             }
         }
         value.is_finite().then_some((value, gradient))
+    }
+
+    /// -h/N sum log((b - tau)(b + tau) / b^2) over instants and joints, its slopes added to those of the entries of Y
+    /// and of the states; `None` where a torque is beyond its bound b.
+    fn torque_wall(
+        &self,
+        wall: &TorqueWall,
+        states: &[f64],
+        y: &[f64],
+        weights: &mut [f64],
+        along: &mut [f64],
+    ) -> Option<f64> {
+        let problem = self.prepared.problem;
+        let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
+        let weight = self.height / problem.timing.samples as f64;
+        let mut value = 0.0;
+        for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
+            for k in 0..n {
+                let Some((tau, bound)) = self.prepared.torque(wall, k, state, y) else { continue };
+                let (above, below) = (bound - tau, bound + tau);
+                if !(above > 0.0 && below > 0.0) {
+                    return None;
+                }
+                value -= weight * (above / bound * (below / bound)).ln();
+                let slope = weight * (1.0 / above - 1.0 / below);
+                let place = &mut weights[(r * n + k) * b..][..b];
+                place.iter_mut().zip(&wall.parameters).for_each(|(w, x)| *w += slope * x);
+                along[r * 3 * n + n + k] += slope * wall.friction[k].viscous;
+            }
+        }
+        Some(value)
     }
 
     fn curvature(&self, x: &[f64]) -> Option<Curvature> {

@@ -13,7 +13,7 @@
 use urdf_rs::JointType;
 
 use super::mimic::{Follows, followed};
-use super::reframe::{Framed, Given, NEARLY_PARALLEL, frames, make_parallel};
+use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL, frames, make_parallel};
 use super::text::{Checked, check, shown};
 use super::tree::{Moving, MovingLinks, moving_links};
 use crate::angle_snap;
@@ -52,15 +52,9 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     let floating = options.floating_base;
     let links = moving_links(source, &checked, &model, options.angles, floating, &mut snapped)?;
     let MovingLinks { mut moving, rooted } = links;
-    for made in make_parallel(moving.iter_mut().map(|m| &mut m.given), options.angles) {
-        let joint = |at: usize| &model.joints[moving[at].joint].name;
-        let text = format!(
-            "its axis is {:.1e} rad from parallel to that of {} and is taken as parallel to it",
-            made.angle,
-            joint(made.antecedent)
-        );
-        snapped.push(Note { subject: joint(made.link).clone(), text });
-    }
+    let made = make_parallel(moving.iter_mut().map(|m| &mut m.given), options.angles);
+    let name = |at: usize| &model.joints[moving[at].joint].name;
+    snapped.extend(made.iter().map(|made| taken_as_parallel(made, name(made.link), name(made.antecedent))));
     let given: Vec<Given> = moving.iter().map(|m| m.given.clone()).collect();
     let framed = frames(&given);
 
@@ -111,6 +105,13 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     };
     check_frames(source, &checked, &robot, &given, &follows)?;
     Ok(robot)
+}
+
+fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note {
+    let angle = made.angle;
+    let text =
+        format!("its axis is {angle:.1e} rad from parallel to that of {antecedent} and is taken as parallel to it");
+    Note { subject: link.into(), text }
 }
 
 /// Who moves a joint, and as which multiple of the coordinate k.
