@@ -22,4 +22,4 @@ pub use columns::words::Quantity;
 pub use error::Error;
 pub use log::{Effort, Log, Window};
 pub use stream::{LogSource, LogStream};
-pub use table::Table;
+pub use table::{Lines, Table};

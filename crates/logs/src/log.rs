@@ -70,7 +70,7 @@ impl Log {
     /// Fails when a used column holds text, when fewer than [`MIN_ROWS`] rows are usable, or when
     /// the clock is no clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
-        let log = Log::part(table, columns, f64::NEG_INFINITY)?;
+        let log = Log::part(table, columns, 0..table.rows(), f64::NEG_INFINITY)?;
         let empty = |s: &&Source| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
         if let Some(s) = columns.sources().find(empty) {
             let message = format!("column `{}` holds no number at all", s.header);
@@ -80,13 +80,15 @@ impl Log {
         Ok(log)
     }
 
-    /// The usable rows of a part of a file, those later than `after` on its clock.
+    /// The usable rows of a part of a file, some rows of a table, those later than `after` on its clock.
     ///
     /// Fails when a used column holds text.
-    pub(crate) fn part(table: &Table, columns: &Columns, after: f64) -> Result<Log, Error> {
+    pub(crate) fn part(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
         check_texts(table, columns)?;
-        let mut report = LogReport { rows: table.rows(), ragged: table.ragged, ..LogReport::default() };
-        let rows = usable_rows(table, columns, after, &mut report);
+        // Tables that are taken part by part come from files without lines, whose rows are all alike.
+        let ragged = if range.start == 0 { table.ragged } else { 0 };
+        let mut report = LogReport { rows: range.len(), ragged, ..LogReport::default() };
+        let rows = usable_rows(table, columns, range, after, &mut report);
         let take = |s: &Source| rows.iter().map(|&r| s.factor * table.columns[s.column][r]).collect();
         let series = |sources: &[Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
         let mut log = Log {
@@ -177,8 +179,8 @@ impl Log {
             return;
         }
         let longest = steps.iter().copied().fold(0.0, f64::max);
-        steps.sort_by(f64::total_cmp);
-        let period = steps[steps.len() / 2];
+        let middle = steps.len() / 2;
+        let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let wrapped = self.q.iter_mut().map(|q| unwrap(q)).sum();
         let (before, after, rest) = self.rest();
         let series = self.coordinates.iter().zip(&self.q).zip(&self.effort);
@@ -242,11 +244,18 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
 }
 
 /// The rows with finite numbers and a clock that advances beyond `after`; the others are counted.
-fn usable_rows(table: &Table, columns: &Columns, mut after: f64, report: &mut LogReport) -> Vec<usize> {
+fn usable_rows(
+    table: &Table,
+    columns: &Columns,
+    range: Range<usize>,
+    mut after: f64,
+    report: &mut LogReport,
+) -> Vec<usize> {
     let clock = &table.columns[columns.time.column];
-    let mut rows: Vec<usize> = Vec::with_capacity(table.rows());
-    for r in 0..table.rows() {
-        if columns.sources().any(|s| !table.columns[s.column][r].is_finite()) {
+    let used: Vec<&[f64]> = columns.sources().map(|s| table.columns[s.column].as_slice()).collect();
+    let mut rows: Vec<usize> = Vec::with_capacity(range.len());
+    for r in range {
+        if used.iter().any(|column| !column[r].is_finite()) {
             report.not_finite += 1;
             report.first_not_finite.get_or_insert(table.line(r));
         } else if columns.time.factor * clock[r] > after {

@@ -1,10 +1,11 @@
-//! A log too long to be held: read block by block, and again at every pass over it.
+//! A long log: gone through block by block, from memory or, where it is too long for that, from its file at every pass.
 //!
 //! A block is the rows of its own and, before and behind them, rows of its neighbours, as many as the
 //! filter takes to forget where the signal began: the states made of a block's own rows are those of
-//! the whole log.
+//! the whole log. Blocks are the same wherever they come from, and so are the account and the states.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::Error;
@@ -16,65 +17,106 @@ use crate::columns::words::Quantity;
 use crate::formats::delimited::TableReader;
 use crate::log::{Effort, Log, Window};
 use crate::read::{self, Opened};
-use crate::table::MAX_CELLS;
-
-/// Rows up to which a log is held.
-const HELD: usize = 1 << 18;
+use crate::table::Table;
 
 /// Rows of a block.
-const BLOCK: usize = 1 << 16;
+const BLOCK: usize = 1 << 18;
+
+/// Numbers up to which a log is held: 384 MiB, two million rows of seven joints.
+const HELD: usize = 3 << 24;
 
 /// Cells of a block of very many columns.
 const WIDE: usize = 1 << 24;
 
-/// A log in memory, or one too long for that.
+/// A log of one block, or of several.
 pub enum LogSource {
-    /// In memory.
+    /// One block, in memory.
     Held(Log),
-    /// Read again at each pass.
+    /// Block by block.
     Streamed(LogStream),
 }
 
 impl LogSource {
-    /// Opens a file and finds the columns of the coordinates in it. Delimited text of more than 262144 rows is
-    /// streamed.
+    /// Opens a file and finds the columns of the coordinates in it. What has more than 262144 rows is gone through block by
+    /// block; text of more than 50 million numbers of the robot is read again at every pass.
     ///
     /// Fails as `Log::read` does.
     pub fn open(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
-        LogSource::open_within(path, coordinates, names, HELD, BLOCK)
+        LogSource::open_within(path, coordinates, names, usize::MAX, BLOCK)
     }
 
-    /// As `open`, with the number of rows up to which a log is held and that of a block of a streamed one.
+    /// As `open`, with the number of rows up to which a text is held and that of a block.
     pub fn open_within(
         path: &Path,
         coordinates: &[String],
         names: &ColumnNames,
-        mut held: usize,
-        mut block: usize,
+        held: usize,
+        block: usize,
     ) -> Result<(LogSource, Columns), Error> {
-        let (table, again) = match read::open(path)? {
-            Opened::Text { mut reader, again } => {
-                held = held.min(MAX_CELLS / reader.width());
-                block = block.min(WIDE / reader.width()).max(1);
-                (reader.rows(held + 1)?, again)
-            }
-            Opened::Whole(table) => (table, false),
+        let (mut reader, again) = match read::open(path)? {
+            Opened::Text { reader, again } => (reader, again),
+            Opened::Whole(table) => return LogSource::of_table(path, table, coordinates, names, block),
         };
+        let state = FileState::of(path);
+        let block = block.min(WIDE / reader.width()).max(1);
+        let first = reader.rows(block)?;
+        let columns = Columns::find(&first, coordinates, names)?;
+        reader.keep(columns.sources().map(|source| source.column));
+        let mut next = reader.rows(block)?;
+        if next.rows() == 0 {
+            return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
+        }
+        let held = held.min(HELD / columns.sources().count());
+        let mut account = Account::default();
+        let mut parts = vec![account.add(Log::part(&first, &columns, 0..first.rows(), f64::NEG_INFINITY)?)];
+        drop(first);
+        let mut is_held = true;
+        while next.rows() > 0 {
+            is_held &= next.skipped + next.rows() <= held;
+            if !is_held && !again {
+                let message = format!(
+                    "more than {held} rows from a pipe or device; so long a log is read again at each pass: write it to a \
+                     file"
+                );
+                return Err(Error::at(&next.file, 0, message));
+            }
+            let part = account.add(Log::part(&next, &columns, 0..next.rows(), account.end)?);
+            match is_held {
+                true => parts.push(part),
+                false => parts.clear(),
+            }
+            // Two blocks of the text are not needed at once.
+            drop(next);
+            next = reader.rows(block)?;
+        }
+        let parts = match is_held {
+            true => Parts::Held(parts.into_iter().map(Arc::new).collect()),
+            false => Parts::File(path.into(), state?),
+        };
+        let stream = LogStream::new(path.into(), columns.clone(), account, parts, block)?;
+        Ok((LogSource::Streamed(stream), columns))
+    }
+
+    /// From a file that was read whole.
+    fn of_table(
+        path: &Path,
+        table: Table,
+        coordinates: &[String],
+        names: &ColumnNames,
+        block: usize,
+    ) -> Result<(LogSource, Columns), Error> {
         let columns = Columns::find(&table, coordinates, names)?;
-        // What is no text has no lines and is held.
-        if table.lines.len() <= held {
+        let block = block.min(WIDE / table.header.len().max(1)).max(1);
+        if table.rows() <= block {
             return Ok((LogSource::Held(Log::from_table(&table, &columns)?), columns));
         }
-        if !again {
-            let message = format!(
-                "more than {held} rows from a pipe or device; so long a log is read again at each pass: write it to a file"
-            );
-            return Err(Error::at(&table.file, 0, message));
+        let (mut account, mut parts) = (Account::default(), Vec::new());
+        for first in (0..table.rows()).step_by(block) {
+            let range = first..table.rows().min(first + block);
+            let part = account.add(Log::part(&table, &columns, range, account.end)?);
+            parts.push(Arc::new(part));
         }
-        let state = FileState::of(path)?;
-        let (path, report) = (path.into(), LogReport::default());
-        let mut stream = LogStream { path, state, columns: columns.clone(), report, block };
-        stream.describe()?;
+        let stream = LogStream::new(path.into(), columns.clone(), account, Parts::Held(parts), block)?;
         Ok((LogSource::Streamed(stream), columns))
     }
 
@@ -104,13 +146,46 @@ impl LogSource {
     }
 }
 
-/// A file whose rows are read again at every pass.
+/// A log of several blocks.
 pub struct LogStream {
     path: PathBuf,
-    state: FileState,
     columns: Columns,
     report: LogReport,
+    parts: Parts,
     block: usize,
+}
+
+/// Where the rows are.
+enum Parts {
+    /// In memory, some rows of the file in each.
+    Held(Vec<Arc<Log>>),
+    /// In the file, which is not to change.
+    File(PathBuf, FileState),
+}
+
+/// The account of the parts of a file, one after the other.
+struct Account {
+    report: Option<LogReport>,
+    /// s, the last instant.
+    end: f64,
+}
+
+impl Default for Account {
+    fn default() -> Account {
+        Account { report: None, end: f64::NEG_INFINITY }
+    }
+}
+
+impl Account {
+    fn add(&mut self, part: Log) -> Log {
+        let step = part.t.first().map_or(0.0, |t| t - self.end);
+        self.end = part.t.last().copied().unwrap_or(self.end);
+        match &mut self.report {
+            None => self.report = Some(part.report.clone()),
+            Some(report) => report.append(&part.report, step),
+        }
+        part
+    }
 }
 
 /// What changes when a file is written or replaced.
@@ -127,41 +202,72 @@ impl FileState {
 }
 
 impl LogStream {
+    /// Refuses a log as `Log::from_table` does.
+    fn new(path: PathBuf, columns: Columns, account: Account, parts: Parts, block: usize) -> Result<LogStream, Error> {
+        let report = account.report.unwrap_or_default();
+        report.check(&path.display().to_string(), &columns.time.header)?;
+        let mut stream = LogStream { path, columns, report, parts: Parts::Held(Vec::new()), block };
+        stream.parts = match parts {
+            Parts::Held(parts) => {
+                let described = |part| Arc::new(stream.described(Arc::unwrap_or_clone(part)));
+                Parts::Held(parts.into_iter().map(described).collect())
+            }
+            file => file,
+        };
+        Ok(stream)
+    }
+
+    /// Hands over the log in blocks that end where they end, to look at what needs no neighbours.
+    ///
+    /// Fails when the file cannot be read again, or has changed.
+    pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
+        self.parts(1, &mut |part| if part.is_empty() { Ok(()) } else { take(&part) })
+    }
+
+    /// Some of the samples, with the account of all.
+    fn described(&self, mut log: Log) -> Log {
+        let duration = log.t.last().zip(log.t.first()).map_or(0.0, |(end, start)| end - start);
+        log.report = LogReport { duration, ..self.report.clone() };
+        log
+    }
+
     /// What was found and left out when it was read.
     pub fn report(&self) -> &LogReport {
         &self.report
     }
 
-    /// The account of the whole file; refuses it as `Log::from_table` does.
-    fn describe(&mut self) -> Result<(), Error> {
-        let mut report: Option<LogReport> = None;
-        let mut end = f64::NAN;
-        self.parts(self.block, &mut |part| {
-            let step = part.t.first().map_or(0.0, |t| t - end);
-            end = part.t.last().copied().unwrap_or(end);
-            match &mut report {
-                None => report = Some(part.report),
-                Some(report) => report.append(&part.report, step),
+    /// Hands over the usable rows, `blocks` blocks of the file at a time, described as the whole.
+    ///
+    /// Fails when the file cannot be read again, or has changed.
+    fn parts(&self, blocks: usize, take: &mut dyn FnMut(Arc<Log>) -> Result<(), Error>) -> Result<(), Error> {
+        match &self.parts {
+            Parts::Held(parts) if blocks == 1 => parts.iter().try_for_each(|part| take(Arc::clone(part))),
+            Parts::Held(parts) => parts.chunks(blocks).try_for_each(|parts| {
+                let mut all = Log::clone(&parts[0]);
+                parts[1..].iter().for_each(|part| all.append(part, 0..part.len()));
+                take(Arc::new(self.described(all)))
+            }),
+            Parts::File(path, state) => {
+                let mut reader = TableReader::open(path)?;
+                let (mut after, mut count) = (f64::NEG_INFINITY, 0);
+                // The names are settled with the first rows of units, which belong to the header.
+                reader.keep(self.columns.sources().map(|source| source.column));
+                loop {
+                    let table = reader.rows(blocks * self.block)?;
+                    if table.rows() == 0 {
+                        break;
+                    }
+                    count += table.rows();
+                    let part = Log::part(&table, &self.columns, 0..table.rows(), after)?;
+                    after = part.t.last().copied().unwrap_or(after);
+                    take(Arc::new(self.described(part)))?;
+                }
+                if count != self.report.rows || FileState::of(path)? != *state {
+                    let message = "the file changes while it is read, or was replaced since; begin again";
+                    return Err(Error::at(&path.display().to_string(), 0, message));
+                }
+                Ok(())
             }
-            Ok(())
-        })?;
-        self.report = report.unwrap_or_default();
-        self.report.check(&self.path.display().to_string(), &self.columns.time.header)
-    }
-
-    /// The usable rows of the file, so many rows of it at a time; returns how many rows it has.
-    fn parts(&self, rows: usize, take: &mut dyn FnMut(Log) -> Result<(), Error>) -> Result<usize, Error> {
-        let mut reader = TableReader::open(&self.path)?;
-        let (mut after, mut count) = (f64::NEG_INFINITY, 0);
-        loop {
-            let table = reader.rows(rows)?;
-            if table.rows() == 0 {
-                return Ok(count);
-            }
-            count += table.rows();
-            let part = Log::part(&table, &self.columns, after)?;
-            after = part.t.last().copied().unwrap_or(after);
-            take(part)?;
         }
     }
 
@@ -172,7 +278,7 @@ impl LogStream {
     pub fn blocks(&self, overlap: f64, take: &mut dyn FnMut(Log) -> Result<(), Error>) -> Result<(), Error> {
         let reach = (overlap / self.report.period).ceil() as usize;
         let mut before: Option<Log> = None;
-        let mut current: Option<Log> = None;
+        let mut current: Option<Arc<Log>> = None;
         let mut block = |before: &Option<Log>, current: &Log, next: Option<&Log>| {
             let mut block = before.clone().unwrap_or_else(|| current.range(0..0));
             let end = next.map_or(f64::INFINITY, |next| next.t[0].next_down());
@@ -185,10 +291,9 @@ impl LogStream {
             block.q.iter_mut().for_each(|q| {
                 unwrap(q);
             });
-            block.report = LogReport { duration: block.t[block.len() - 1] - block.t[0], ..self.report.clone() };
-            take(block)
+            take(self.described(block))
         };
-        let rows = self.parts(self.block.max(4 * reach), &mut |next| {
+        self.parts((4 * reach).div_ceil(self.block).max(1), &mut |next| {
             if next.is_empty() {
                 return Ok(());
             }
@@ -199,10 +304,6 @@ impl LogStream {
             current = Some(next);
             Ok(())
         })?;
-        if rows != self.report.rows || FileState::of(&self.path)? != self.state {
-            let message = "the file changes while it is read, or was replaced since; begin again";
-            return Err(Error::at(&self.path.display().to_string(), 0, message));
-        }
         current.map_or(Ok(()), |current| block(&before, &current, None))
     }
 }

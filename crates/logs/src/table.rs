@@ -11,10 +11,10 @@ pub struct Table {
     pub file: String,
     /// Names of the columns.
     pub header: Vec<String>,
-    /// `columns[c][r]`: column c, row r.
+    /// `columns[c][r]`: column c, row r; of a text, columns that nobody asked for are empty.
     pub columns: Vec<Vec<f64>>,
-    /// The line of the file each row stands on, from 1; empty for files without lines.
-    pub lines: Vec<usize>,
+    /// The line of the file each row stands on; none for files without lines.
+    pub lines: Lines,
     /// For each column the first cell that holds text: its line and the text.
     pub texts: Vec<Option<(usize, String)>>,
     /// Rows with fewer or more cells than the header.
@@ -28,12 +28,55 @@ pub struct Table {
 impl Table {
     /// Number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, Vec::len)
+        self.columns.iter().map(Vec::len).max().unwrap_or(0)
     }
 
     /// The line of a row, 0 where the file has none.
     pub fn line(&self, row: usize) -> usize {
-        self.lines.get(row).copied().unwrap_or(0)
+        self.lines.get(row).unwrap_or(0)
+    }
+}
+
+/// The lines of rows, from 1. Mostly each row stands below the one before: only where it does not is anything held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lines {
+    /// (row, line): from this row on each stands one line below the one before.
+    runs: Vec<(usize, usize)>,
+    rows: usize,
+}
+
+impl Lines {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.rows
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.rows == 0
+    }
+
+    /// The line of a row; `None` behind the last.
+    pub fn get(&self, row: usize) -> Option<usize> {
+        let run = self.runs.partition_point(|(first, _)| *first <= row).checked_sub(1)?;
+        let (first, line) = self.runs[run];
+        (row < self.rows).then(|| line + row - first)
+    }
+
+    pub(crate) fn push(&mut self, line: usize) {
+        let expected = self.runs.last().map(|(row, line)| line + self.rows - row);
+        if expected != Some(line) {
+            self.runs.push((self.rows, line));
+        }
+        self.rows += 1;
+    }
+
+    /// Adds those of rows that follow, whose lines are counted from `above`.
+    pub(crate) fn append(&mut self, next: &Lines, above: usize) {
+        for (i, (row, line)) in next.runs.iter().enumerate() {
+            self.push(line + above);
+            self.rows += next.runs.get(i + 1).map_or(next.rows, |run| run.0) - row - 1;
+        }
     }
 }
 

@@ -42,6 +42,7 @@ mod regressor_slope;
 mod samples;
 mod simulation;
 mod source;
+mod tape_dynamics;
 mod tape_regressor;
 mod torque_difference;
 mod torque_enclosure;

@@ -340,7 +340,7 @@ pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Err
 }
 
 /// The coordinates of a robot, as its file names them.
-fn coordinates(robot: &Robot) -> Vec<Coordinate> {
+pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     let is_prismatic = |k: usize| {
         let joint = robot.joint_of(CoordinateId(k));
         joint.is_some_and(|j| robot.link(j).joint.kind == JointKind::Prismatic)

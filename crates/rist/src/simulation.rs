@@ -1,20 +1,23 @@
 //! Simulates the experiments of a plan: the logs that they would give.
 
+use identification::algebra::in_order::in_order;
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
 use identification::experiments::candidates::MotionLimits;
-use identification::experiments::exciting_trajectory::Reference;
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
+use identification::experiments::planned_experiment::PlannedExperiment;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
 use identification::experiments::ranges::{check_limits, check_samples};
 use identification::experiments::record::Record;
 use identification::model::known_load::KnownLoad;
 use identification::model::parameter::{BaseParameter, Parameter, ParameterId};
 use identification::simulate::closed_loop::Stop;
-use identification::simulate::dynamics::{RegressorDynamics, inverse_dynamics};
+use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::simulate::setup::SimulationSetup;
 
 use crate::error::Error;
 use crate::model::Model;
+use crate::tape_dynamics::dynamics as dynamics_of;
 use crate::{Estimate, ExperimentPlan};
 
 /// How the experiments of a plan are simulated.
@@ -67,8 +70,8 @@ pub fn simulate(
             model.path.display()
         )));
     };
-    let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
-    let mut setup = SimulationSetup::for_robot(&model.robot, &dynamics);
+    let dynamics = dynamics_of(model, truth.clone());
+    let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
     let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
     check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
     check_validation(&setup.limits, plan.sample_time_s, request.validation_motions).map_err(refused)?;
@@ -76,25 +79,35 @@ pub fn simulate(
         setup.drives.gain[model.coordinate(coordinate)?] = *gain;
     }
     let feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
-    let mut feedforward = feedforward.transpose()?;
-    let mut run = Run { model, setup: &setup, request, index: 0, take };
-    for (e, t) in plan.experiments.iter().zip(&trajectories) {
-        run.motion(&e.name, &dynamics, &t.reference(), feedforward.as_ref())?;
-    }
-    for v in 0..request.validation_motions {
-        let reference = validation_motion(&setup.limits, plan.sample_time_s, request.seed, v);
-        run.motion(&format!("v{:02}", v + 1), &dynamics, &reference, feedforward.as_ref())?;
-    }
+    let feedforward = feedforward.transpose()?;
+    let mut motions: Vec<Motion> =
+        plan.experiments.iter().zip(&trajectories).map(|(e, t)| Motion::of(&e.name, t, false)).collect();
+    motions.extend((0..request.validation_motions).map(|number| Motion {
+        name: format!("v{:02}", number + 1),
+        way: Way::Validation(number),
+        is_loaded: false,
+    }));
+    let mut loaded = None;
     if let Some(load) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
-        let loaded = RegressorDynamics::new(model.regressor(), plus(&truth));
         // The load is known: the feedforward carries it.
-        feedforward.iter_mut().for_each(|f| f.parameters = plus(&f.parameters));
-        for (e, t) in plan.experiments.iter().zip(&trajectories) {
-            run.motion(&format!("{}_loaded", e.name), &loaded, &t.reference(), feedforward.as_ref())?;
-        }
+        let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
+        loaded = Some(Run { model, setup: &setup, request, dynamics: dynamics_of(model, plus(&truth)), feedforward });
+        let name = |e: &PlannedExperiment| format!("{}_loaded", e.name);
+        motions.extend(plan.experiments.iter().zip(&trajectories).map(|(e, t)| Motion::of(&name(e), t, true)));
     }
+    let run = Run { model, setup: &setup, request, dynamics, feedforward };
+    let record = |index: usize, motion: &Motion| {
+        let run = loaded.as_ref().filter(|_| motion.is_loaded).unwrap_or(&run);
+        let reference = match &motion.way {
+            Way::Planned(trajectory) => trajectory.reference(),
+            Way::Validation(number) => validation_motion(&run.setup.limits, plan.sample_time_s, request.seed, *number),
+        };
+        run.motion(&motion.name, &reference, index)
+    };
+    in_order(&motions, record, |index, record| take(&motions[index].name, &record?))?;
+    drop((run, loaded));
     Ok(Simulated { truth: truth_of(model, &setup, &truth), notes: setup.notes })
 }
 
@@ -124,38 +137,52 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
     validation_trajectory(&motion, &position, &velocity, &acceleration, sample_time, &mut random)
 }
 
-/// One motion after the other, each with noise of its own.
+/// A motion to be simulated.
+struct Motion<'a> {
+    name: String,
+    way: Way<'a>,
+    is_loaded: bool,
+}
+
+/// Where a motion goes.
+enum Way<'a> {
+    Planned(&'a ExcitingTrajectory),
+    /// One of the motions for validation, by its number.
+    Validation(usize),
+}
+
+impl Motion<'_> {
+    fn of<'a>(name: &str, trajectory: &'a ExcitingTrajectory, is_loaded: bool) -> Motion<'a> {
+        Motion { name: name.into(), way: Way::Planned(trajectory), is_loaded }
+    }
+}
+
+/// What motions have in common; each has noise of its own.
 struct Run<'a> {
     model: &'a Model,
     setup: &'a SimulationSetup,
     request: &'a SimulateRequest,
-    index: u64,
-    take: &'a mut dyn FnMut(&str, &Record) -> Result<(), Error>,
+    dynamics: Box<dyn Dynamics + 'a>,
+    feedforward: Option<Feedforward>,
 }
 
 impl Run<'_> {
-    fn motion(
-        &mut self,
-        name: &str,
-        dynamics: &RegressorDynamics,
-        reference: &Reference,
-        feedforward: Option<&Feedforward>,
-    ) -> Result<(), Error> {
-        let noise = (!self.request.noise_free).then_some((self.request.seed, self.index));
-        self.index += 1;
-        let added = feedforward.map(|f| f.torques(self.model, reference));
-        let (record, stop) = self.setup.record(dynamics, reference, added.as_deref(), noise);
-        if let Stop::NotPhysical { time } = stop {
-            return Err(Error::new(format_args!(
+    fn motion(&self, name: &str, reference: &Reference, index: usize) -> Result<Record, Error> {
+        let noise = (!self.request.noise_free).then_some((self.request.seed, index as u64));
+        let added = self.feedforward.as_ref().map(|f| f.torques(self.model, reference));
+        let (record, stop) = self.setup.record(self.dynamics.as_ref(), reference, added.as_deref(), noise);
+        match stop {
+            Stop::End => Ok(record),
+            Stop::NotPhysical { time } => Err(Error::new(format_args!(
                 "{name}: the simulation breaks down at {time:.3} s: the inertial parameters of the file are not \
                  physical, or the robot cannot follow"
-            )));
+            ))),
         }
-        (self.take)(name, &record)
     }
 }
 
 /// The feedforward that the controller adds to its own torque.
+#[derive(Clone)]
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,

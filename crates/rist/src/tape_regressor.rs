@@ -62,17 +62,23 @@ impl Regressor for TapeRegressor {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
-        let passive = match &self.closure {
-            None => Vec::new(),
-            Some(closure) => {
-                let mut closure = closure.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                match closure.passive(q) {
-                    Ok(passive) => passive,
-                    // No torque is known where the loops do not close: not a number, which is refused later.
-                    Err(_) => return y.fill(f64::NAN),
-                }
-            }
-        };
+        self.fill_states(std::iter::once([q, dq, ddq]), y);
+    }
+
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        let n = self.coordinates.len();
+        if !y.is_empty() {
+            self.fill_states(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), y);
+        }
+    }
+}
+
+impl TapeRegressor {
+    /// Y at each of the states q, dq, ddq, one after the other.
+    fn fill_states<'a>(&self, states: impl Iterator<Item = [&'a [f64]; 3]>, y: &mut [f64]) {
+        let n_passive = self.tape.n_inputs() - 3 * self.coordinates.len();
+        let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
+        let (mut count, mut open) = (0, Vec::new());
         SCRATCH.with_borrow_mut(|scratch| {
             let fresh = || (self.number, self.tape.workspace(), Vec::new());
             if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
@@ -80,8 +86,61 @@ impl Regressor for TapeRegressor {
             }
             let (_, work, inputs) = scratch.get_or_insert_with(fresh);
             inputs.clear();
-            inputs.extend(q.iter().chain(&passive).chain(dq).chain(ddq));
-            self.tape.evaluate(inputs, work, y);
+            for [q, dq, ddq] in states {
+                inputs.extend(q);
+                match closure.as_mut().map(|closure| closure.passive(q)) {
+                    None => {}
+                    Some(Ok(passive)) => inputs.extend(passive),
+                    Some(Err(_)) => {
+                        open.push(count);
+                        inputs.extend(std::iter::repeat_n(0.0, n_passive));
+                    }
+                }
+                inputs.extend(dq.iter().chain(ddq));
+                count += 1;
+            }
+            match count {
+                1 => self.tape.evaluate(inputs, work, y),
+                _ => self.tape.evaluate_many(inputs, work, y),
+            }
         });
+        // No torque is known where the loops do not close: not a number, which is refused later.
+        let size = y.len() / count.max(1);
+        open.into_iter().for_each(|i| y[i * size..][..size].fill(f64::NAN));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{base_columns, coordinates};
+    use modeling::Derivation;
+    use std::path::Path;
+
+    /// Many states at once give what each gives alone, byte for byte: a tree, and loops that are closed numerically and do
+    /// not close everywhere.
+    #[test]
+    fn many_are_those_of_one() {
+        for name in ["tree.yaml", "sr400.par"] {
+            let path = format!("{}/../../models/{name}", env!("CARGO_MANIFEST_DIR"));
+            let robot = robot::format::read(Path::new(&path)).unwrap();
+            let mut derivation = Derivation::new(&robot).unwrap();
+            let standard = derivation.regressor();
+            let base = derivation.base_parameters(&standard).unwrap();
+            let function = base.regressor(&standard).bound();
+            let columns = base_columns(&robot, &base);
+            let arm = TapeRegressor::new(&function, derivation.closure(), coordinates(&robot), columns);
+            let (n, size) = (arm.coordinates.len(), arm.coordinates.len() * arm.parameters.len());
+            for count in [0, 1, 77] {
+                let states: Vec<f64> = (0..count * 3 * n).map(|i| (0.7 * i as f64).sin() * 1.3).collect();
+                let mut many = vec![f64::INFINITY; count * size];
+                arm.fill_many(&states, &mut many);
+                for (s, many) in states.chunks_exact(3 * n).zip(many.chunks_exact(size)) {
+                    let mut one = vec![0.0; size];
+                    arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
+                    assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
+                }
+            }
+        }
     }
 }

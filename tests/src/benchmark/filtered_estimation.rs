@@ -40,7 +40,7 @@ pub fn filtered_least_squares(
             }
             continue;
         }
-        let smooth: Vec<Vec<f64>> = e.q.iter().map(|q| first.zero_phase(q)).collect();
+        let smooth: Vec<Vec<f64>> = first.zero_phase(e.q.clone());
         let motion = MeasuredMotion::by_differences(&smooth, h);
         let columns = motion.regressor_columns(regressor);
         let torque = e.torque(gain);
@@ -51,10 +51,10 @@ pub fn filtered_least_squares(
                 friction_row(v, &mut four);
                 friction.iter_mut().zip(four).for_each(|(f, x)| f.push(x));
             }
-            let filter = |x: &Vec<f64>| second.zero_phase(x);
+            let filter = |x: &Vec<f64>| second.zero_phase(vec![x.clone()]).remove(0);
             let (d, f): (Vec<_>, Vec<_>) =
                 (columns[j].iter().map(filter).collect(), friction.iter().map(filter).collect());
-            let y = second.zero_phase(&torque[j]);
+            let y = second.zero_phase(vec![torque[j].clone()]).remove(0);
             let w = 1.0 / noise[j];
             row.fill(0.0);
             for i in (BORDER..motion.len().saturating_sub(BORDER)).step_by(DECIMATION) {

@@ -1,6 +1,7 @@
 //! Matrices, transforms and random numbers. Nothing here knows robots.
 
 pub mod fourier;
+pub mod in_order;
 pub mod information_matrix;
 pub mod interval;
 pub mod jet;

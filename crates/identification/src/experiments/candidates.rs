@@ -16,6 +16,9 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
 
+use std::convert::Infallible;
+
+use crate::algebra::in_order::in_order;
 use crate::algebra::information_matrix::Rows;
 use crate::algebra::random::Random;
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
@@ -127,7 +130,7 @@ pub fn candidates(
     noise: &[f64],
 ) -> Vec<Candidate> {
     let n = limits.len();
-    let mut found = Vec::new();
+    let mut trajectories = Vec::new();
     let matters = coordinates_that_matter(regressor, limits);
     for fast in 0..n {
         let mut motions = vec![(MotionKind::Inertial, vec![])];
@@ -148,15 +151,21 @@ pub fn candidates(
                     MotionKind::Gravity => sweep(grid, limits, fast, &centre),
                     _ => swing(grid, limits, kind, fast, &slow, &centre),
                 };
-                let Some(trajectory) = trajectory else { continue };
-                let candidate = Candidate::new(trajectory, regressor, noise);
-                if candidate.information.trace() > 0.0 {
-                    found.push(candidate);
-                }
+                trajectories.extend(trajectory);
             }
         }
     }
-    found
+    let mut found = Vec::new();
+    let rows = |_, trajectory: &ExcitingTrajectory| Candidate::new(trajectory.clone(), regressor, noise);
+    let done: Result<(), Infallible> = in_order(&trajectories, rows, |_, candidate| {
+        if candidate.information.trace() > 0.0 {
+            found.push(candidate);
+        }
+        Ok(())
+    });
+    match done {
+        Ok(()) => found,
+    }
 }
 
 /// The swing of a kind that the limits allow about this centre; `None` when it would be too short.

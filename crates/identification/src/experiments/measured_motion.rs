@@ -14,6 +14,9 @@ pub struct MeasuredMotion {
     pub ddq: Vec<Vec<f64>>,
 }
 
+/// Instants whose regressors are evaluated at once.
+pub(crate) const TOGETHER: usize = 64;
+
 impl MeasuredMotion {
     /// The samples of a reference inside its windows.
     pub fn of_reference(reference: &Reference) -> MeasuredMotion {
@@ -56,16 +59,20 @@ impl MeasuredMotion {
     pub fn regressor_columns(&self, regressor: &dyn Regressor) -> Vec<Vec<Vec<f64>>> {
         let (n, p, count) = (self.q.len(), regressor.parameters().len(), self.len());
         let mut columns = vec![vec![vec![0.0; count]; p]; n];
-        let mut y = vec![0.0; n * p];
-        let (mut q, mut dq, mut ddq) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        for i in 0..count {
-            for k in 0..n {
-                (q[k], dq[k], ddq[k]) = (self.q[k][i], self.dq[k][i], self.ddq[k][i]);
+        let mut y = vec![0.0; TOGETHER * n * p];
+        let mut states = Vec::with_capacity(TOGETHER * 3 * n);
+        for first in (0..count).step_by(TOGETHER) {
+            let instants = first..count.min(first + TOGETHER);
+            states.clear();
+            for i in instants.clone() {
+                states.extend([&self.q, &self.dq, &self.ddq].into_iter().flatten().map(|x| x[i]));
             }
-            regressor.fill(&q, &dq, &ddq, &mut y);
+            let y = &mut y[..instants.len() * n * p];
+            regressor.fill_many(&states, y);
             for j in 0..n {
                 for c in 0..p {
-                    columns[j][c][i] = y[j * p + c];
+                    let column = &mut columns[j][c][instants.clone()];
+                    column.iter_mut().zip(y.chunks_exact((n * p).max(1))).for_each(|(x, y)| *x = y[j * p + c]);
                 }
             }
         }

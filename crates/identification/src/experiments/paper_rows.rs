@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::algebra::fourier::{Bins, sp};
 use crate::algebra::information_matrix::Rows;
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
-use crate::experiments::measured_motion::MeasuredMotion;
+use crate::experiments::measured_motion::{MeasuredMotion, TOGETHER};
 use crate::model::regressor::Regressor;
 
 /// Rows of W with their right-hand sides.
@@ -87,12 +87,19 @@ pub fn gravity_rows(
     }
     // One row an instant: D at rest, and the torque.
     let mut w = DMatrix::<f64>::zeros(count, p + 1);
-    let (mut at, zero, mut y) = (vec![0.0; n], vec![0.0; n], vec![0.0; n * p]);
-    for i in 0..count {
-        (0..n).for_each(|j| at[j] = q[j][i]);
-        regressor.fill(&at, &zero, &zero, &mut y);
-        (0..p).for_each(|c| w[(i, c)] = y[k * p + c]);
-        w[(i, p)] = torque[k][i];
+    let mut y = vec![0.0; TOGETHER * n * p];
+    let mut states = vec![0.0; TOGETHER * 3 * n];
+    for first in (0..count).step_by(TOGETHER) {
+        let instants = first..count.min(first + TOGETHER);
+        for (state, i) in states.chunks_exact_mut((3 * n).max(1)).zip(instants.clone()) {
+            (0..n).for_each(|j| state[j] = q[j][i]);
+        }
+        let y = &mut y[..instants.len() * n * p];
+        regressor.fill_many(&states[..instants.len() * 3 * n], y);
+        for (y, i) in y.chunks_exact((n * p).max(1)).zip(instants) {
+            (0..p).for_each(|c| w[(i, c)] = y[k * p + c]);
+            w[(i, p)] = torque[k][i];
+        }
     }
     let mut first = 0;
     for &length in directions {

@@ -24,8 +24,8 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// With fewer samples than this, threads do not pay.
-const PARALLEL: usize = 20_000;
+/// With fewer samples than this, threads do not pay: a log of twenty thousand rows has as many left.
+const PARALLEL: usize = 2_000;
 
 /// One triangle a joint of the samples in a range.
 fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {

@@ -53,38 +53,65 @@ impl Butterworth {
         1e12f64.ln() / decay
     }
 
-    /// The signal without phase shift; shorter than two samples it is returned as it is.
-    pub fn zero_phase(&self, x: &[f64]) -> Vec<f64> {
-        let n = x.len();
+    /// Signals of one length without phase shift; shorter than two samples they are returned as they are.
+    ///
+    /// Each sample waits for the one before: [`ABREAST`] signals at once take hardly longer than one.
+    pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let n = signals.first().map_or(0, Vec::len);
         if n < 2 {
-            return x.to_vec();
+            return signals;
         }
         let pad = (3 * (self.order + 1)).min(n - 1);
-        let mut y = Vec::with_capacity(n + 2 * pad);
-        y.extend((1..=pad).rev().map(|i| 2.0 * x[0] - x[i]));
-        y.extend_from_slice(x);
-        y.extend((1..=pad).map(|i| 2.0 * x[n - 1] - x[n - 1 - i]));
-        self.run(&mut y);
-        y.reverse();
-        self.run(&mut y);
-        y.reverse();
-        y[pad..pad + n].to_vec()
+        let mut lanes = vec![[0.0; ABREAST]; n + 2 * pad];
+        for group in signals.chunks_mut(ABREAST) {
+            for (lane, x) in group.iter().enumerate() {
+                for i in 0..pad {
+                    lanes[i][lane] = 2.0 * x[0] - x[pad - i];
+                    lanes[pad + n + i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
+                }
+            }
+            // Some rows at a time stay in the cache while the signals are gone through one by one.
+            const ROWS: usize = 256;
+            for (k, rows) in lanes[pad..pad + n].chunks_mut(ROWS).enumerate() {
+                for (lane, x) in group.iter().enumerate() {
+                    rows.iter_mut().zip(&x[k * ROWS..]).for_each(|(row, x)| row[lane] = *x);
+                }
+            }
+            let first = lanes[0];
+            self.run(first, lanes.iter_mut());
+            let last = lanes[n + 2 * pad - 1];
+            self.run(last, lanes.iter_mut().rev());
+            for (k, rows) in lanes[pad..pad + n].chunks(ROWS).enumerate() {
+                for (lane, x) in group.iter_mut().enumerate() {
+                    x[k * ROWS..].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
+                }
+            }
+        }
+        signals
     }
 
     /// Filters in place, starting from the steady state of the first sample.
-    fn run(&self, y: &mut [f64]) {
-        let Some(&first) = y.first() else { return };
-        for Section { b, a } in &self.sections {
-            let mut z = [(1.0 - b[0]) * first, (b[2] - a[1]) * first];
-            for s in y.iter_mut() {
-                let u = *s;
-                let v = b[0] * u + z[0];
-                z = [b[1] * u - a[0] * v + z[1], b[2] * u - a[1] * v];
-                *s = v;
+    fn run<'a>(&self, first: [f64; ABREAST], samples: impl Iterator<Item = &'a mut [f64; ABREAST]>) {
+        let start = |Section { b, a }: &Section| {
+            [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)]
+        };
+        let mut states: Vec<[[f64; ABREAST]; 2]> = self.sections.iter().map(start).collect();
+        for sample in samples {
+            for (Section { b, a }, [z0, z1]) in self.sections.iter().zip(&mut states) {
+                for lane in 0..ABREAST {
+                    let u = sample[lane];
+                    let v = b[0] * u + z0[lane];
+                    z0[lane] = b[1] * u - a[0] * v + z1[lane];
+                    z1[lane] = b[2] * u - a[1] * v;
+                    sample[lane] = v;
+                }
             }
         }
     }
 }
+
+/// Signals that are filtered at once.
+const ABREAST: usize = 8;
 
 #[cfg(test)]
 mod tests {
@@ -145,7 +172,7 @@ mod tests {
             ),
         ];
         for (order, cutoff, expected) in figures {
-            let y = Butterworth::low_pass(order, cutoff, 2.0).unwrap().zero_phase(&wave());
+            let y = Butterworth::low_pass(order, cutoff, 2.0).unwrap().zero_phase(vec![wave()]).remove(0);
             for (i, e) in [0, 1, 20, 38, 39].into_iter().zip(expected) {
                 assert!((y[i] - e).abs() < 1e-11, "order {order}, sample {i}: {} {e}", y[i]);
             }
@@ -166,14 +193,49 @@ mod tests {
     fn keeps_lines_and_halves_the_cutoff() {
         let f = Butterworth::low_pass(4, 10.0, 1000.0).unwrap();
         let line: Vec<f64> = (0..2000).map(|i| 3.0 - 0.01 * i as f64).collect();
-        let passed = f.zero_phase(&line);
+        let passed = f.zero_phase(vec![line.clone()]).remove(0);
         // Away from the ends, where fifteen samples of padding do not hold the whole transient.
         let worst = (800..1200).map(|i| (passed[i] - line[i]).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();
-        let peak = f.zero_phase(&wave)[1000..3000].iter().copied().fold(0.0, f64::max);
+        let peak = f.zero_phase(vec![wave]).remove(0)[1000..3000].iter().copied().fold(0.0, f64::max);
         // 100 samples a period: the peak itself is on a sample.
         assert!((peak - 0.5).abs() < 1e-6, "{peak}");
+    }
+
+    /// The equations written for one signal: the sections one after the other, forward and backward.
+    fn alone(f: &Butterworth, x: &[f64]) -> Vec<f64> {
+        let (n, pad) = (x.len(), (3 * (f.order + 1)).min(x.len() - 1));
+        let mut y: Vec<f64> = (1..=pad).rev().map(|i| 2.0 * x[0] - x[i]).collect();
+        y.extend_from_slice(x);
+        y.extend((1..=pad).map(|i| 2.0 * x[n - 1] - x[n - 1 - i]));
+        for _ in 0..2 {
+            let first = y[0];
+            for Section { b, a } in &f.sections {
+                let mut z = [(1.0 - b[0]) * first, (b[2] - a[1]) * first];
+                for s in &mut y {
+                    let v = b[0] * *s + z[0];
+                    z = [b[1] * *s - a[0] * v + z[1], b[2] * *s - a[1] * v];
+                    *s = v;
+                }
+            }
+            y.reverse();
+        }
+        y[pad..pad + n].to_vec()
+    }
+
+    /// Signals abreast change no bit of one another, however many there are and however short they are.
+    #[test]
+    fn signals_abreast_are_those_alone() {
+        for (order, count, n) in [(4, 1, 40), (3, 8, 300), (5, 19, 1000), (4, 3, 2), (2, 9, 7)] {
+            let f = Butterworth::low_pass(order, 0.13, 2.0).unwrap();
+            let signal = |k: usize| (0..n).map(|i| ((0.1 + 0.03 * k as f64) * i as f64).sin() + k as f64).collect();
+            let signals: Vec<Vec<f64>> = (0..count).map(signal).collect();
+            let expected: Vec<Vec<f64>> = signals.iter().map(|x| alone(&f, x)).collect();
+            assert_eq!(f.zero_phase(signals), expected, "order {order}, {count} of {n}");
+        }
+        let f = Butterworth::low_pass(4, 0.1, 2.0).unwrap();
+        assert_eq!(f.zero_phase(vec![vec![1.0], vec![2.0]]), [[1.0], [2.0]]);
     }
 
     #[test]

@@ -98,9 +98,10 @@ impl MotionEnergy {
 
     /// Takes the first `count` of the waiting samples.
     fn transform(&mut self, count: usize) {
+        let mut planner = RealFftPlanner::new();
         for (joint, waiting) in self.joints.iter_mut().zip(&mut self.waiting) {
             let rest = waiting.split_off(count);
-            add_energy(joint, waiting, self.period);
+            add_energy(joint, waiting, self.period, &mut planner);
             *waiting = rest;
         }
     }
@@ -119,7 +120,7 @@ fn quantile(joint: &BTreeMap<u64, f64>, sum: f64) -> f64 {
 /// Joints that move less than this (rad, m) between their extremes are at rest: noise has no content.
 const REST: f64 = 1e-3;
 
-fn add_energy(joint: &mut BTreeMap<u64, f64>, q: &[f64], period: f64) {
+fn add_energy(joint: &mut BTreeMap<u64, f64>, q: &[f64], period: f64, planner: &mut RealFftPlanner<f64>) {
     let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
     // A length with small factors: the transform of a prime length is several times slower.
     let n = smooth_length(q.len());
@@ -129,7 +130,7 @@ fn add_energy(joint: &mut BTreeMap<u64, f64>, q: &[f64], period: f64) {
     // The line through both ends is subtracted, so that the ends of the record make no jump.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
-    let fft = RealFftPlanner::new().plan_fft_forward(n);
+    let fft = planner.plan_fft_forward(n);
     let mut spectrum = fft.make_output_vec();
     if fft.process(&mut x, &mut spectrum).is_err() {
         return;

@@ -53,21 +53,16 @@ impl<'a> JointSignals<'a> {
 
     /// The signals on a uniform clock, torques without their delay; returns the clock.
     fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
-        let report = &self.log.report;
-        let mut t = self.log.t.clone();
-        if (!report.uniform && !signal.own_clock) || signal.rate.is_some() {
-            let period = signal.rate.map_or(report.period, |r| 1.0 / r);
-            let clock = uniform_clock(&t, period).ok_or_else(|| {
-                let duration = report.duration;
-                let message = format!("a clock of {:.3} Hz over {duration:.3} s is not usable", 1.0 / period);
-                Error::at(&self.log.name, 0, message)
-            })?;
-            let series = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut(), Some(&mut self.tau)];
-            for x in series.into_iter().flatten().flatten() {
-                *x = interpolate(&t, x, &clock);
+        let t = match clock(self.log, signal)? {
+            None => self.log.t.clone(),
+            Some(clock) => {
+                let series = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut(), Some(&mut self.tau)];
+                for x in series.into_iter().flatten().flatten() {
+                    *x = interpolate(&self.log.t, x, &clock);
+                }
+                clock
             }
-            t = clock;
-        }
+        };
         if signal.delay != 0.0 {
             let later: Vec<f64> = t.iter().map(|t| t + signal.delay).collect();
             for x in &mut self.tau {
@@ -75,23 +70,6 @@ impl<'a> JointSignals<'a> {
             }
         }
         Ok(t)
-    }
-
-    /// Adds the motion. A row that repeats all positions of the one before is no sample: the log missed one.
-    pub(crate) fn add_motion(mut self, signal: &Signal, energy: &mut MotionEnergy) -> Result<(), Error> {
-        let t = &self.log.t;
-        let fresh = |&r: &usize| r == 0 || self.q.iter().any(|q| q[r] != q[r - 1]);
-        let fresh: Vec<usize> = (0..t.len()).filter(fresh).collect();
-        if fresh.len() < t.len() {
-            let of = |x: &[f64]| fresh.iter().map(|&r| x[r]).collect::<Vec<f64>>();
-            let at = of(t);
-            for q in &mut self.q {
-                *q = interpolate(&at, &of(q), t);
-            }
-        }
-        let period = step(&self.on_clock(signal)?);
-        energy.push(&self.q, period);
-        Ok(())
     }
 
     /// Filters, differentiates and decimates; `content`: of all that is fitted together, where it was looked at.
@@ -117,13 +95,15 @@ impl<'a> JointSignals<'a> {
             })
         };
         let (low, low_effort) = (filter(cutoff)?, filter(effort_cutoff)?);
-        let pass = |f: &Option<Butterworth>, x: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            match f {
-                Some(f) => x.iter().map(|x| f.zero_phase(x)).collect(),
-                None => x,
-            }
+        let pass = |f: &Option<Butterworth>, x: Vec<Vec<f64>>| match f {
+            Some(f) => f.zero_phase(x),
+            None => x,
         };
-        let q = pass(&low, self.q);
+        let decimate = signal.decimation(cutoff, period);
+        let differentiated = self.dq.is_none() || signal.velocity == Velocity::Differentiated;
+        let border = signal.border_of(cutoff, differentiated);
+        let chosen = chosen_samples(self.log, &t, border, signal.window, decimate);
+        let rows = |x: &[Vec<f64>]| chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect::<Vec<f64>>();
         let derivative =
             |wish: Velocity, measured: Option<Vec<Vec<f64>>>, of: &[Vec<f64>], name: &str| match (wish, measured) {
                 (Velocity::Measured, None) => {
@@ -132,44 +112,98 @@ impl<'a> JointSignals<'a> {
                 (Velocity::Differentiated, _) | (_, None) => Ok(of.iter().map(|x| gradient(x, &t)).collect()),
                 (_, Some(x)) => Ok(pass(&low, x)),
             };
-        let differentiated = self.dq.is_none() || signal.velocity == Velocity::Differentiated;
-        let dq = derivative(signal.velocity, self.dq, &q, "velocity")?;
-        let ddq = derivative(signal.acceleration, self.ddq, &dq, "acceleration")?;
-        let tau = pass(&low_effort, self.tau);
-        let mut direction: Vec<Vec<f64>> = dq.iter().map(|v| v.iter().map(|&v| sign(v)).collect()).collect();
-        let turning = |c: &Coupling| dq[c.motor].iter().zip(&dq[c.joint]).map(|(&m, &k)| c.direction(m, k)).collect();
-        let mut motor_direction: Vec<Vec<f64>> = self.couplings.iter().map(turning).collect();
-        if signal.filtered_sign {
-            (direction, motor_direction) = (pass(&low_effort, direction), pass(&low_effort, motor_direction));
-        }
-        let decimate = signal.decimation(cutoff, period);
-        let border = signal.border_of(cutoff, differentiated);
-        let chosen = chosen_samples(self.log, &t, border, signal.window, decimate);
-        let still: Vec<Vec<bool>> = match signal.standstill {
-            None => q.iter().map(|q| standstill(q, period)).collect(),
-            Some(_) => Vec::new(),
+        // Each series goes as soon as its samples are chosen.
+        let torques = |tau: Vec<Vec<f64>>| rows(&pass(&low_effort, tau));
+        let motion = |q: Vec<Vec<f64>>, dq: Option<Vec<Vec<f64>>>, ddq: Option<Vec<Vec<f64>>>| {
+            let q = pass(&low, q);
+            let still: Vec<bool> = match signal.standstill {
+                None => {
+                    let still: Vec<Vec<bool>> = q.iter().map(|q| standstill(q, period)).collect();
+                    chosen.iter().flat_map(|&r| still.iter().map(move |still| still[r])).collect()
+                }
+                Some(_) => Vec::new(),
+            };
+            let dq = derivative(signal.velocity, dq, &q, "velocity")?;
+            let q = rows(&q);
+            let ddq = rows(&derivative(signal.acceleration, ddq, &dq, "acceleration")?);
+            let turning =
+                |c: &Coupling| dq[c.motor].iter().zip(&dq[c.joint]).map(|(&m, &k)| c.direction(m, k)).collect();
+            let turning: Vec<Vec<f64>> = self.couplings.iter().map(turning).collect();
+            let direction: Vec<Vec<f64>> = dq.iter().map(|v| v.iter().map(|&v| sign(v)).collect()).collect();
+            let dq = rows(&dq);
+            let smooth = |x: Vec<Vec<f64>>| if signal.filtered_sign { pass(&low_effort, x) } else { x };
+            let (direction, motor_direction) = (rows(&smooth(direction)), rows(&smooth(turning)));
+            let used = match signal.standstill {
+                Some(speed) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
+                None => still.iter().map(|still| !still).collect(),
+            };
+            Ok(States { q, dq, ddq, direction, motor_direction, used, ..States::default() })
         };
-        let rows = |x: &[Vec<f64>]| chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect::<Vec<f64>>();
-        let (q, dq, ddq, tau) = (rows(&q), rows(&dq), rows(&ddq), rows(&tau));
+        let (q, dq, ddq, tau) = (self.q, self.dq, self.ddq, self.tau);
+        let (motion, tau) = match t.len() < PARALLEL {
+            true => (motion(q, dq, ddq), torques(tau)),
+            false => std::thread::scope(|scope| {
+                let torques = scope.spawn(|| torques(tau));
+                let motion = motion(q, dq, ddq);
+                // Nothing in it can fail; where it does, so does this.
+                (motion, torques.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause)))
+            }),
+        };
         Ok(States {
             n: self.log.coordinates.len(),
             t: chosen.iter().map(|&r| t[r]).collect(),
-            used: match signal.standstill {
-                Some(speed) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
-                None => chosen.iter().flat_map(|&r| still.iter().map(move |still| !still[r])).collect(),
-            },
-            direction: rows(&direction),
-            motor_direction: rows(&motor_direction),
-            q,
-            dq,
-            ddq,
             tau,
             cutoff,
             effort_cutoff,
             period: period * decimate as f64,
             f95: content.f95,
+            ..motion?
         })
     }
+}
+
+/// With fewer samples than this, a second thread does not pay.
+const PARALLEL: usize = 20_000;
+
+/// The uniform clock that signals are to be brought to; `None` where they stay on their own.
+fn clock(log: &Log, signal: &Signal) -> Result<Option<Vec<f64>>, Error> {
+    if (log.report.uniform || signal.own_clock) && signal.rate.is_none() {
+        return Ok(None);
+    }
+    let period = signal.rate.map_or(log.report.period, |r| 1.0 / r);
+    uniform_clock(&log.t, period).map(Some).ok_or_else(|| {
+        let duration = log.report.duration;
+        let message = format!("a clock of {:.3} Hz over {duration:.3} s is not usable", 1.0 / period);
+        Error::at(&log.name, 0, message)
+    })
+}
+
+/// Adds the motion of a log with joint positions q. A row that repeats all positions of the one before is no sample: the
+/// log missed one.
+pub(crate) fn add_motion(
+    log: &Log,
+    mut q: Vec<Vec<f64>>,
+    signal: &Signal,
+    energy: &mut MotionEnergy,
+) -> Result<(), Error> {
+    let t = &log.t;
+    let fresh = |&r: &usize| r == 0 || q.iter().any(|q| q[r] != q[r - 1]);
+    let fresh: Vec<usize> = (0..t.len()).filter(fresh).collect();
+    if fresh.len() < t.len() {
+        let of = |x: &[f64]| fresh.iter().map(|&r| x[r]).collect::<Vec<f64>>();
+        let at = of(t);
+        for q in &mut q {
+            *q = interpolate(&at, &of(q), t);
+        }
+    }
+    let clock = clock(log, signal)?;
+    if let Some(clock) = &clock {
+        for q in &mut q {
+            *q = interpolate(t, q, clock);
+        }
+    }
+    energy.push(&q, step(clock.as_ref().unwrap_or(t)));
+    Ok(())
 }
 
 /// Time between samples, s.

@@ -5,6 +5,7 @@ use logs::{Error, Log};
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
+use crate::signals::joint_signals::add_motion;
 use crate::signals::signal_options::Signal;
 use crate::signals::transmission::Transmission;
 
@@ -32,10 +33,10 @@ impl Preparation {
     /// Adds the motion of a log, or of a block of one.
     pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
         if log.report.gaps == 0 {
-            return self.transmission.apply(log)?.add_motion(&self.signal, energy);
+            return add_motion(log, self.transmission.positions(log)?, &self.signal, energy);
         }
         for part in log.segments() {
-            self.transmission.apply(&part)?.add_motion(&self.signal, energy)?;
+            add_motion(&part, self.transmission.positions(&part)?, &self.signal, energy)?;
             energy.end_record();
         }
         Ok(())

@@ -70,11 +70,8 @@ impl Transmission {
         Ok(())
     }
 
-    /// The signals of a log on the joint side.
-    ///
-    /// Fails when a list is not n long, R is singular, or currents have no drive gains.
-    pub fn apply<'a>(&self, log: &'a Log) -> Result<JointSignals<'a>, Error> {
-        let n = log.coordinates.len();
+    /// R, and its inverse where the positions of the log are those of motors.
+    fn matrices(&self, n: usize) -> Result<(DMatrix<f64>, Option<DMatrix<f64>>), Error> {
         self.check(n)?;
         let mut matrix = DMatrix::from_diagonal_element(n, n, 1.0);
         for (j, &ratio) in self.ratios.iter().flatten().enumerate() {
@@ -85,31 +82,49 @@ impl Transmission {
         }
         let inverse = matrix.clone().try_inverse();
         let inverse = inverse.ok_or_else(|| Error::new("transmission: the matrix of ratios is singular"))?;
-        let to_joint = if self.joint_side_positions { None } else { Some(&inverse) };
-        let positions = |x: &Vec<Vec<f64>>| to_joint.map_or_else(|| x.clone(), |m| product(m, x));
-        let mut q = positions(&log.q);
+        Ok((matrix, (!self.joint_side_positions).then_some(inverse)))
+    }
+
+    fn shifted(&self, mut q: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for (q, offset) in q.iter_mut().zip(self.offsets.iter().flatten()) {
             q.iter_mut().for_each(|q| *q += offset);
         }
-        let mut motor = log.effort.clone();
-        match (&self.drive_gains, log.effort_is) {
+        q
+    }
+
+    /// The positions of a log on the joint side.
+    ///
+    /// Fails when a list is not n long, or R is singular.
+    pub fn positions(&self, log: &Log) -> Result<Vec<Vec<f64>>, Error> {
+        let (_, to_joint) = self.matrices(log.coordinates.len())?;
+        Ok(self.shifted(to_joint.map_or_else(|| log.q.clone(), |m| product(&m, &log.q))))
+    }
+
+    /// The signals of a log on the joint side.
+    ///
+    /// Fails when a list is not n long, R is singular, or currents have no drive gains.
+    pub fn apply<'a>(&self, log: &'a Log) -> Result<JointSignals<'a>, Error> {
+        let (matrix, to_joint) = self.matrices(log.coordinates.len())?;
+        let positions = |x: &Vec<Vec<f64>>| to_joint.as_ref().map_or_else(|| x.clone(), |m| product(m, x));
+        let gained: Vec<Vec<f64>>;
+        let motor = match (&self.drive_gains, log.effort_is) {
             (Some(gains), Effort::Current) => {
-                for (x, gain) in motor.iter_mut().zip(gains) {
-                    x.iter_mut().for_each(|x| *x *= gain);
-                }
+                let by = |(x, gain): (&Vec<f64>, &f64)| x.iter().map(|x| x * gain).collect();
+                gained = log.effort.iter().zip(gains).map(by).collect();
+                &gained
             }
             (None, Effort::Current) => {
                 let message = "the log holds motor currents; drive gains (N m/A) are needed to make torques of them";
                 return Err(Error::at(&log.name, 0, message));
             }
-            (_, Effort::Torque) => {}
-        }
+            (_, Effort::Torque) => &log.effort,
+        };
         Ok(JointSignals {
             log,
-            q,
+            q: self.shifted(positions(&log.q)),
             dq: log.dq.as_ref().map(positions),
             ddq: log.ddq.as_ref().map(positions),
-            tau: product(&matrix.transpose(), &motor),
+            tau: product(&matrix.transpose(), motor),
             couplings: self.coupled(),
         })
     }

@@ -138,7 +138,7 @@ fn compare(
         let found = format!("{count} samples of {} joints; at least {} of {n} are needed", record.q.len(), 4 * BORDER);
         return Err(Error::at(name, 0, found));
     }
-    let smooth: Vec<Vec<f64>> = record.q.iter().map(|q| filter.zero_phase(q)).collect();
+    let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
     let cut = |x: &[f64]| x[BORDER..count - BORDER].to_vec();
     let cut_all = |x: &[Vec<f64>]| x.iter().map(|x| cut(x)).collect::<Vec<_>>();
@@ -146,7 +146,7 @@ fn compare(
     let columns = motion.regressor_columns(regressor);
     let joint = |j: usize| Compared {
         t: (BORDER..count - BORDER).map(|i| i as f64 * h).collect(),
-        tau: cut(&filter.zero_phase(&record.current[j].iter().map(|c| c * gain[j]).collect::<Vec<_>>())),
+        tau: cut(&filter.zero_phase(vec![record.current[j].iter().map(|c| c * gain[j]).collect()])[0]),
         rigid: (0..motion.len()).map(|i| columns[j].iter().zip(parameters).map(|(d, x)| d[i] * x).sum()).collect(),
         friction: FrictionShape::ASYMMETRIC.fill(&motion.dq[j], &motion.ddq[j], &[], h),
     };

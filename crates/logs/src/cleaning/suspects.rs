@@ -84,11 +84,11 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
     if rates.len() < 100 {
         return 0;
     }
-    rates.sort_by(f64::total_cmp);
     // A log of poses at rest has hardly any step but jumps: its fastest hundredth may be those.
-    let usual = rates[rates.len() - 1 - rates.len() / 100];
+    let at = rates.len() - 1 - rates.len() / 100;
+    let usual = *rates.select_nth_unstable_by(at, f64::total_cmp).1;
     let limit = (FAST * usual).max(LEAST);
-    rates.iter().rev().take_while(|rate| **rate > limit).count()
+    rates.iter().filter(|rate| **rate > limit).count()
 }
 
 /// The share of the samples at which a torque stands at its largest or smallest value, where that is no accident.

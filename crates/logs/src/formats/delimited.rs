@@ -1,22 +1,35 @@
 //! Delimited text, some rows at a time: comma, semicolon, tab or blanks; `#` starts a comment line; one
 //! header line.
 //!
-//! Memory is that of the rows handed out: a row has at most [`ROW`] bytes, and a table at most `MAX_CELLS` numbers.
+//! The text is read in windows, which are cut into blocks of whole rows; the processor's threads read the blocks, and what
+//! they read is put together in order, so that it does not depend on their number. Memory is that of a window and of the
+//! rows handed out: a row has at most [`ROW`] bytes, and a table at most `MAX_CELLS` numbers. What a row is, is for `rows`.
 
-use std::cell::Cell;
-use std::io::{BufRead, BufReader, Cursor, Error as IoError, ErrorKind, Read};
+use std::io::{BufReader, Cursor, Error as IoError, ErrorKind, Read};
 use std::path::Path;
-use std::rc::Rc;
+
+use memchr::memchr_iter;
 
 use crate::Error;
 use crate::formats::content::{Content, HEAD as MAGIC};
+use crate::formats::number::{is_word, number};
+use crate::formats::rows::{Block, Dialect};
 use crate::table::{MAX_CELLS, Table, check_header};
 
 /// Bytes in which the header must stand.
 const HEAD: u64 = 1 << 20;
 
-/// Bytes from one row to the next; ten thousand numbers with all their digits take a quarter of it.
+/// Bytes from one row to the next, and of a block; ten thousand numbers with all their digits take a quarter of it.
 const ROW: usize = 1 << 20;
+
+/// Blocks of a window.
+const BLOCKS: usize = 8;
+
+/// Numbers of a block, however short its rows are.
+const BLOCK_CELLS: usize = 1 << 20;
+
+/// Fewer bytes are read by one thread: to start another takes as long.
+const ALONE: usize = 1 << 18;
 
 /// Cells that are not there, up to which a file of ragged rows is read on.
 const MISSING: usize = 1 << 22;
@@ -25,15 +38,22 @@ const MISSING: usize = 1 << 22;
 pub struct TableReader<'a> {
     file: String,
     header: Vec<String>,
-    reader: csv::Reader<Box<dyn Read + 'a>>,
-    record: csv::ByteRecord,
-    /// Bytes read since the last row.
-    since: Rc<Cell<usize>>,
-    delimiter: Option<u8>,
+    dialect: Dialect,
+    text: Box<dyn Read + 'a>,
+    /// The window: bytes from `at` on are not read yet.
+    window: Vec<u8>,
+    at: usize,
+    /// The text holds nothing beyond the window.
+    is_last: bool,
+    /// Ends of lines before `at`.
+    ends: usize,
+    /// Bytes without a row before `at`.
+    idle: usize,
     /// A row already read, and its line.
-    waiting: Option<(usize, csv::ByteRecord)>,
+    waiting: Option<(usize, Vec<Vec<u8>>)>,
     /// Rows handed out so far.
     rows: usize,
+    threads: usize,
 }
 
 impl<'a> TableReader<'a> {
@@ -83,42 +103,35 @@ impl<'a> TableReader<'a> {
         // numpy.savetxt writes the header as a comment above the numbers.
         let comment =
             lines().take_while(|(_, l)| is_comment(l)).last().map(|(_, l)| l.trim_ascii_start()[1..].to_vec());
-        let text = Cursor::new(head).chain(text);
-        let text: Box<dyn Read + 'a> = match delimiter {
-            Some(_) => Box::new(text),
-            None => Box::new(Squeezed { text: BufReader::new(text), line: Vec::new(), at: 0 }),
+        let start = head.split_inclusive(|&b| b == b'\n').take(line).map(<[u8]>::len).sum::<usize>();
+        let dialect = Dialect { delimiter, wanted: Vec::new() };
+        let Some(row) = dialect.first_row(&head[start..]).filter(|row| start + row.bytes < HEAD as usize) else {
+            return Err(Error::at(file, line + 1, format!("the header cannot be read: {}", too_long())));
         };
-        let since = Rc::new(Cell::new(0));
-        let text: Box<dyn Read + 'a> = Box::new(Metered { text, since: Rc::clone(&since) });
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter.unwrap_or(b' '))
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .flexible(true)
-            .from_reader(text);
-        let mut header: Vec<String> = match reader.byte_headers() {
-            Ok(h) => h.iter().map(|c| String::from_utf8_lossy(c).into_owned()).collect(),
-            Err(e) => return Err(Error::at(file, line + 1, format!("the header cannot be read: {}", told(&e)))),
-        };
+        let mut header: Vec<String> = row.cells.iter().map(|c| String::from_utf8_lossy(c).into_owned()).collect();
         let mut waiting = None;
-        if header.iter().all(|h| number(h, delimiter).is_some()) {
+        if row.cells.iter().all(|h| number(h, delimiter).is_some()) {
             let names = |c: Vec<u8>| split(&String::from_utf8_lossy(&c), delimiter);
             let names =
                 comment.map(names).filter(|n| n.len() == header.len() && n.iter().all(|n| n.parse::<f64>().is_err()));
             if let Some(names) = names {
-                waiting = Some((line + 1, csv::ByteRecord::from(std::mem::replace(&mut header, names))));
+                (header, waiting) = (names, Some((line + 1, row.cells)));
             }
         }
         check_header(file, line + 1, &header)?;
         Ok(TableReader {
             file: file.into(),
+            dialect: Dialect { wanted: vec![true; header.len()], ..dialect },
             header,
-            delimiter,
-            reader,
-            record: csv::ByteRecord::new(),
-            since,
+            text: Box::new(text),
+            at: start + row.bytes,
+            is_last: head.len() < HEAD as usize,
+            window: head,
+            ends: line + row.ends,
+            idle: 0,
             waiting,
             rows: 0,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
         })
     }
 
@@ -127,10 +140,19 @@ impl<'a> TableReader<'a> {
         self.header.len()
     }
 
+    /// Leaves all but these columns unread from now on: they are empty in the tables that follow.
+    pub fn keep(&mut self, columns: impl Iterator<Item = usize>) {
+        self.dialect.wanted.fill(false);
+        for column in columns {
+            self.dialect.wanted[column] = true;
+        }
+    }
+
     /// The next rows, at most `most`; none at the end.
     ///
     /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are not there.
     pub fn rows(&mut self, most: usize) -> Result<Table, Error> {
+        self.units()?;
         let mut table = Table {
             file: self.file.clone(),
             columns: vec![Vec::new(); self.header.len()],
@@ -139,60 +161,158 @@ impl<'a> TableReader<'a> {
             skipped: self.rows,
             ..Table::default()
         };
-        if let Some((line, row)) = self.waiting.take() {
-            push(&mut table, line, &row, self.delimiter);
+        if most > 0
+            && let Some((line, cells)) = self.waiting.take()
+        {
+            let delimiter = self.dialect.delimiter.unwrap_or(b' ');
+            let block = self.dialect.read(&quoted(&cells, delimiter), 1);
+            self.append(&mut table, &block, line)?;
         }
         while table.rows() < most {
-            let line = self.reader.position().line() as usize;
-            self.since.set(0);
-            match self.reader.read_byte_record(&mut self.record) {
-                Ok(false) => break,
-                Ok(true) => {
-                    let line = self.record.position().map_or(line, |p| p.line() as usize);
-                    // A row of units under the header is part of it.
-                    if self.rows + table.rows() == 0 && self.record.iter().all(|c| is_word(c, self.delimiter)) {
-                        let units = self.record.iter().map(|c| String::from_utf8_lossy(c).into_owned());
-                        for (header, unit) in self.header.iter_mut().zip(units) {
-                            *header = format!("{header}_{unit}");
-                        }
-                        table.header.clone_from(&self.header);
-                        continue;
-                    }
-                    push(&mut table, line, &self.record, self.delimiter);
-                    self.check_size(&table, line)?;
+            let cuts = self.cuts(most - table.rows())?;
+            if cuts.is_empty() {
+                break;
+            }
+            for (block, bytes) in self.read(&cuts).into_iter().zip(cuts.iter().map(|cut| cut.0)) {
+                self.at += bytes;
+                self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
+                if self.idle > ROW {
+                    return Err(unreadable(&self.file, self.ends + 1, &too_long()));
                 }
-                Err(e) => match e.kind() {
-                    csv::ErrorKind::Io(e) => return Err(unreadable(&self.file, line, e)),
-                    _ => return Err(Error::at(&self.file, line, format!("the row cannot be read: {e}"))),
-                },
+                self.append(&mut table, &block, self.ends + 1)?;
+                self.ends += block.ends;
             }
         }
         self.rows += table.rows();
         Ok(table)
     }
 
-    /// Refuses a table that outgrows its bounds.
-    fn check_size(&self, table: &Table, line: usize) -> Result<(), Error> {
-        let (rows, width) = (table.rows(), self.header.len());
-        if rows.saturating_mul(width) > MAX_CELLS {
+    /// Rows of units under the header, which are part of it.
+    fn units(&mut self) -> Result<(), Error> {
+        while self.rows == 0 && self.waiting.is_none() {
+            self.fill(ROW)?;
+            let Some(row) = self.dialect.first_row(&self.window[self.at..]) else { break };
+            let is_whole = self.is_last || self.at + row.bytes < self.window.len();
+            if !is_whole || !row.cells.iter().all(|c| is_word(c, self.dialect.delimiter)) {
+                break;
+            }
+            for (header, unit) in self.header.iter_mut().zip(&row.cells) {
+                *header = format!("{header}_{}", String::from_utf8_lossy(unit));
+            }
+            (self.at, self.ends) = (self.at + row.bytes, self.ends + row.ends);
+        }
+        Ok(())
+    }
+
+    /// Sees to it that the window holds so many unread bytes, unless the text ends.
+    fn fill(&mut self, bytes: usize) -> Result<(), Error> {
+        let unread = self.window.len() - self.at;
+        if self.is_last || unread >= bytes {
+            return Ok(());
+        }
+        self.window.drain(..self.at);
+        self.at = 0;
+        let missing = (BLOCKS * ROW - unread) as u64;
+        let read = self.text.by_ref().take(missing).read_to_end(&mut self.window).map_err(|e| {
+            let line = self.ends + 1 + memchr_iter(b'\n', &self.window).count();
+            unreadable(&self.file, line, &e)
+        })?;
+        self.is_last = (read as u64) < missing;
+        Ok(())
+    }
+
+    /// Bytes, and a bound of the rows, of blocks of whole rows, one after the other, of at most `most` rows; none at the end.
+    fn cuts(&mut self, most: usize) -> Result<Vec<(usize, usize)>, Error> {
+        self.fill(ROW + 1)?;
+        let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
+        let room = (BLOCK_CELLS / self.header.len()).max(1);
+        while left > 0 && at < self.window.len() && cuts.len() < BLOCKS {
+            let end = self.window.len().min(at + ROW);
+            let is_last = self.is_last && end == self.window.len();
+            let (bytes, rows) = self.dialect.whole_rows(&self.window[at..end], left.min(room), is_last);
+            if bytes == 0 {
+                if cuts.is_empty() && end - at == ROW {
+                    return Err(unreadable(&self.file, self.ends + 1, &too_long()));
+                }
+                break;
+            }
+            cuts.push((bytes, rows));
+            (at, left) = (at + bytes, left - rows);
+        }
+        Ok(cuts)
+    }
+
+    /// Reads blocks, in their order.
+    fn read(&self, cuts: &[(usize, usize)]) -> Vec<Block> {
+        let mut at = self.at;
+        let texts: Vec<(&[u8], usize)> = cuts
+            .iter()
+            .map(|&(bytes, rows)| {
+                at += bytes;
+                (&self.window[at - bytes..at], rows)
+            })
+            .collect();
+        let dialect = &self.dialect;
+        let share = |part: &[(&[u8], usize)]| -> Vec<Block> {
+            part.iter().map(|(text, rows)| dialect.read(text, *rows)).collect()
+        };
+        let threads = if at - self.at < ALONE { 1 } else { self.threads.min(texts.len()) };
+        if threads < 2 {
+            return share(&texts);
+        }
+        let part = |t: usize| &texts[t * texts.len() / threads..(t + 1) * texts.len() / threads];
+        let share = &share;
+        let part = &part;
+        std::thread::scope(|scope| {
+            let workers: Vec<_> = (1..threads).map(|t| (t, scope.spawn(move || share(part(t))))).collect();
+            let mut blocks = share(part(0));
+            for (t, worker) in workers {
+                // A worker that died has read nothing; its share is read again here.
+                blocks.extend(worker.join().unwrap_or_else(|_| share(part(t))));
+            }
+            blocks
+        })
+    }
+
+    /// Appends a block whose first line is `line`.
+    ///
+    /// Fails when the table outgrows its bounds.
+    fn append(&self, table: &mut Table, block: &Block, line: usize) -> Result<(), Error> {
+        let (rows, width) = (table.lines.len(), self.header.len());
+        let wanted = self.dialect.wanted.iter().zip(&mut table.columns).filter(|(wanted, _)| **wanted);
+        for (k, (_, column)) in wanted.enumerate() {
+            column.extend_from_slice(block.column(k));
+        }
+        table.lines.append(&block.lines, line);
+        for (text, found) in table.texts.iter_mut().zip(&block.texts) {
+            if let (None, Some((above, found))) = (&text, found) {
+                *text = Some((line + above, found.clone()));
+            }
+        }
+        for row in block.ragged.iter().map(|row| rows + row) {
+            table.ragged += 1;
+            if table.ragged > (row + 1) / 2 && table.ragged.saturating_mul(width) > MISSING {
+                let message =
+                    format!("{} of {} rows have more or fewer cells than the header has names", table.ragged, row + 1);
+                return Err(Error::at(&self.file, table.line(row), message));
+            }
+        }
+        if table.rows().saturating_mul(width) > MAX_CELLS {
             let message =
                 format!("more than {MAX_CELLS} numbers; keep the columns of the robot, or cut the log into parts");
-            return Err(Error::at(&self.file, line, message));
-        }
-        if table.ragged > rows / 2 && table.ragged.saturating_mul(width) > MISSING {
-            let message = format!("{} of {rows} rows have more or fewer cells than the header has names", table.ragged);
-            return Err(Error::at(&self.file, line, message));
+            return Err(Error::at(&self.file, table.line(MAX_CELLS / width), message));
         }
         Ok(())
     }
 }
 
-/// What csv says of an error, without the words around those of the system.
-fn told(e: &csv::Error) -> String {
-    match e.kind() {
-        csv::ErrorKind::Io(e) => e.to_string(),
-        _ => e.to_string(),
-    }
+/// Cells as a row of text that reads as they do.
+fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
+    let quoted = |cell: &Vec<u8>| {
+        let doubled = cell.iter().flat_map(|&b| if b == b'"' { vec![b, b] } else { vec![b] });
+        std::iter::once(b'"').chain(doubled).chain([b'"']).collect::<Vec<u8>>()
+    };
+    cells.iter().map(quoted).collect::<Vec<_>>().join(&delimiter)
 }
 
 fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
@@ -205,109 +325,11 @@ fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
     }
 }
 
-fn push(table: &mut Table, line: usize, record: &csv::ByteRecord, delimiter: Option<u8>) {
-    // A delimiter at the end of each row is a habit, not a cell.
-    let more = record.iter().skip(table.header.len()).any(|cell| !cell.is_empty());
-    table.ragged += usize::from(record.len() < table.header.len() || more);
-    table.lines.push(line);
-    for (c, column) in table.columns.iter_mut().enumerate() {
-        let cell = record.get(c).unwrap_or(b"");
-        let x = std::str::from_utf8(cell).ok().and_then(|cell| number(cell, delimiter));
-        if x.is_none() && table.texts[c].is_none() {
-            table.texts[c] = Some((line, String::from_utf8_lossy(cell).into_owned()));
-        }
-        column.push(x.unwrap_or(f64::NAN));
-    }
-}
-
 fn too_long() -> IoError {
     let message = format!(
         "{ROW} bytes without the end of a row: a line that is too long, a quotation mark that is never closed, or no rows"
     );
     IoError::new(ErrorKind::FileTooLarge, message)
-}
-
-/// Refuses a text that goes on and on without a row.
-struct Metered<R> {
-    text: R,
-    since: Rc<Cell<usize>>,
-}
-
-impl<R: Read> Read for Metered<R> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        if self.since.get() > ROW {
-            return Err(too_long());
-        }
-        let read = self.text.read(out)?;
-        self.since.set(self.since.get() + read);
-        Ok(read)
-    }
-}
-
-/// Runs of blanks made one and lines trimmed, for files separated by blanks.
-struct Squeezed<R> {
-    text: BufReader<R>,
-    line: Vec<u8>,
-    at: usize,
-}
-
-impl<R: Read> Read for Squeezed<R> {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        if self.at == self.line.len() {
-            let mut line = Vec::new();
-            if self.text.by_ref().take(ROW as u64 + 1).read_until(b'\n', &mut line)? == 0 {
-                return Ok(0);
-            }
-            if line.len() > ROW {
-                return Err(too_long());
-            }
-            let words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
-            self.line = words.collect::<Vec<_>>().join(&b' ');
-            self.line.push(b'\n');
-            self.at = 0;
-        }
-        let count = out.len().min(self.line.len() - self.at);
-        out[..count].copy_from_slice(&self.line[self.at..self.at + count]);
-        self.at += count;
-        Ok(count)
-    }
-}
-
-/// A number, or NaN for the ways in which files say that there is none; `None` for other text.
-///
-/// Between semicolons and tabs a comma is a decimal one. A date with its time is in s since 1970.
-fn number(cell: &str, delimiter: Option<u8>) -> Option<f64> {
-    if let Ok(x) = cell.parse::<f64>() {
-        return Some(x);
-    }
-    if matches!(cell.to_ascii_lowercase().as_str(), "" | "na" | "n/a" | "null" | "none" | "-" | "?") {
-        return Some(f64::NAN);
-    }
-    if delimiter != Some(b',') && cell.bytes().filter(|&b| b == b',').count() == 1 && !cell.contains('.') {
-        return cell.replace(',', ".").parse().ok();
-    }
-    date(cell)
-}
-
-/// `2026-11-21 07:49:04.25`, also with a `T` between and a `Z` behind: s since 1970.
-fn date(cell: &str) -> Option<f64> {
-    let (day, time) = cell.trim_end_matches('Z').split_once(['T', ' '])?;
-    let parts = |text: &str, separator: char| -> Option<[f64; 3]> {
-        let numbers: Option<Vec<f64>> = text.split(separator).map(|n| n.parse().ok()).collect();
-        numbers?.try_into().ok()
-    };
-    let ([year, month, day], [hours, minutes, seconds]) = (parts(day, '-')?, parts(time, ':')?);
-    let inside = (1970.0..2100.0).contains(&year) && (1.0..13.0).contains(&month) && (1.0..32.0).contains(&day);
-    // Days since 1970 of the civil calendar; the year begins in March.
-    let (y, m) = if month > 2.0 { (year, month - 3.0) } else { (year - 1.0, month + 9.0) };
-    let days = 365.0 * y + (y / 4.0).floor() - (y / 100.0).floor() + (y / 400.0).floor();
-    let days = days + ((153.0 * m + 2.0) / 5.0).floor() + day - 719_469.0;
-    inside.then_some(86_400.0 * days + 3600.0 * hours + 60.0 * minutes + seconds)
-}
-
-/// Whether a cell is a word: text, and no number.
-fn is_word(cell: &[u8], delimiter: Option<u8>) -> bool {
-    std::str::from_utf8(cell).is_ok_and(|cell| number(cell, delimiter).is_none())
 }
 
 /// The words of a line.
@@ -348,24 +370,112 @@ mod tests {
             (savetxt.header.clone(), savetxt.columns[1].clone()),
             (vec!["t".into(), "q1".into()], vec![1.0, 2.0])
         );
-        assert_eq!(savetxt.line(0), 3);
+        assert_eq!((savetxt.line(0), savetxt.line(1)), (3, 4));
         let units = table("t,q1\ns,deg\n0,1\n");
         assert_eq!((units.header.clone(), units.columns[1].clone()), (vec!["t_s".into(), "q1_deg".into()], vec![1.0]));
+        assert_eq!(units.line(0), 3);
     }
 
     #[test]
-    fn decimal_commas_and_dates() {
+    fn decimal_commas() {
         let euro = table("t;q1\n0,5;1,25\n1;1.5\n");
         assert_eq!(euro.columns, [[0.5, 1.0], [1.25, 1.5]]);
-        // Seconds of `date -u -d .. +%s`.
-        for (text, seconds) in [
-            ("1970-01-01 00:00:00", 0.0),
-            ("2000-02-29T12:00:00Z", 951_825_600.0),
-            ("2026-11-21 07:49:04.25", 1_795_247_344.25),
-        ] {
-            assert_eq!(date(text), Some(seconds), "{text}");
+    }
+
+    /// A sum of a generator's states that no bit of a number escapes.
+    fn random(state: &mut u64) -> u64 {
+        *state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        *state >> 20
+    }
+
+    /// Numbers of every length and size, subnormal and out of range, are those of the standard library, bit for bit.
+    #[test]
+    fn numbers_are_those_of_the_standard_library() {
+        let mut state = 7;
+        let mut written = Vec::new();
+        for i in 0..60_000 {
+            let (a, b, c) = (random(&mut state), random(&mut state), random(&mut state));
+            let sign = ["", "-", "+"][i % 3];
+            written.push(match i % 6 {
+                0 => format!("{sign}{}.{:06}", a % 100, b % 1_000_000),
+                1 => format!("{sign}{a}{b}.{c}{a}"),
+                2 => format!("{sign}{}.{a}e{}", b % 10, c % 700).replace("e", if c % 2 == 0 { "e-" } else { "E" }),
+                3 => format!("{sign}{}", f64::from_bits(a << 20 ^ b)),
+                4 => format!("{sign}{:e}", f64::from_bits((a << 20 ^ b) >> (12 + c % 40))),
+                _ => format!("{sign}.{:019}e{}", a, c % 30),
+            });
         }
-        assert_eq!(date("2026-13-01 00:00:00"), None);
-        assert_eq!(date("elbow up"), None);
+        let text = written.chunks(3).fold("t,a,b\n".to_string(), |text, row| text + &row.join(",") + "\n");
+        let table = table(&text);
+        assert_eq!((table.rows(), table.ragged), (20_000, 0));
+        for (i, written) in written.iter().enumerate() {
+            let (found, expected) = (table.columns[i % 3][i / 3], written.parse::<f64>().unwrap());
+            assert!(
+                found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan()),
+                "{written}: {found}"
+            );
+        }
+    }
+
+    /// Rows with everything that a dialect knows, over several windows: what is read depends neither on where blocks end,
+    /// nor on how many rows are asked for, nor on the number of threads.
+    #[test]
+    fn blocks_and_threads_change_nothing() {
+        let mut state = 3;
+        let mut text = String::from("t;q1;mode;tau1\r\n");
+        let mut lines = Vec::new();
+        let mut line = 2;
+        while text.len() < 20 << 20 {
+            let i = random(&mut state);
+            let row = match i % 50 {
+                0 => "# a comment with a \" mark\n".to_string(),
+                1 => "\r\n".to_string(),
+                2 => format!("{i};\"1;5\nand \"\"more\"\"\";auto;1\n"),
+                3 => format!("{i};0,25;\"manual\";2;\n"),
+                4 => format!("{i};1e-3\n"),
+                5 => format!(" {i} ; 3 ; auto ; - \n"),
+                _ => format!("{i};{}.{:04};auto;{}\n", i % 7, i % 9973, i % 1009),
+            };
+            if i % 50 > 1 {
+                lines.push(line);
+            }
+            line += row.matches('\n').count();
+            text += &row;
+        }
+        let read = |threads: usize, most: usize| {
+            let mut reader = TableReader::new("log.csv", text.as_bytes()).unwrap();
+            reader.threads = threads;
+            let mut whole = reader.rows(most).unwrap();
+            loop {
+                let part = reader.rows(most).unwrap();
+                if part.rows() == 0 {
+                    break whole;
+                }
+                assert!(part.rows() == most || part.rows() + part.skipped == lines.len());
+                whole.lines.append(&part.lines, 0);
+                whole.ragged += part.ragged;
+                whole.columns.iter_mut().zip(&part.columns).for_each(|(a, b)| a.extend_from_slice(b));
+            }
+        };
+        let bits = |table: &Table| -> Vec<u64> { table.columns.iter().flatten().map(|x| x.to_bits()).collect() };
+        let (expected, first) = (read(1, usize::MAX), lines.len());
+        assert_eq!(expected.rows(), first);
+        assert!((0..first).all(|r| expected.line(r) == lines[r]));
+        assert_eq!(expected.texts[2], Some((lines[0], "auto".into())));
+        assert!(expected.texts[1].as_ref().is_some_and(|(_, text)| text == "1;5\nand \"more\""));
+        for (threads, most) in [(2, usize::MAX), (5, usize::MAX), (2, 65_536), (1, 1013)] {
+            let found = read(threads, most);
+            assert_eq!(bits(&found), bits(&expected), "{threads} {most}");
+            assert_eq!((found.lines.clone(), found.ragged), (expected.lines.clone(), expected.ragged));
+        }
+    }
+
+    #[test]
+    fn columns_nobody_wants_are_left_out() {
+        let mut reader = TableReader::new("log.csv", "t,a,q\n0,\"x\n\",1\n1,2,3\n".as_bytes()).unwrap();
+        reader.keep([0, 2].into_iter());
+        let table = reader.rows(9).unwrap();
+        assert_eq!(table.columns, [vec![0.0, 1.0], vec![], vec![1.0, 3.0]]);
+        assert_eq!((table.line(1), &table.texts), (4, &vec![None; 3]));
     }
 }

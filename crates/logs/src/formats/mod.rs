@@ -6,7 +6,9 @@ pub mod content;
 pub mod delimited;
 #[cfg(feature = "npz")]
 pub mod npz;
+mod number;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
 pub mod rosbag;
+mod rows;

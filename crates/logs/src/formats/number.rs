@@ -1,0 +1,114 @@
+//! What a cell of text says: a number, none, a date, or a word.
+
+/// A number, or NaN for the ways in which files say that there is none; `None` for other text.
+///
+/// Between semicolons, tabs and blanks a comma is a decimal one. A date with its time is in s since 1970.
+pub fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
+    if cell.is_empty() {
+        return Some(f64::NAN);
+    }
+    if let Ok(x) = fast_float2::parse(cell) {
+        return Some(x);
+    }
+    let absent = ["na", "n/a", "null", "none", "-", "?"];
+    if absent.iter().any(|word| cell.eq_ignore_ascii_case(word.as_bytes())) {
+        return Some(f64::NAN);
+    }
+    let commas = cell.iter().filter(|&&b| b == b',').count();
+    if delimiter != Some(b',') && commas == 1 && !cell.contains(&b'.') {
+        let pointed: Vec<u8> = cell.iter().map(|&b| if b == b',' { b'.' } else { b }).collect();
+        return fast_float2::parse(pointed).ok();
+    }
+    date(std::str::from_utf8(cell).ok()?)
+}
+
+/// The number that bytes begin with, and its length.
+///
+/// m 10^-k of integers is one division away where both are floating-point numbers themselves, m <= 2^53 and k <= 22,
+/// [Clinger 1990]: what controllers write. Other numbers are read by `fast_float2`.
+pub fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
+    let is_negative = bytes.first() == Some(&b'-');
+    let start = usize::from(is_negative);
+    let (mut integer, mut at) = (0u64, start);
+    let mut digits = |from: usize| {
+        let mut at = from;
+        while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
+            integer = integer.wrapping_mul(10).wrapping_add(u64::from(digit));
+            at += 1;
+        }
+        at
+    };
+    at = digits(at);
+    let mut count = at - start;
+    let mut decimals = 0;
+    if bytes.get(at) == Some(&b'.') {
+        let end = digits(at + 1);
+        decimals = end - at - 1;
+        (count, at) = (count + decimals, end);
+    }
+    // Eighteen digits do not overflow; a letter may be an exponent.
+    let is_plain = (1..=18).contains(&count) && !bytes.get(at).is_some_and(u8::is_ascii_alphabetic);
+    if !is_plain || integer > 1 << 53 {
+        return fast_float2::parse_partial(bytes).ok();
+    }
+    let x = integer as f64 / POWERS[decimals];
+    Some((if is_negative { -x } else { x }, at))
+}
+
+/// Powers of ten that are floating-point numbers.
+const POWERS: [f64; 19] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
+
+/// Whether a cell is a word: text, and no number.
+pub fn is_word(cell: &[u8], delimiter: Option<u8>) -> bool {
+    std::str::from_utf8(cell).is_ok() && number(cell, delimiter).is_none()
+}
+
+/// `2026-11-21 07:49:04.25`, also with a `T` between and a `Z` behind: s since 1970.
+fn date(cell: &str) -> Option<f64> {
+    let (day, time) = cell.trim_end_matches('Z').split_once(['T', ' '])?;
+    let parts = |text: &str, separator: char| -> Option<[f64; 3]> {
+        let numbers: Option<Vec<f64>> = text.split(separator).map(|n| n.parse().ok()).collect();
+        numbers?.try_into().ok()
+    };
+    let ([year, month, day], [hours, minutes, seconds]) = (parts(day, '-')?, parts(time, ':')?);
+    let inside = (1970.0..2100.0).contains(&year) && (1.0..13.0).contains(&month) && (1.0..32.0).contains(&day);
+    // Days since 1970 of the civil calendar; the year begins in March.
+    let (y, m) = if month > 2.0 { (year, month - 3.0) } else { (year - 1.0, month + 9.0) };
+    let days = 365.0 * y + (y / 4.0).floor() - (y / 100.0).floor() + (y / 400.0).floor();
+    let days = days + ((153.0 * m + 2.0) / 5.0).floor() + day - 719_469.0;
+    inside.then_some(86_400.0 * days + 3600.0 * hours + 60.0 * minutes + seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_seconds() {
+        // Seconds of `date -u -d .. +%s`.
+        for (text, seconds) in [
+            ("1970-01-01 00:00:00", 0.0),
+            ("2000-02-29T12:00:00Z", 951_825_600.0),
+            ("2026-11-21 07:49:04.25", 1_795_247_344.25),
+        ] {
+            assert_eq!(date(text), Some(seconds), "{text}");
+        }
+        assert_eq!(date("2026-13-01 00:00:00"), None);
+        assert_eq!(date("elbow up"), None);
+    }
+
+    #[test]
+    fn what_is_no_number() {
+        for none in ["", "NA", "n/a", "Null", "NONE", "-", "?", "nan", "-NaN"] {
+            assert!(number(none.as_bytes(), Some(b',')).is_some_and(f64::is_nan), "{none}");
+        }
+        for word in ["auto", "1e", "1 2", "0x10", "1_000", "--1", "\u{663}"] {
+            assert_eq!(number(word.as_bytes(), Some(b',')), None, "{word}");
+            assert!(is_word(word.as_bytes(), Some(b',')));
+        }
+        assert_eq!(number(b"1,5", Some(b';')), Some(1.5));
+        assert_eq!(number(b"1,5", Some(b',')), None);
+        assert!(!is_word(b"\xff\xfe", Some(b',')));
+    }
+}

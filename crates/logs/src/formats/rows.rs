@@ -1,0 +1,295 @@
+//! Rows of delimited text, cut at their ends and read into columns.
+//!
+//! A block of whole rows is read by itself, so that several are read at once. A number is read where it stands: only a
+//! cell that is no plain number up to its delimiter is cut out first. A quotation mark at the start of a cell encloses
+//! delimiters and ends of lines, and two are one; `#` at the start of a line makes it a comment; blank lines are no rows.
+
+use std::borrow::Cow;
+
+use memchr::{memchr, memchr_iter, memchr2, memchr3};
+
+use crate::formats::number::{leading, number};
+use crate::table::Lines;
+
+/// What stands between cells, and which cells are wanted.
+#[derive(Clone, Debug)]
+pub struct Dialect {
+    /// `None`: runs of blanks.
+    pub delimiter: Option<u8>,
+    /// One a column of the header.
+    pub wanted: Vec<bool>,
+}
+
+/// Rows that were read.
+#[derive(Debug)]
+pub struct Block {
+    /// Column after column, `room` numbers each; columns that are not wanted have none.
+    data: Vec<f64>,
+    room: usize,
+    /// Number of rows.
+    pub rows: usize,
+    /// Where they stand.
+    pub lines: Lines,
+    /// For each column the first cell that holds text: its line and the text.
+    pub texts: Vec<Option<(usize, String)>>,
+    /// Rows with fewer or more cells than there are columns.
+    pub ragged: Vec<usize>,
+    /// Ends of lines that were passed.
+    pub ends: usize,
+}
+
+impl Block {
+    /// The numbers of the k-th of the wanted columns.
+    pub fn column(&self, k: usize) -> &[f64] {
+        &self.data[k * self.room..][..self.rows]
+    }
+}
+
+impl Dialect {
+    fn is_blank(&self, byte: u8) -> bool {
+        self.delimiter.is_none() && byte != b'\n' && byte != b'\r' && byte.is_ascii_whitespace()
+    }
+
+    fn ends_cell(&self, byte: u8) -> bool {
+        byte == b'\n' || byte == b'\r' || self.delimiter.map_or_else(|| byte.is_ascii_whitespace(), |d| byte == d)
+    }
+
+    /// Where the bytes that are no blanks between cells begin.
+    fn behind_blanks(&self, bytes: &[u8], at: usize) -> usize {
+        if self.delimiter.is_some() {
+            return at;
+        }
+        at + bytes[at..].iter().take_while(|b| self.is_blank(**b)).count()
+    }
+
+    /// The first byte behind a line that is no row (blank, or a comment), where there is one at `at`.
+    fn behind_no_row(&self, bytes: &[u8], at: usize) -> Option<usize> {
+        let first = self.behind_blanks(bytes, at);
+        match bytes.get(first) {
+            Some(b'\n' | b'\r') => Some(behind_end(bytes, first)),
+            Some(b'#') => {
+                let length = memchr2(b'\n', b'\r', &bytes[first..]).unwrap_or(bytes.len() - first);
+                Some(behind_end(bytes, first + length))
+            }
+            Some(_) => None,
+            None => Some(first),
+        }
+    }
+
+    /// The cell that begins at `at`, trimmed, and the place of what ends it.
+    fn cell<'a>(&self, bytes: &'a [u8], at: usize) -> (Cow<'a, [u8]>, usize) {
+        let end = |from: usize| {
+            let length = match self.delimiter {
+                Some(d) => memchr3(d, b'\n', b'\r', &bytes[from..]),
+                None => bytes[from..].iter().position(|b| self.ends_cell(*b)),
+            };
+            length.map_or(bytes.len(), |length| from + length)
+        };
+        if bytes.get(at) != Some(&b'"') {
+            let end = end(at);
+            return (Cow::Borrowed(bytes[at..end].trim_ascii()), end);
+        }
+        let (mut text, mut from) = (Vec::new(), at + 1);
+        loop {
+            let Some(length) = memchr(b'"', &bytes[from..]) else {
+                text.extend_from_slice(&bytes[from..]);
+                return (Cow::Owned(text.trim_ascii().to_vec()), bytes.len());
+            };
+            text.extend_from_slice(&bytes[from..from + length]);
+            from += length + 1;
+            if bytes.get(from) != Some(&b'"') {
+                break;
+            }
+            text.push(b'"');
+            from += 1;
+        }
+        // What stands behind the closing mark belongs to the cell.
+        let end = end(from);
+        text.extend_from_slice(&bytes[from..end]);
+        (Cow::Owned(text.trim_ascii().to_vec()), end)
+    }
+
+    /// The first row, and the bytes and the ends of lines up to behind it; `None` without a row.
+    pub fn first_row(&self, bytes: &[u8]) -> Option<FirstRow> {
+        let (mut at, mut above) = (0, 0);
+        while let Some(next) = self.behind_no_row(bytes, at) {
+            if next >= bytes.len() {
+                return None;
+            }
+            (at, above) = (next, above + 1);
+        }
+        let (start, mut cells) = (at, Vec::new());
+        loop {
+            let (cell, end) = self.cell(bytes, at);
+            cells.push(cell.into_owned());
+            at = end;
+            match self.behind_cell(bytes, at) {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+        let inside = memchr_iter(b'\n', &bytes[start..at]).count();
+        let end = behind_end(bytes, self.behind_blanks(bytes, at));
+        Some(FirstRow { cells, bytes: end, ends: above + inside + usize::from(end > at) })
+    }
+
+    /// Where the next cell of the row begins, if `at` is not its end.
+    fn behind_cell(&self, bytes: &[u8], at: usize) -> Option<usize> {
+        match self.delimiter {
+            Some(d) => (bytes.get(at) == Some(&d)).then_some(at + 1),
+            None => {
+                let next = self.behind_blanks(bytes, at);
+                (next > at && bytes.get(next).is_some_and(|b| !matches!(b, b'\n' | b'\r'))).then_some(next)
+            }
+        }
+    }
+
+    /// The bytes of whole rows at the start, at most `most` of them: where they end, and a number that they do not
+    /// exceed. `last`: the text ends with these bytes.
+    pub fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
+        let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
+        if memchr(b'"', bytes).is_some() || memchr_iter(b'\r', bytes).any(is_lone) {
+            return self.whole_rows_by_cell(bytes, most, last);
+        }
+        let (mut end, mut count) = (0, 0);
+        for at in memchr_iter(b'\n', bytes).take(most) {
+            (end, count) = (at + 1, count + 1);
+        }
+        if last && count < most && end < bytes.len() {
+            (end, count) = (bytes.len(), count + 1);
+        }
+        (end, count)
+    }
+
+    fn whole_rows_by_cell(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
+        let (mut end, mut count) = (0, 0);
+        while count < most && end < bytes.len() {
+            let (text, next) = match self.behind_no_row(bytes, end) {
+                Some(next) => (end, next),
+                None => {
+                    let mut at = end;
+                    loop {
+                        at = self.cell(bytes, at).1;
+                        match self.behind_cell(bytes, at) {
+                            Some(next) => at = next,
+                            None => break,
+                        }
+                    }
+                    count += 1;
+                    (at, behind_end(bytes, self.behind_blanks(bytes, at)))
+                }
+            };
+            // At the last byte nobody knows whether a cell, or the two bytes of the end of a line, go on.
+            let is_whole = next < bytes.len() || last || (next > text && bytes[next - 1] == b'\n');
+            if !is_whole {
+                break;
+            }
+            end = next;
+        }
+        (end, count)
+    }
+
+    /// Reads rows, of which there are at most `room`; the first line is 0.
+    pub fn read(&self, bytes: &[u8], room: usize) -> Block {
+        let width = self.wanted.len();
+        // The place of a column among those that are wanted.
+        let mut wanted = 0;
+        let places: Vec<Option<usize>> = self
+            .wanted
+            .iter()
+            .map(|is_wanted| {
+                wanted += usize::from(*is_wanted);
+                is_wanted.then(|| (wanted - 1) * room)
+            })
+            .collect();
+        let mut block = Block {
+            data: vec![f64::NAN; wanted * room],
+            room,
+            rows: 0,
+            lines: Lines::default(),
+            texts: vec![None; width],
+            ragged: Vec::new(),
+            ends: 0,
+        };
+        let mut at = 0;
+        while at < bytes.len() {
+            if let Some(next) = self.behind_no_row(bytes, at) {
+                block.ends += usize::from(next > at && matches!(bytes[next - 1], b'\n' | b'\r'));
+                at = next;
+                continue;
+            }
+            let row = block.rows;
+            let here = block.ends;
+            block.lines.push(here);
+            at = self.behind_blanks(bytes, at);
+            let (mut column, mut more) = (0, false);
+            loop {
+                // A quoted cell may hold ends of lines.
+                if bytes.get(at) == Some(&b'"') || column >= width || places[column].is_none() {
+                    let (cell, end) = self.cell(bytes, at);
+                    more |= column >= width && !cell.is_empty();
+                    if bytes.get(at) == Some(&b'"') {
+                        block.ends += memchr_iter(b'\n', &bytes[at..end]).count();
+                    }
+                    if let Some(Some(place)) = places.get(column) {
+                        block.data[place + row] = self.number(&cell, here, &mut block.texts[column]);
+                    }
+                    at = end;
+                } else if let Some(place) = places[column] {
+                    let start = at + usize::from(bytes.get(at) == Some(&b' '));
+                    let plain = leading(&bytes[start..])
+                        .filter(|(_, n)| bytes.get(start + n).is_none_or(|b| self.ends_cell(*b)));
+                    let (x, end) = match plain {
+                        Some((x, length)) => (x, start + length),
+                        None => {
+                            let (cell, end) = self.cell(bytes, at);
+                            (self.number(&cell, here, &mut block.texts[column]), end)
+                        }
+                    };
+                    block.data[place + row] = x;
+                    at = end;
+                }
+                column += 1;
+                match self.behind_cell(bytes, at) {
+                    Some(next) => at = next,
+                    None => break,
+                }
+            }
+            // A delimiter at the end of each row is a habit, not a cell.
+            if column < width || more {
+                block.ragged.push(row);
+            }
+            let end = behind_end(bytes, self.behind_blanks(bytes, at));
+            block.ends += usize::from(end > at);
+            at = end;
+            block.rows += 1;
+        }
+        block
+    }
+
+    fn number(&self, cell: &[u8], line: usize, text: &mut Option<(usize, String)>) -> f64 {
+        number(cell, self.delimiter).unwrap_or_else(|| {
+            text.get_or_insert_with(|| (line, String::from_utf8_lossy(cell).into_owned()));
+            f64::NAN
+        })
+    }
+}
+
+/// A row as texts.
+pub struct FirstRow {
+    /// Trimmed.
+    pub cells: Vec<Vec<u8>>,
+    /// Bytes up to behind it.
+    pub bytes: usize,
+    /// Ends of lines up to behind it.
+    pub ends: usize,
+}
+
+/// The first byte behind the end of a line at `at`.
+fn behind_end(bytes: &[u8], at: usize) -> usize {
+    match (bytes.get(at), bytes.get(at + 1)) {
+        (Some(b'\r'), Some(b'\n')) => at + 2,
+        (Some(b'\r' | b'\n'), _) => at + 1,
+        _ => at,
+    }
+}
