@@ -1,10 +1,10 @@
-//! Lanes: the numbers of several samples in one vector register, for the generated functions to
-//! compute with. No multiplication is fused with an addition, so that a lane holds, bit for bit,
-//! what f64 gives; sine and cosine are those of the generated files.
+//! Lanes: the numbers of several samples in one vector register, or of one in a scalar one, for the generated functions
+//! to compute with. Every product that the generated file fuses with a sum is fused here, by FMA: a lane holds, bit for
+//! bit, what one sample at a time gives, and what the tape of crate `expr` gives; sine and cosine are those of the
+//! generated files.
 //!
-//! All `unsafe` of this package is here. What makes it sound: only [`kernel`]'s two functions make
-//! lanes, they are compiled for the instructions used, and they are called where the processor has
-//! them.
+//! All `unsafe` of this package is here. What makes it sound: only the functions of [`kernel`] and [`scalar`] make lanes,
+//! they are compiled for the instructions used, and they are called where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -12,7 +12,7 @@ use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 macro_rules! lanes {
-    ($(#[$doc:meta])* $lanes:ident($vector:ident) = [f64; $width:literal], $splat:ident,
+    ($(#[$doc:meta])* $lanes:ident($vector:ident), $splat:ident, $fused:ident,
      $($operator:ident $method:ident $instruction:ident),*) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
@@ -28,12 +28,92 @@ macro_rules! lanes {
         })*
 
         impl $lanes {
-            pub const WIDTH: usize = $width;
-
             #[inline(always)]
             pub fn splat(x: f64) -> $lanes {
                 unsafe { $lanes($splat(x)) }
             }
+
+            /// self b + c, rounded once.
+            #[inline(always)]
+            pub fn mul_add(self, b: $lanes, c: $lanes) -> $lanes {
+                unsafe { $lanes($fused(self.0, b.0, c.0)) }
+            }
+
+            /// As `f64::sin_cos` of the generated files.
+            #[inline(always)]
+            pub fn sin_cos(self) -> ($lanes, $lanes) {
+                let k = $lanes::splat;
+                let round = k(6755399441055744.0);
+                let turns = self.mul_add(k(core::f64::consts::FRAC_2_PI), round);
+                let n = -(turns - round);
+                let x = n.mul_add(k(1.570796251296997), self);
+                let x = n.mul_add(k(5.390302858158119e-15), n.mul_add(k(7.549789415861596e-8), x));
+                let reach = self * k(1.3393857589828342e300);
+                let x = x * k(0.0).mul_add(reach, k(1.0));
+                let z = x * x;
+                let s = z.mul_add(k(1.58969099521155e-10), k(-2.5050760253406863e-8));
+                let s = z.mul_add(z.mul_add(s, k(2.7557313707070068e-6)), k(-1.984126982985795e-4));
+                let s = z.mul_add(z.mul_add(s, k(8.33333333332249e-3)), k(-1.6666666666666632e-1));
+                let s = (x * z).mul_add(s, x);
+                let c = z.mul_add(k(-1.1359647557788195e-11), k(2.087572321298175e-9));
+                let c = z.mul_add(z.mul_add(c, k(-2.7557314351390663e-7)), k(2.480158728947673e-5));
+                let c = z.mul_add(z.mul_add(c, k(-1.388888888887411e-3)), k(4.16666666666666e-2));
+                let c = (z * z).mul_add(c, k(-0.5).mul_add(z, k(1.0)));
+                s.turned(c, turns)
+            }
+        }
+
+        impl Neg for $lanes {
+            type Output = $lanes;
+            #[inline(always)]
+            fn neg(self) -> $lanes {
+                self.with_signs_of($lanes::splat(-0.0))
+            }
+        }
+    };
+}
+
+/// The instructions of one lane.
+mod one {
+    macro_rules! one {
+        ($($name:ident = |$($x:ident),*| $value:expr;)*) => {
+            $(#[inline(always)]
+            pub(super) unsafe fn $name($($x: f64),*) -> f64 {
+                $value
+            })*
+        };
+    }
+    one! {
+        same = |x| x;
+        fused = |a, b, c| a.mul_add(b, c);
+        add = |a, b| a + b;
+        sub = |a, b| a - b;
+        mul = |a, b| a * b;
+        div = |a, b| a / b;
+    }
+}
+use one::{add, div, fused, mul, same, sub};
+
+lanes! {
+    /// One sample: FMA.
+    Lanes1(f64), same, fused,
+    Add add add, Sub sub sub, Mul mul mul, Div div div
+}
+lanes! {
+    /// Four samples: AVX2.
+    Lanes4(__m256d), _mm256_set1_pd, _mm256_fmadd_pd,
+    Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd
+}
+lanes! {
+    /// Eight samples: AVX-512.
+    Lanes8(__m512d), _mm512_set1_pd, _mm512_fmadd_pd,
+    Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd
+}
+
+macro_rules! several {
+    ($lanes:ident, $width:literal) => {
+        impl $lanes {
+            pub const WIDTH: usize = $width;
 
             /// `states[0]`, `states[stride]`, ...
             #[inline(always)]
@@ -51,48 +131,40 @@ macro_rules! lanes {
                 // SAFETY: a register is $width numbers and nothing else.
                 unsafe { core::slice::from_raw_parts(lanes.as_ptr().cast(), lanes.len() * $width) }
             }
-
-            /// As `f64::sin_cos` of the generated files.
-            #[inline(always)]
-            pub fn sin_cos(self) -> ($lanes, $lanes) {
-                let k = $lanes::splat;
-                let round = k(6755399441055744.0);
-                let turns = self * k(core::f64::consts::FRAC_2_PI) + round;
-                let n = turns - round;
-                let x = ((self - n * k(1.570796251296997)) - n * k(7.549789415861596e-8)) - n * k(5.390302858158119e-15);
-                let reach = self * k(1.3393857589828342e300);
-                let x = x * (k(1.0) + k(0.0) * reach);
-                let z = x * x;
-                let s = k(-2.5050760253406863e-8) + z * k(1.58969099521155e-10);
-                let s = k(-1.984126982985795e-4) + z * (k(2.7557313707070068e-6) + z * s);
-                let s = x + x * z * (k(-1.6666666666666632e-1) + z * (k(8.33333333332249e-3) + z * s));
-                let c = k(2.087572321298175e-9) + z * k(-1.1359647557788195e-11);
-                let c = k(2.480158728947673e-5) + z * (k(-2.7557314351390663e-7) + z * c);
-                let c = k(4.16666666666666e-2) + z * (k(-1.388888888887411e-3) + z * c);
-                let c = k(1.0) - k(0.5) * z + z * z * c;
-                s.turned(c, turns)
-            }
-        }
-
-        impl Neg for $lanes {
-            type Output = $lanes;
-            #[inline(always)]
-            fn neg(self) -> $lanes {
-                self.with_signs_of($lanes::splat(-0.0))
-            }
         }
     };
 }
+several!(Lanes4, 4);
+several!(Lanes8, 8);
 
-lanes! {
-    /// Four samples: AVX2.
-    Lanes4(__m256d) = [f64; 4], _mm256_set1_pd,
-    Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd
-}
-lanes! {
-    /// Eight samples: AVX-512.
-    Lanes8(__m512d) = [f64; 8], _mm512_set1_pd,
-    Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd
+impl Lanes1 {
+    /// The same numbers as lanes.
+    #[inline(always)]
+    pub fn of<const N: usize>(x: &[f64; N]) -> &[Lanes1; N] {
+        // SAFETY: one lane is one number and nothing else.
+        unsafe { &*(&raw const *x).cast() }
+    }
+
+    /// The same entries as lanes.
+    #[inline(always)]
+    pub fn of_rows<const P: usize, const N: usize>(y: &mut [[f64; P]; N]) -> &mut [[Lanes1; P]; N] {
+        // SAFETY: one lane is one number and nothing else.
+        unsafe { &mut *(&raw mut *y).cast() }
+    }
+
+    /// As [`Lanes4::turned`].
+    #[inline(always)]
+    fn turned(self, c: Lanes1, turns: Lanes1) -> (Lanes1, Lanes1) {
+        let quadrant = turns.0.to_bits();
+        let (s, c) = if quadrant & 1 == 0 { (self, c) } else { (c, self) };
+        let sign = |bits: u64| Lanes1(f64::from_bits((bits & 2) << 62));
+        (s.with_signs_of(sign(quadrant)), c.with_signs_of(sign(quadrant.wrapping_add(1))))
+    }
+
+    #[inline(always)]
+    fn with_signs_of(self, signs: Lanes1) -> Lanes1 {
+        Lanes1(f64::from_bits(self.0.to_bits() ^ signs.0.to_bits()))
+    }
 }
 
 impl Lanes4 {
@@ -171,7 +243,7 @@ pub fn scatter(entries: &[f64], lanes: usize, samples: &mut [f64]) {
 /// A function states, y -> number of samples done: as many as fill whole lanes.
 macro_rules! kernel {
     ($robot:ident, $n:ident, $p:ident) => {{
-        #[target_feature(enable = "avx2")]
+        #[target_feature(enable = "avx2,fma")]
         fn four(states: &[f64], y: &mut [f64]) -> usize {
             $crate::lanes::body!($robot, $n, $p, Lanes4, states, y)
         }
@@ -182,7 +254,8 @@ macro_rules! kernel {
         #[allow(unsafe_code, reason = "the processor has been asked")]
         fn kernel(states: &[f64], y: &mut [f64]) -> usize {
             // SAFETY: each is called where the processor has what it is compiled for.
-            let (mut done, has_avx2) = (0, std::is_x86_feature_detected!("avx2"));
+            let has_avx2 = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
+            let mut done = 0;
             if has_avx2 && std::is_x86_feature_detected!("avx512f") {
                 done = unsafe { eight(states, y) };
             }
@@ -196,19 +269,20 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
-/// One sample: the scalar function in the processor's three-operand instructions where it has them; the
-/// same operations in the same order, and so the same bits.
+/// One sample: the scalar function in the processor's fused, three-operand instructions where it has them.
 macro_rules! scalar {
     ($robot:ident, $n:expr, $p:expr) => {{
-        #[target_feature(enable = "avx2")]
-        fn wide(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
-            $robot::base_regressor(q, dq, ddq, y);
+        #[target_feature(enable = "avx2,fma")]
+        fn fused(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
+            use $crate::lanes::Lanes1;
+            $robot::base_regressor(Lanes1::of(q), Lanes1::of(dq), Lanes1::of(ddq), Lanes1::of_rows(y));
         }
 
         #[allow(unsafe_code, reason = "the processor has been asked")]
         fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
-            if std::is_x86_feature_detected!("avx2") {
-                unsafe { wide(q, dq, ddq, y) }
+            if std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma") {
+                // SAFETY: the processor has what it is compiled for.
+                unsafe { fused(q, dq, ddq, y) }
             } else {
                 $robot::base_regressor(q, dq, ddq, y);
             }
@@ -241,23 +315,28 @@ pub(crate) use body;
 /// Lets a robot's file compute with lanes; `sqrt` where its `Real` has it.
 macro_rules! real {
     ($robot:ident $($sqrt:ident)?) => {
-        $crate::lanes::real!(@ $robot Lanes4 _mm256_sqrt_pd $($sqrt)?);
-        $crate::lanes::real!(@ $robot Lanes8 _mm512_sqrt_pd $($sqrt)?);
+        $crate::lanes::real!(@ $robot Lanes1 (f64::sqrt) $($sqrt)?);
+        $crate::lanes::real!(@ $robot Lanes4 (core::arch::x86_64::_mm256_sqrt_pd) $($sqrt)?);
+        $crate::lanes::real!(@ $robot Lanes8 (core::arch::x86_64::_mm512_sqrt_pd) $($sqrt)?);
     };
-    (@ $robot:ident $lanes:ident $instruction:ident $($sqrt:ident)?) => {
+    (@ $robot:ident $lanes:ident ($instruction:expr) $($sqrt:ident)?) => {
         impl $robot::Real for $crate::lanes::$lanes {
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 Self::splat(x)
             }
             #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                self.mul_add(b, c)
+            }
+            #[inline(always)]
             fn sin_cos(self) -> (Self, Self) {
                 self.sin_cos()
             }
             $(#[inline(always)]
-            #[allow(unsafe_code, reason = "vector registers")]
+            #[allow(unsafe_code, unused_unsafe, reason = "vector registers")]
             fn $sqrt(self) -> Self {
-                unsafe { Self(core::arch::x86_64::$instruction(self.0)) }
+                unsafe { Self($instruction(self.0)) }
             })?
         }
     };

@@ -1,5 +1,5 @@
 //! Law 3 for many samples: `fill_many` writes what `fill` writes, bit for bit, for every compiled robot and any
-//! number of samples. Nothing is fused, so nothing differs.
+//! number of samples. The same products are fused in both.
 
 #[test]
 fn many_samples_equal_one_at_a_time() {

@@ -6,13 +6,15 @@
 //!     const real q1 = q[1];
 //!     const real s1 = (real)sin(q1);
 //!     const real t4 = s1 * dq0;
-//!     y[0][2] = t4;
+//!     const real t5 = MUL_ADD(t4, c1, -q0);
+//!     y[0][2] = t5;
 //! ```
+//! `MUL_ADD(a, b, c)` is a b + c by `fma` of math.h where the compiler says that this is one instruction, else by two.
 //! Every name carries the module's, so that two robots fit in one program. Inputs are read into
 //! variables first: nothing is lost where an output overlaps an input, and the compiler need not
 //! read an input again after a store.
 
-use expr::{Constant, Expr, Function, Module, Node, Value};
+use expr::{Constant, Expr, Function, Fusion, Module, Node, Operation, Value};
 
 use crate::steps::{Name, Step, in_line, is_read, names, steps};
 
@@ -41,10 +43,14 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     );
     let mut source = format!("{banner}\n#include \"{header_name}\"\n");
     let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
-    if bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
+    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused() > 0);
+    if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
         source += "\n#include <math.h>\n";
     }
     source += &format!("\ntypedef {prefix}_real real;\n");
+    if fuses {
+        source += MUL_ADD;
+    }
 
     for constant in &module.constants {
         header += &format!("\n{}", comment(std::slice::from_ref(&constant.doc)));
@@ -62,6 +68,16 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     header += "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n";
     CFiles { header, source }
 }
+
+/// The names are those that compilers define where an `fma` is one instruction.
+const MUL_ADD: &str = "
+/* a b + c: rounded once where the processor has an instruction for it, else twice. */
+#if defined(FP_FAST_FMA) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#define MUL_ADD(a, b, c) (sizeof(real) == sizeof(float) ? (real)fmaf((float)(a), (float)(b), (float)(c)) : (real)fma(a, b, c))
+#else
+#define MUL_ADD(a, b, c) ((a) * (b) + (c))
+#endif
+";
 
 /// What the header says of a constant, and what the source does.
 fn declaration(prefix: &str, constant: &Constant) -> (String, Option<String>) {
@@ -104,7 +120,9 @@ fn body(function: &Function) -> String {
     let names: Vec<String> = names(function).iter().map(|name| operand(function, name)).collect();
     for step in steps(function) {
         match step {
-            Step::Compute(n) => text += &format!("    const real {} = {};\n", names[n], value(function, &names, n)),
+            Step::Compute(n, operation) => {
+                text += &format!("    const real {} = {};\n", names[n], value(&names, operation))
+            }
             Step::SinCos { angle, sine, cosine } => {
                 for (node, name) in [(sine, "sin"), (cosine, "cos")] {
                     if let Some(node) = node {
@@ -137,14 +155,16 @@ fn operand(function: &Function, name: &Name) -> String {
     }
 }
 
-fn value(function: &Function, names: &[String], n: usize) -> String {
+fn value(names: &[String], operation: Operation) -> String {
     let read = |e: Expr| &names[e.node()];
-    match function.graph().nodes()[n] {
-        Node::Add(a, b) => format!("{} {} {}", read(a), if b.is_negative() { "-" } else { "+" }, read(b)),
-        Node::Mul(a, b) => format!("{} * {}", read(a), read(b)),
-        Node::Div(a, b) => format!("{} / {}", read(a), read(b)),
-        Node::Sqrt(a) => format!("(real)sqrt({}{})", if a.is_negative() { "-" } else { "" }, read(a)),
-        _ => unreachable!("a step computes"),
+    let signed = |e: Expr| format!("{}{}", if e.is_negative() { "-" } else { "" }, read(e));
+    match operation {
+        Operation::Add(a, b) => format!("{} {} {}", read(a), if b.is_negative() { "-" } else { "+" }, read(b)),
+        Operation::MulAdd(a, b, c) => format!("MUL_ADD({}, {}, {})", signed(a), read(b), signed(c)),
+        Operation::Mul(a, b) => format!("{} * {}", read(a), read(b)),
+        Operation::Div(a, b) => format!("{} / {}", read(a), read(b)),
+        Operation::Sqrt(a) => format!("(real)sqrt({})", signed(a)),
+        Operation::None => unreachable!("a step computes"),
     }
 }
 

@@ -4,11 +4,12 @@
 //! pub fn NAME<R: Real>(q: &[R; 3], ..., y: &mut [[R; 18]; 3]) {
 //!     let (s1, c1) = q[1].sin_cos();
 //!     let t4 = s1 * dq[0];
-//!     y[0][2] = t4;
+//!     let t5 = t4.mul_add(c1, -q[0]);
+//!     y[0][2] = t5;
 //! ```
-//! Signs stand only where a store or a sum needs them.
+//! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
 
-use expr::{Expr, Function, Node};
+use expr::{Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
@@ -67,8 +68,8 @@ impl Writer<'_> {
 
     fn statement(&self, step: &Step) -> TokenStream {
         match *step {
-            Step::Compute(n) => {
-                let (name, value) = (self.operand(n), self.value(n));
+            Step::Compute(n, operation) => {
+                let (name, value) = (self.operand(n), self.value(operation));
                 quote!(let #name = #value;)
             }
             Step::SinCos { angle, sine, cosine } => {
@@ -86,27 +87,45 @@ impl Writer<'_> {
         }
     }
 
-    fn value(&self, n: usize) -> TokenStream {
+    /// What is held at the node of `e`, or its negative.
+    fn signed(&self, e: Expr) -> TokenStream {
+        let x = self.operand(e.node());
+        match (e.is_negative(), &self.names[e.node()]) {
+            (false, _) => x,
+            (true, Name::Constant(x)) => {
+                let x = Literal::f64_unsuffixed(*x);
+                quote!(R::from_f64(-#x))
+            }
+            (true, _) => quote!(-#x),
+        }
+    }
+
+    fn value(&self, operation: Operation) -> TokenStream {
         let read = |e: Expr| self.operand(e.node());
-        match self.function.graph().nodes()[n] {
-            Node::Add(a, b) => {
+        match operation {
+            Operation::Add(a, b) => {
                 let (x, y) = (read(a), read(b));
                 if b.is_negative() { quote!(#x - #y) } else { quote!(#x + #y) }
             }
-            Node::Mul(a, b) => {
+            Operation::MulAdd(a, b, c) => {
+                let (x, y, z) = (self.signed(a), read(b), self.signed(c));
+                let bare = !a.is_negative() || matches!(self.names[a.node()], Name::Constant(_));
+                if bare { quote!(#x.mul_add(#y, #z)) } else { quote!((#x).mul_add(#y, #z)) }
+            }
+            Operation::Mul(a, b) => {
                 let (x, y) = (read(a), read(b));
                 quote!(#x * #y)
             }
-            Node::Div(a, b) => {
+            Operation::Div(a, b) => {
                 let (x, y) = (read(a), read(b));
                 quote!(#x / #y)
             }
-            Node::Sqrt(a) => {
-                let x = read(a);
-                // A root is not odd: the sign of its argument stays.
-                if a.is_negative() { quote!((-#x).sqrt()) } else { quote!((#x).sqrt()) }
+            // A root is not odd: the sign of its argument stays.
+            Operation::Sqrt(a) => {
+                let x = self.signed(a);
+                quote!((#x).sqrt())
             }
-            _ => unreachable!("a step computes"),
+            Operation::None => unreachable!("a step computes"),
         }
     }
 }
