@@ -3,13 +3,15 @@
 //! bit, what one sample at a time gives, and what the tape of crate `expr` gives; sine and cosine are those of the
 //! generated files.
 //!
-//! All `unsafe` of this package is here. What makes it sound: only the functions of [`kernel`] and [`scalar`] make lanes,
+//! All `unsafe` of this package is here. What makes it sound: only the functions of [`eight`] and [`scalar`] make lanes,
 //! they are compiled for the instructions used, and they are called where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
 use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Eight;
 
 macro_rules! lanes {
     ($(#[$doc:meta])* $lanes:ident($vector:ident), $splat:ident, $fused:ident,
@@ -113,8 +115,6 @@ lanes! {
 macro_rules! several {
     ($lanes:ident, $width:literal) => {
         impl $lanes {
-            pub const WIDTH: usize = $width;
-
             /// `states[0]`, `states[stride]`, ...
             #[inline(always)]
             pub fn gathered(states: &[f64], stride: usize) -> $lanes {
@@ -124,18 +124,40 @@ macro_rules! several {
                 }
                 unsafe { core::mem::transmute::<[f64; $width], $lanes>(numbers) }
             }
-
-            /// The numbers of each entry.
-            #[inline(always)]
-            pub fn entries(lanes: &[$lanes]) -> &[f64] {
-                // SAFETY: a register is $width numbers and nothing else.
-                unsafe { core::slice::from_raw_parts(lanes.as_ptr().cast(), lanes.len() * $width) }
-            }
         }
     };
 }
 several!(Lanes4, 4);
 several!(Lanes8, 8);
+
+impl Lanes4 {
+    /// The numbers.
+    #[inline(always)]
+    pub fn numbers(self) -> [f64; 4] {
+        // SAFETY: a register is four numbers and nothing else.
+        unsafe { core::mem::transmute(self) }
+    }
+}
+
+impl Lanes8 {
+    /// The same entries as lanes.
+    #[inline(always)]
+    pub fn of<const E: usize>(entries: &mut [Eight; E]) -> &mut [Lanes8; E] {
+        // SAFETY: a register is eight numbers at a multiple of 64 bytes and nothing else; so is Eight.
+        unsafe { &mut *(&raw mut *entries).cast() }
+    }
+}
+
+/// Arrays of numbers, and of lanes in their place.
+pub trait Numbers {
+    type Lanes;
+}
+impl<const E: usize> Numbers for [f64; E] {
+    type Lanes = [Lanes1; E];
+}
+impl<const P: usize, const N: usize> Numbers for [[f64; P]; N] {
+    type Lanes = [[Lanes1; P]; N];
+}
 
 impl Lanes1 {
     /// The same numbers as lanes.
@@ -145,10 +167,10 @@ impl Lanes1 {
         unsafe { &*(&raw const *x).cast() }
     }
 
-    /// The same entries as lanes.
+    /// The same numbers as lanes.
     #[inline(always)]
-    pub fn of_rows<const P: usize, const N: usize>(y: &mut [[f64; P]; N]) -> &mut [[Lanes1; P]; N] {
-        // SAFETY: one lane is one number and nothing else.
+    pub fn within<Y: Numbers>(y: &mut Y) -> &mut Y::Lanes {
+        // SAFETY: one lane is one number and nothing else, and `Numbers` are arrays of both of the same shape.
         unsafe { &mut *(&raw mut *y).cast() }
     }
 
@@ -211,106 +233,120 @@ impl Lanes8 {
     }
 }
 
-/// Entry after entry, each of `lanes` samples -> sample after sample. Needs AVX.
-#[inline(always)]
-pub fn scatter(entries: &[f64], lanes: usize, samples: &mut [f64]) {
-    let size = entries.len() / lanes;
-    assert!(lanes.is_multiple_of(4) && entries.len() == size * lanes && samples.len() == entries.len());
-    let (from, to) = (entries.as_ptr(), samples.as_mut_ptr());
-    for lane in (0..lanes).step_by(4) {
-        for k in (0..size / 4 * 4).step_by(4) {
-            // SAFETY: k + 3 < size and lane + 3 < lanes.
+/// Entry after entry -> sample after sample; the transposition of four by four costs a third of that one by one.
+pub fn scatter(entries: &[Eight], samples: &mut [f64]) {
+    assert_eq!(samples.len(), 8 * entries.len());
+    if std::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has it, and the lengths fit.
+        return unsafe { scatter_by_four(entries, samples) };
+    }
+    for (k, eight) in entries.iter().enumerate() {
+        for l in 0..8 {
+            samples[l * entries.len() + k] = eight.0[l];
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn scatter_by_four(entries: &[Eight], samples: &mut [f64]) {
+    let size = entries.len();
+    let (fours, rest) = entries.as_chunks::<4>();
+    let to = samples.as_mut_ptr();
+    for (k, four) in fours.iter().enumerate() {
+        for lane in [0, 4] {
+            // SAFETY: four numbers from `lane` on are within an Eight, four from `(lane + 3) size + 4 k` on within samples.
             unsafe {
-                let row = |i: usize| _mm256_loadu_pd(from.add((k + i) * lanes + lane));
+                let row = |i: usize| _mm256_loadu_pd(four[i].0.as_ptr().add(lane));
                 let (a, b, c, d) = (row(0), row(1), row(2), row(3));
                 let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
                 let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
-                let place = |l: usize| to.add((lane + l) * size + k);
+                let place = |l: usize| to.add((lane + l) * size + 4 * k);
                 _mm256_storeu_pd(place(0), _mm256_permute2f128_pd::<0x20>(ab0, cd0));
                 _mm256_storeu_pd(place(1), _mm256_permute2f128_pd::<0x20>(ab1, cd1));
                 _mm256_storeu_pd(place(2), _mm256_permute2f128_pd::<0x31>(ab0, cd0));
                 _mm256_storeu_pd(place(3), _mm256_permute2f128_pd::<0x31>(ab1, cd1));
             }
         }
-        for k in size / 4 * 4..size {
-            for l in lane..lane + 4 {
-                samples[l * size + k] = entries[k * lanes + l];
-            }
+    }
+    for (k, eight) in rest.iter().enumerate() {
+        for l in 0..8 {
+            samples[l * size + fours.len() * 4 + k] = eight.0[l];
         }
     }
 }
 
-/// A function states, y -> number of samples done: as many as fill whole lanes.
-macro_rules! kernel {
-    ($robot:ident, $n:ident, $p:ident) => {{
+/// A function of eight states and the entries that are not always zero; false where the processor has no lanes.
+macro_rules! eight {
+    ($robot:ident, $n:ident, $e:ident) => {{
+        /// Twice four samples.
         #[target_feature(enable = "avx2,fma")]
-        fn four(states: &[f64], y: &mut [f64]) -> usize {
-            $crate::lanes::body!($robot, $n, $p, Lanes4, states, y)
+        fn by_four(states: &[f64], entries: &mut [$crate::Eight; $e]) {
+            use $crate::lanes::Lanes4;
+            let mut out = [Lanes4::splat(0.0); $e];
+            for half in 0..2 {
+                let states = &states[half * 4 * 3 * $n..];
+                let mut inputs = [[Lanes4::splat(0.0); $n]; 3];
+                for i in 0..3 * $n {
+                    inputs[i / $n][i % $n] = Lanes4::gathered(&states[i..], 3 * $n);
+                }
+                $robot::base_regressor_non_zeros(&inputs[0], &inputs[1], &inputs[2], &mut out);
+                for (entry, lanes) in entries.iter_mut().zip(&out) {
+                    entry.0[half * 4..half * 4 + 4].copy_from_slice(&lanes.numbers());
+                }
+            }
         }
+
+        /// Eight samples, where they stand.
         #[target_feature(enable = "avx512f")]
-        fn eight(states: &[f64], y: &mut [f64]) -> usize {
-            $crate::lanes::body!($robot, $n, $p, Lanes8, states, y)
+        fn by_eight(states: &[f64], entries: &mut [$crate::Eight; $e]) {
+            use $crate::lanes::Lanes8;
+            let mut inputs = [[Lanes8::splat(0.0); $n]; 3];
+            for i in 0..3 * $n {
+                inputs[i / $n][i % $n] = Lanes8::gathered(&states[i..], 3 * $n);
+            }
+            $robot::base_regressor_non_zeros(&inputs[0], &inputs[1], &inputs[2], Lanes8::of(entries));
         }
+
         #[allow(unsafe_code, reason = "the processor has been asked")]
-        fn kernel(states: &[f64], y: &mut [f64]) -> usize {
+        fn eight(states: &[f64], entries: &mut [$crate::Eight]) -> bool {
+            let Ok(entries) = entries.try_into() else { return false };
             // SAFETY: each is called where the processor has what it is compiled for.
-            let has_avx2 = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
-            let mut done = 0;
-            if has_avx2 && std::is_x86_feature_detected!("avx512f") {
-                done = unsafe { eight(states, y) };
+            if !std::is_x86_feature_detected!("avx2") || !std::is_x86_feature_detected!("fma") {
+                return false;
+            } else if std::is_x86_feature_detected!("avx512f") {
+                unsafe { by_eight(states, entries) }
+            } else {
+                unsafe { by_four(states, entries) }
             }
-            if has_avx2 {
-                done += unsafe { four(&states[3 * $n * done..], &mut y[$n * $p * done..]) };
-            }
-            done
+            true
         }
-        kernel
+        eight
     }};
 }
-pub(crate) use kernel;
+pub(crate) use eight;
 
 /// One sample: the scalar function in the processor's fused, three-operand instructions where it has them.
 macro_rules! scalar {
-    ($robot:ident, $n:expr, $p:expr) => {{
+    ($robot:ident, $function:ident, $n:expr, $y:ty) => {{
         #[target_feature(enable = "avx2,fma")]
-        fn fused(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
+        fn fused(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut $y) {
             use $crate::lanes::Lanes1;
-            $robot::base_regressor(Lanes1::of(q), Lanes1::of(dq), Lanes1::of(ddq), Lanes1::of_rows(y));
+            $robot::$function(Lanes1::of(q), Lanes1::of(dq), Lanes1::of(ddq), Lanes1::within(y));
         }
 
         #[allow(unsafe_code, reason = "the processor has been asked")]
-        fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
+        fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut $y) {
             if std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma") {
                 // SAFETY: the processor has what it is compiled for.
                 unsafe { fused(q, dq, ddq, y) }
             } else {
-                $robot::base_regressor(q, dq, ddq, y);
+                $robot::$function(q, dq, ddq, y);
             }
         }
         fill
     }};
 }
 pub(crate) use scalar;
-
-macro_rules! body {
-    ($robot:ident, $n:ident, $p:ident, $lanes:ident, $states:ident, $y:ident) => {{
-        use $crate::lanes::$lanes as Lanes;
-        const W: usize = Lanes::WIDTH;
-        let mut inputs = [[Lanes::splat(0.0); $n]; 3];
-        let mut out = [[Lanes::splat(0.0); $p]; $n];
-        let mut done = 0;
-        for (states, y) in $states.chunks_exact(3 * $n * W).zip($y.chunks_exact_mut($n * $p * W)) {
-            for i in 0..3 * $n {
-                inputs[i / $n][i % $n] = Lanes::gathered(&states[i..], 3 * $n);
-            }
-            $robot::base_regressor(&inputs[0], &inputs[1], &inputs[2], &mut out);
-            $crate::lanes::scatter(Lanes::entries(out.as_flattened()), W, y);
-            done += W;
-        }
-        done
-    }};
-}
-pub(crate) use body;
 
 /// Lets a robot's file compute with lanes; `sqrt` where its `Real` has it.
 macro_rules! real {

@@ -107,9 +107,8 @@ impl std::ops::Neg for Unfused {
     }
 }
 
-/// A generated function by numbers that are never fused and by fused ones, against the bound of the unfused sum.
-macro_rules! unfused_is_within_the_bound {
-    ($($module:ident: $file:literal),* $(,)?) => {$({
+macro_rules! unfused {
+    ($($module:ident),*) => {$(
         impl robots::$module::Real for Unfused {
             fn from_f64(x: f64) -> Unfused {
                 Unfused(x)
@@ -122,6 +121,13 @@ macro_rules! unfused_is_within_the_bound {
                 (Unfused(s), Unfused(c))
             }
         }
+    )*};
+}
+unfused!(race, ur5, panda, tree);
+
+/// A generated function by numbers that are never fused and by fused ones, against the bound of the unfused sum.
+macro_rules! unfused_is_within_the_bound {
+    ($($module:ident: $file:literal),* $(,)?) => {$({
         const N: usize = robots::$module::COORDINATES.len();
         const P: usize = robots::$module::PARAMETERS.len();
         let robot = tests::model($file);

@@ -21,25 +21,103 @@ use crate::steps::{Name, Step, is_read, names, steps};
 /// an input that nothing reads is named `_NAME`.
 pub(crate) fn render(bound: &Function) -> TokenStream {
     let writer = Writer { function: bound, names: names(bound) };
-    let name = Ident::new(&bound.name, Span::call_site());
-    let inputs = bound.inputs.iter().enumerate().map(|(k, input)| {
+    let (head, statements) = (head(bound), steps(bound).into_iter().map(|step| writer.statement(&step)));
+    quote! {
+        #[inline(always)]
+        #head {
+            #(#statements)*
+        }
+    }
+}
+
+/// As `render`, twice: a function that writes only what is not always zero, and one that gives it its place. `doc` stands
+/// above the second, and the list of places above both. The operations stand once, in a function that hands out entries.
+pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream {
+    let non_zeros = bound.non_zeros(0);
+    let (n, literal) = (Literal::usize_unsuffixed(non_zeros.len()), Literal::usize_unsuffixed);
+    let list = non_zeros.iter().map(|&(row, column)| {
+        let (row, column) = (literal(row), literal(column));
+        quote!((#row, #column))
+    });
+    let writer = Writer { function: bound, names: names(bound) };
+    let statements = steps(bound).into_iter().filter_map(|step| match step {
+        Step::Store { row, column, node, negative, .. } => {
+            // A zero has no place.
+            let k = literal(non_zeros.binary_search(&(row, column)).ok()?);
+            let (row, column, value) = (literal(row), literal(column), writer.operand(node));
+            Some(if negative {
+                quote!(set(#k, #row, #column, -#value);)
+            } else {
+                quote!(set(#k, #row, #column, #value);)
+            })
+        }
+        step => Some(writer.statement(&step)),
+    });
+    let (entries, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
+    let (arguments, inputs) = (input_arguments(bound), input_names(bound));
+    let y = format_ident!("{}", bound.outputs[0].name);
+    let zero = quote!(R::from_f64(0.0));
+    let (rows, columns) = (literal(bound.outputs[0].rows), literal(bound.outputs[0].columns));
+    let one_column = bound.outputs[0].columns == 1;
+    let zeros = if one_column { quote!([#zero; #rows]) } else { quote!([[#zero; #columns]; #rows]) };
+    let place =
+        if one_column { quote!(|_, row, _, x| #y[row] = x) } else { quote!(|_, row, column, x| #y[row][column] = x) };
+    let list_doc = " Row and column of each entry that is not always zero, row by row.";
+    let sparse_doc = format!(" The entries of `{}` that are not always zero, in the order of `NON_ZEROS`.", bound.name);
+    let entries_doc =
+        " Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, its row and its column.";
+    let head = head(bound);
+    quote! {
+        #[doc = #list_doc]
+        pub const NON_ZEROS: [(usize, usize); #n] = [#(#list),*];
+        #doc
+        #[inline(always)]
+        #head {
+            *#y = #zeros;
+            #entries(#(#inputs,)* #place);
+        }
+        #[doc = #sparse_doc]
+        #[inline(always)]
+        pub fn #sparse<R: Real>(#arguments #y: &mut [R; #n]) {
+            #entries(#(#inputs,)* |entry, _, _, x| #y[entry] = x);
+        }
+        #[doc = #entries_doc]
+        #[inline(always)]
+        fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
+            #(#statements)*
+        }
+    }
+}
+
+fn input_names(bound: &Function) -> Vec<Ident> {
+    bound.inputs.iter().enumerate().map(|(k, input)| input_name(bound, k, &input.name)).collect()
+}
+
+/// The inputs as arguments, each with its comma.
+fn input_arguments(bound: &Function) -> TokenStream {
+    let arguments = input_names(bound).into_iter().zip(&bound.inputs).map(|(name, input)| {
         let n = Literal::usize_unsuffixed(input.entries.len());
-        let read = (0..input.entries.len()).any(|i| is_read(bound, k, i));
-        let name = if read { format_ident!("{}", input.name) } else { format_ident!("_{}", input.name) };
         quote!(#name: &[R; #n])
     });
+    quote!(#(#arguments,)*)
+}
+
+/// The name of an input; one that nothing reads begins with an underscore.
+fn input_name(bound: &Function, k: usize, name: &str) -> Ident {
+    let read = (0..bound.inputs[k].entries.len()).any(|i| is_read(bound, k, i));
+    if read { format_ident!("{name}") } else { format_ident!("_{name}") }
+}
+
+/// The function up to its body.
+fn head(bound: &Function) -> TokenStream {
+    let name = Ident::new(&bound.name, Span::call_site());
+    let inputs = input_arguments(bound);
     let outputs = bound.outputs.iter().map(|output| {
         let name = format_ident!("{}", output.name);
         let (rows, columns) = (Literal::usize_unsuffixed(output.rows), Literal::usize_unsuffixed(output.columns));
         if output.columns == 1 { quote!(#name: &mut [R; #rows]) } else { quote!(#name: &mut [[R; #columns]; #rows]) }
     });
-    let statements = steps(bound).into_iter().map(|step| writer.statement(&step));
-    quote! {
-        #[inline(always)]
-        pub fn #name<R: Real>(#(#inputs,)* #(#outputs,)*) {
-            #(#statements)*
-        }
-    }
+    quote!(pub fn #name<R: Real>(#inputs #(#outputs,)*))
 }
 
 struct Writer<'a> {

@@ -105,8 +105,8 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     let doc = &mut module.doc;
     doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name));
     doc.push(String::new());
-    let (n, p) = (coordinates.len(), parameters.len());
-    doc.push(format!("Y is {n} x {p}: {}.", operations(&regressor)));
+    let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
+    doc.push(format!("Y is {n} x {p}, {entries} of its entries not always zero: {}.", operations(&regressor)));
     doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
     if let Some(source) = &robot.source {
         doc.push(String::new());
@@ -145,7 +145,7 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     let tells = "Tells this function from that of any other robot or geometry.";
     module.constant("FINGERPRINT", tells, Value::Number(regressor.fingerprint()));
     let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";
-    module.function(shape, regressor);
+    module.sparse_function(shape, regressor);
     module
 }
 
