@@ -1,18 +1,20 @@
-//! Lanes: the numbers of several samples in one vector register, for the generated functions to
-//! compute with. No multiplication is fused with an addition, so that a lane holds, bit for bit,
-//! what f64 gives; sine and cosine are those of the generated files.
+//! Lanes: the numbers of several samples in one vector register, or of one in a scalar one, for the generated functions
+//! to compute with. Every product that the generated file fuses with a sum is fused here, by FMA: a lane holds, bit for
+//! bit, what one sample at a time gives, and what the tape of crate `expr` gives; sine and cosine are those of the
+//! generated files.
 //!
-//! All `unsafe` of this package is here. What makes it sound: only [`kernel`]'s two functions make
-//! lanes, they are compiled for the instructions used, and they are called where the processor has
-//! them.
+//! All `unsafe` of this package is here. What makes it sound: only the functions of [`eight`] and [`scalar`] make lanes,
+//! they are compiled for the instructions used, and they are called where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
 use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::Eight;
+
 macro_rules! lanes {
-    ($(#[$doc:meta])* $lanes:ident($vector:ident) = [f64; $width:literal], $splat:ident,
+    ($(#[$doc:meta])* $lanes:ident($vector:ident), $splat:ident, $fused:ident,
      $($operator:ident $method:ident $instruction:ident),*) => {
         $(#[$doc])*
         #[derive(Clone, Copy)]
@@ -28,28 +30,15 @@ macro_rules! lanes {
         })*
 
         impl $lanes {
-            pub const WIDTH: usize = $width;
-
             #[inline(always)]
             pub fn splat(x: f64) -> $lanes {
                 unsafe { $lanes($splat(x)) }
             }
 
-            /// `states[0]`, `states[stride]`, ...
+            /// self b + c, rounded once.
             #[inline(always)]
-            pub fn gathered(states: &[f64], stride: usize) -> $lanes {
-                let mut numbers = [0.0; $width];
-                for lane in 0..$width {
-                    numbers[lane] = states[lane * stride];
-                }
-                unsafe { core::mem::transmute::<[f64; $width], $lanes>(numbers) }
-            }
-
-            /// The numbers of each entry.
-            #[inline(always)]
-            pub fn entries(lanes: &[$lanes]) -> &[f64] {
-                // SAFETY: a register is $width numbers and nothing else.
-                unsafe { core::slice::from_raw_parts(lanes.as_ptr().cast(), lanes.len() * $width) }
+            pub fn mul_add(self, b: $lanes, c: $lanes) -> $lanes {
+                unsafe { $lanes($fused(self.0, b.0, c.0)) }
             }
 
             /// As `f64::sin_cos` of the generated files.
@@ -57,19 +46,21 @@ macro_rules! lanes {
             pub fn sin_cos(self) -> ($lanes, $lanes) {
                 let k = $lanes::splat;
                 let round = k(6755399441055744.0);
-                let turns = self * k(core::f64::consts::FRAC_2_PI) + round;
-                let n = turns - round;
-                let x = ((self - n * k(1.570796251296997)) - n * k(7.549789415861596e-8)) - n * k(5.390302858158119e-15);
+                let turns = self.mul_add(k(core::f64::consts::FRAC_2_PI), round);
+                let n = -(turns - round);
+                let x = n.mul_add(k(1.570796251296997), self);
+                let x = n.mul_add(k(5.390302858158119e-15), n.mul_add(k(7.549789415861596e-8), x));
                 let reach = self * k(1.3393857589828342e300);
-                let x = x * (k(1.0) + k(0.0) * reach);
+                let x = x * k(0.0).mul_add(reach, k(1.0));
                 let z = x * x;
-                let s = k(-2.5050760253406863e-8) + z * k(1.58969099521155e-10);
-                let s = k(-1.984126982985795e-4) + z * (k(2.7557313707070068e-6) + z * s);
-                let s = x + x * z * (k(-1.6666666666666632e-1) + z * (k(8.33333333332249e-3) + z * s));
-                let c = k(2.087572321298175e-9) + z * k(-1.1359647557788195e-11);
-                let c = k(2.480158728947673e-5) + z * (k(-2.7557314351390663e-7) + z * c);
-                let c = k(4.16666666666666e-2) + z * (k(-1.388888888887411e-3) + z * c);
-                let c = k(1.0) - k(0.5) * z + z * z * c;
+                let s = z.mul_add(k(1.58969099521155e-10), k(-2.5050760253406863e-8));
+                let s = z.mul_add(z.mul_add(s, k(2.7557313707070068e-6)), k(-1.984126982985795e-4));
+                let s = z.mul_add(z.mul_add(s, k(8.33333333332249e-3)), k(-1.6666666666666632e-1));
+                let s = (x * z).mul_add(s, x);
+                let c = z.mul_add(k(-1.1359647557788195e-11), k(2.087572321298175e-9));
+                let c = z.mul_add(z.mul_add(c, k(-2.7557314351390663e-7)), k(2.480158728947673e-5));
+                let c = z.mul_add(z.mul_add(c, k(-1.388888888887411e-3)), k(4.16666666666666e-2));
+                let c = (z * z).mul_add(c, k(-0.5).mul_add(z, k(1.0)));
                 s.turned(c, turns)
             }
         }
@@ -84,15 +75,118 @@ macro_rules! lanes {
     };
 }
 
+/// The instructions of one lane.
+mod one {
+    macro_rules! one {
+        ($($name:ident = |$($x:ident),*| $value:expr;)*) => {
+            $(#[inline(always)]
+            pub(super) unsafe fn $name($($x: f64),*) -> f64 {
+                $value
+            })*
+        };
+    }
+    one! {
+        same = |x| x;
+        fused = |a, b, c| a.mul_add(b, c);
+        add = |a, b| a + b;
+        sub = |a, b| a - b;
+        mul = |a, b| a * b;
+        div = |a, b| a / b;
+    }
+}
+use one::{add, div, fused, mul, same, sub};
+
+lanes! {
+    /// One sample: FMA.
+    Lanes1(f64), same, fused,
+    Add add add, Sub sub sub, Mul mul mul, Div div div
+}
 lanes! {
     /// Four samples: AVX2.
-    Lanes4(__m256d) = [f64; 4], _mm256_set1_pd,
+    Lanes4(__m256d), _mm256_set1_pd, _mm256_fmadd_pd,
     Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd
 }
 lanes! {
     /// Eight samples: AVX-512.
-    Lanes8(__m512d) = [f64; 8], _mm512_set1_pd,
+    Lanes8(__m512d), _mm512_set1_pd, _mm512_fmadd_pd,
     Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd
+}
+
+macro_rules! several {
+    ($lanes:ident, $width:literal) => {
+        impl $lanes {
+            /// `states[0]`, `states[stride]`, ...
+            #[inline(always)]
+            pub fn gathered(states: &[f64], stride: usize) -> $lanes {
+                let mut numbers = [0.0; $width];
+                for lane in 0..$width {
+                    numbers[lane] = states[lane * stride];
+                }
+                unsafe { core::mem::transmute::<[f64; $width], $lanes>(numbers) }
+            }
+        }
+    };
+}
+several!(Lanes4, 4);
+several!(Lanes8, 8);
+
+impl Lanes4 {
+    /// The numbers.
+    #[inline(always)]
+    pub fn numbers(self) -> [f64; 4] {
+        // SAFETY: a register is four numbers and nothing else.
+        unsafe { core::mem::transmute(self) }
+    }
+}
+
+impl Lanes8 {
+    /// The same entries as lanes.
+    #[inline(always)]
+    pub fn of<const E: usize>(entries: &mut [Eight; E]) -> &mut [Lanes8; E] {
+        // SAFETY: a register is eight numbers at a multiple of 64 bytes and nothing else; so is Eight.
+        unsafe { &mut *(&raw mut *entries).cast() }
+    }
+}
+
+/// Arrays of numbers, and of lanes in their place.
+pub trait Numbers {
+    type Lanes;
+}
+impl<const E: usize> Numbers for [f64; E] {
+    type Lanes = [Lanes1; E];
+}
+impl<const P: usize, const N: usize> Numbers for [[f64; P]; N] {
+    type Lanes = [[Lanes1; P]; N];
+}
+
+impl Lanes1 {
+    /// The same numbers as lanes.
+    #[inline(always)]
+    pub fn of<const N: usize>(x: &[f64; N]) -> &[Lanes1; N] {
+        // SAFETY: one lane is one number and nothing else.
+        unsafe { &*(&raw const *x).cast() }
+    }
+
+    /// The same numbers as lanes.
+    #[inline(always)]
+    pub fn within<Y: Numbers>(y: &mut Y) -> &mut Y::Lanes {
+        // SAFETY: one lane is one number and nothing else, and `Numbers` are arrays of both of the same shape.
+        unsafe { &mut *(&raw mut *y).cast() }
+    }
+
+    /// As [`Lanes4::turned`].
+    #[inline(always)]
+    fn turned(self, c: Lanes1, turns: Lanes1) -> (Lanes1, Lanes1) {
+        let quadrant = turns.0.to_bits();
+        let (s, c) = if quadrant & 1 == 0 { (self, c) } else { (c, self) };
+        let sign = |bits: u64| Lanes1(f64::from_bits((bits & 2) << 62));
+        (s.with_signs_of(sign(quadrant)), c.with_signs_of(sign(quadrant.wrapping_add(1))))
+    }
+
+    #[inline(always)]
+    fn with_signs_of(self, signs: Lanes1) -> Lanes1 {
+        Lanes1(f64::from_bits(self.0.to_bits() ^ signs.0.to_bits()))
+    }
 }
 
 impl Lanes4 {
@@ -139,78 +233,114 @@ impl Lanes8 {
     }
 }
 
-/// Entry after entry, each of `lanes` samples -> sample after sample. Needs AVX.
-#[inline(always)]
-pub fn scatter(entries: &[f64], lanes: usize, samples: &mut [f64]) {
-    let size = entries.len() / lanes;
-    assert!(lanes.is_multiple_of(4) && entries.len() == size * lanes && samples.len() == entries.len());
-    let (from, to) = (entries.as_ptr(), samples.as_mut_ptr());
-    for lane in (0..lanes).step_by(4) {
-        for k in (0..size / 4 * 4).step_by(4) {
-            // SAFETY: k + 3 < size and lane + 3 < lanes.
+/// Entry after entry -> sample after sample; the transposition of four by four costs a third of that one by one.
+pub fn scatter(entries: &[Eight], samples: &mut [f64]) {
+    assert_eq!(samples.len(), 8 * entries.len());
+    if std::is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has it, and the lengths fit.
+        return unsafe { scatter_by_four(entries, samples) };
+    }
+    for (k, eight) in entries.iter().enumerate() {
+        for l in 0..8 {
+            samples[l * entries.len() + k] = eight.0[l];
+        }
+    }
+}
+
+#[target_feature(enable = "avx2")]
+fn scatter_by_four(entries: &[Eight], samples: &mut [f64]) {
+    let size = entries.len();
+    let (fours, rest) = entries.as_chunks::<4>();
+    let to = samples.as_mut_ptr();
+    for (k, four) in fours.iter().enumerate() {
+        for lane in [0, 4] {
+            // SAFETY: four numbers from `lane` on are within an Eight, four from `(lane + 3) size + 4 k` on within samples.
             unsafe {
-                let row = |i: usize| _mm256_loadu_pd(from.add((k + i) * lanes + lane));
+                let row = |i: usize| _mm256_loadu_pd(four[i].0.as_ptr().add(lane));
                 let (a, b, c, d) = (row(0), row(1), row(2), row(3));
                 let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
                 let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
-                let place = |l: usize| to.add((lane + l) * size + k);
+                let place = |l: usize| to.add((lane + l) * size + 4 * k);
                 _mm256_storeu_pd(place(0), _mm256_permute2f128_pd::<0x20>(ab0, cd0));
                 _mm256_storeu_pd(place(1), _mm256_permute2f128_pd::<0x20>(ab1, cd1));
                 _mm256_storeu_pd(place(2), _mm256_permute2f128_pd::<0x31>(ab0, cd0));
                 _mm256_storeu_pd(place(3), _mm256_permute2f128_pd::<0x31>(ab1, cd1));
             }
         }
-        for k in size / 4 * 4..size {
-            for l in lane..lane + 4 {
-                samples[l * size + k] = entries[k * lanes + l];
-            }
+    }
+    for (k, eight) in rest.iter().enumerate() {
+        for l in 0..8 {
+            samples[l * size + fours.len() * 4 + k] = eight.0[l];
         }
     }
 }
 
-/// A function states, y -> number of samples done: as many as fill whole lanes.
-macro_rules! kernel {
-    ($robot:ident, $n:ident, $p:ident) => {{
-        #[target_feature(enable = "avx2")]
-        fn four(states: &[f64], y: &mut [f64]) -> usize {
-            $crate::lanes::body!($robot, $n, $p, Lanes4, states, y)
+/// A function of eight states and the entries that are not always zero; false where the processor has no lanes.
+macro_rules! eight {
+    ($robot:ident, $n:ident, $e:ident) => {{
+        /// Twice four samples.
+        #[target_feature(enable = "avx2,fma")]
+        fn by_four(states: &[f64], entries: &mut [$crate::Eight; $e]) {
+            use $crate::lanes::Lanes4;
+            let mut out = [Lanes4::splat(0.0); $e];
+            for half in 0..2 {
+                let states = &states[half * 4 * 3 * $n..];
+                let mut inputs = [[Lanes4::splat(0.0); $n]; 3];
+                for i in 0..3 * $n {
+                    inputs[i / $n][i % $n] = Lanes4::gathered(&states[i..], 3 * $n);
+                }
+                $robot::base_regressor_non_zeros(&inputs[0], &inputs[1], &inputs[2], &mut out);
+                for (entry, lanes) in entries.iter_mut().zip(&out) {
+                    entry.0[half * 4..half * 4 + 4].copy_from_slice(&lanes.numbers());
+                }
+            }
         }
+
+        /// Eight samples, where they stand.
         #[target_feature(enable = "avx512f")]
-        fn eight(states: &[f64], y: &mut [f64]) -> usize {
-            $crate::lanes::body!($robot, $n, $p, Lanes8, states, y)
+        fn by_eight(states: &[f64], entries: &mut [$crate::Eight; $e]) {
+            use $crate::lanes::Lanes8;
+            let mut inputs = [[Lanes8::splat(0.0); $n]; 3];
+            for i in 0..3 * $n {
+                inputs[i / $n][i % $n] = Lanes8::gathered(&states[i..], 3 * $n);
+            }
+            $robot::base_regressor_non_zeros(&inputs[0], &inputs[1], &inputs[2], Lanes8::of(entries));
         }
+
         #[allow(unsafe_code, reason = "the processor has been asked")]
-        fn kernel(states: &[f64], y: &mut [f64]) -> usize {
+        fn eight(states: &[f64], entries: &mut [$crate::Eight]) -> bool {
+            let Ok(entries) = entries.try_into() else { return false };
             // SAFETY: each is called where the processor has what it is compiled for.
-            let (mut done, has_avx2) = (0, std::is_x86_feature_detected!("avx2"));
-            if has_avx2 && std::is_x86_feature_detected!("avx512f") {
-                done = unsafe { eight(states, y) };
+            if !std::is_x86_feature_detected!("avx2") || !std::is_x86_feature_detected!("fma") {
+                return false;
+            } else if std::is_x86_feature_detected!("avx512f") {
+                unsafe { by_eight(states, entries) }
+            } else {
+                unsafe { by_four(states, entries) }
             }
-            if has_avx2 {
-                done += unsafe { four(&states[3 * $n * done..], &mut y[$n * $p * done..]) };
-            }
-            done
+            true
         }
-        kernel
+        eight
     }};
 }
-pub(crate) use kernel;
+pub(crate) use eight;
 
-/// One sample: the scalar function in the processor's three-operand instructions where it has them; the
-/// same operations in the same order, and so the same bits.
+/// One sample: the scalar function in the processor's fused, three-operand instructions where it has them.
 macro_rules! scalar {
-    ($robot:ident, $n:expr, $p:expr) => {{
-        #[target_feature(enable = "avx2")]
-        fn wide(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
-            $robot::base_regressor(q, dq, ddq, y);
+    ($robot:ident, $function:ident, $n:expr, $y:ty) => {{
+        #[target_feature(enable = "avx2,fma")]
+        fn fused(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut $y) {
+            use $crate::lanes::Lanes1;
+            $robot::$function(Lanes1::of(q), Lanes1::of(dq), Lanes1::of(ddq), Lanes1::within(y));
         }
 
         #[allow(unsafe_code, reason = "the processor has been asked")]
-        fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut [[f64; $p]; $n]) {
-            if std::is_x86_feature_detected!("avx2") {
-                unsafe { wide(q, dq, ddq, y) }
+        fn fill(q: &[f64; $n], dq: &[f64; $n], ddq: &[f64; $n], y: &mut $y) {
+            if std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma") {
+                // SAFETY: the processor has what it is compiled for.
+                unsafe { fused(q, dq, ddq, y) }
             } else {
-                $robot::base_regressor(q, dq, ddq, y);
+                $robot::$function(q, dq, ddq, y);
             }
         }
         fill
@@ -218,46 +348,31 @@ macro_rules! scalar {
 }
 pub(crate) use scalar;
 
-macro_rules! body {
-    ($robot:ident, $n:ident, $p:ident, $lanes:ident, $states:ident, $y:ident) => {{
-        use $crate::lanes::$lanes as Lanes;
-        const W: usize = Lanes::WIDTH;
-        let mut inputs = [[Lanes::splat(0.0); $n]; 3];
-        let mut out = [[Lanes::splat(0.0); $p]; $n];
-        let mut done = 0;
-        for (states, y) in $states.chunks_exact(3 * $n * W).zip($y.chunks_exact_mut($n * $p * W)) {
-            for i in 0..3 * $n {
-                inputs[i / $n][i % $n] = Lanes::gathered(&states[i..], 3 * $n);
-            }
-            $robot::base_regressor(&inputs[0], &inputs[1], &inputs[2], &mut out);
-            $crate::lanes::scatter(Lanes::entries(out.as_flattened()), W, y);
-            done += W;
-        }
-        done
-    }};
-}
-pub(crate) use body;
-
 /// Lets a robot's file compute with lanes; `sqrt` where its `Real` has it.
 macro_rules! real {
     ($robot:ident $($sqrt:ident)?) => {
-        $crate::lanes::real!(@ $robot Lanes4 _mm256_sqrt_pd $($sqrt)?);
-        $crate::lanes::real!(@ $robot Lanes8 _mm512_sqrt_pd $($sqrt)?);
+        $crate::lanes::real!(@ $robot Lanes1 (f64::sqrt) $($sqrt)?);
+        $crate::lanes::real!(@ $robot Lanes4 (core::arch::x86_64::_mm256_sqrt_pd) $($sqrt)?);
+        $crate::lanes::real!(@ $robot Lanes8 (core::arch::x86_64::_mm512_sqrt_pd) $($sqrt)?);
     };
-    (@ $robot:ident $lanes:ident $instruction:ident $($sqrt:ident)?) => {
+    (@ $robot:ident $lanes:ident ($instruction:expr) $($sqrt:ident)?) => {
         impl $robot::Real for $crate::lanes::$lanes {
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 Self::splat(x)
             }
             #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                self.mul_add(b, c)
+            }
+            #[inline(always)]
             fn sin_cos(self) -> (Self, Self) {
                 self.sin_cos()
             }
             $(#[inline(always)]
-            #[allow(unsafe_code, reason = "vector registers")]
+            #[allow(unsafe_code, unused_unsafe, reason = "vector registers")]
             fn $sqrt(self) -> Self {
-                unsafe { Self(core::arch::x86_64::$instruction(self.0)) }
+                unsafe { Self($instruction(self.0)) }
             })?
         }
     };

@@ -13,23 +13,40 @@ mod lanes;
 /// Without lanes: every sample is done by the scalar function.
 #[cfg(not(all(feature = "std", target_arch = "x86_64")))]
 mod lanes {
-    macro_rules! kernel {
-        ($($_:tt)*) => {
-            |_, _| 0
-        };
+    macro_rules! eight {
+        ($robot:ident, $n:ident, $e:ident) => {{
+            fn eight(_: &[f64], _: &mut [$crate::Eight]) -> bool {
+                const { $n + $e == 0 }
+            }
+            eight
+        }};
     }
     macro_rules! real {
         ($($_:tt)*) => {};
     }
     macro_rules! scalar {
-        ($robot:ident, $n:expr, $p:expr) => {
-            $robot::base_regressor::<f64>
-        };
+        ($robot:ident, $function:ident, $n:expr, $y:ty) => {{
+            let one: fn(&[f64; $n], &[f64; $n], &[f64; $n], &mut $y) = $robot::$function;
+            one
+        }};
     }
-    pub(crate) use {kernel, real, scalar};
+    pub(crate) use {eight, real, scalar};
+
+    pub fn scatter(entries: &[crate::Eight], samples: &mut [f64]) {
+        for (l, sample) in samples.chunks_exact_mut(entries.len()).enumerate() {
+            for (y, eight) in sample.iter_mut().zip(entries) {
+                *y = eight.0[l];
+            }
+        }
+    }
 }
 #[rustfmt::skip]
 pub mod robots;
+
+/// One number of eight samples, as they lie in a vector register.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub struct Eight(pub [f64; 8]);
 
 /// The compiled base regressor of one robot: tau = Y(q, dq, ddq) X.
 #[derive(Clone, Copy, Debug)]
@@ -39,18 +56,20 @@ pub struct Compiled {
     pub coordinates: &'static [&'static str],
     /// The base parameters, in the order of the columns of Y.
     pub parameters: &'static [&'static str],
+    /// Row and column of each entry of Y that is not always zero, row by row.
+    pub non_zeros: &'static [(usize, usize)],
     /// Tells this function from that of any other robot or geometry: `expr::Function::fingerprint`.
     pub fingerprint: u64,
     fill: Fill,
-    fill_lanes: FillLanes,
+    fill_non_zeros: Fill,
+    fill_eight: FillEight,
 }
 
 /// q, dq, ddq -> y; false when a length is wrong.
 type Fill = fn(&[f64], &[f64], &[f64], &mut [f64]) -> bool;
 
-/// States and y, both sample after sample -> the number of samples done, from the first; the rest,
-/// less than the lanes of the processor, is left.
-type FillLanes = fn(&[f64], &mut [f64]) -> usize;
+/// Eight states -> the entries that are not always zero; false where the processor has no lanes.
+type FillEight = fn(&[f64], &mut [Eight]) -> bool;
 
 impl Compiled {
     /// Writes Y, row by row: `y[i * p + c]`. False, and nothing written, when a length is wrong: n
@@ -60,14 +79,46 @@ impl Compiled {
         (self.fill)(q, dq, ddq, y)
     }
 
+    /// Writes the entries of Y that are not always zero, in the order of `non_zeros`. False, and nothing written, when
+    /// a length is wrong.
+    #[must_use]
+    pub fn fill_non_zeros(&self, q: &[f64], dq: &[f64], ddq: &[f64], entries: &mut [f64]) -> bool {
+        (self.fill_non_zeros)(q, dq, ddq, entries)
+    }
+
+    /// Writes the entries of Y of eight samples, in the order of `non_zeros` and bit for bit as `fill` does: `states` holds
+    /// q, dq, ddq of one sample after the other. Several samples at a time where the processor can (the feature `std` asks
+    /// it). False, and nothing written, when a length is wrong.
+    #[must_use]
+    pub fn fill_eight(&self, states: &[f64], entries: &mut [Eight]) -> bool {
+        let n = self.coordinates.len();
+        if states.len() != 8 * 3 * n || entries.len() != self.non_zeros.len() {
+            return false;
+        }
+        if (self.fill_eight)(states, entries) {
+            return true;
+        }
+        let mut one = [0.0; MOST];
+        let Some(one) = one.get_mut(..entries.len()) else { return false };
+        for (l, s) in states.chunks_exact(3 * n).enumerate() {
+            if !self.fill_non_zeros(&s[..n], &s[n..2 * n], &s[2 * n..], one) {
+                return false;
+            }
+            for (eight, x) in entries.iter_mut().zip(&*one) {
+                eight.0[l] = *x;
+            }
+        }
+        true
+    }
+
     /// Writes Y of many samples, one after the other as `fill` writes it, and bit for bit as `fill`
-    /// does: `states` holds q, dq, ddq of one sample after the other. Several samples at a time where
-    /// the processor can (the feature `std` asks it). False, and nothing written, when a length is
-    /// wrong.
+    /// does: `states` holds q, dq, ddq of one sample after the other. False, and nothing written, when a length is
+    /// wrong. Those who can use the entries eight samples at a time, without the zeros, take `fill_eight`: more than half
+    /// of the time here goes into giving them their places.
     #[must_use]
     pub fn fill_many(&self, states: &[f64], y: &mut [f64]) -> bool {
-        let n = self.coordinates.len();
-        let size = n * self.parameters.len();
+        let (n, p) = (self.coordinates.len(), self.parameters.len());
+        let size = n * p;
         if size == 0 {
             return y.is_empty();
         }
@@ -75,10 +126,49 @@ impl Compiled {
         if y.len() != samples * size || states.len() != samples * 3 * n {
             return false;
         }
-        let done = (self.fill_lanes)(states, y);
+        let done = if samples < 8 { 0 } else { self.fill_eights(states, y) };
         let rest = states.chunks_exact(3 * n).zip(y.chunks_exact_mut(size)).skip(done);
         rest.into_iter().all(|(s, y)| self.fill(&s[..n], &s[n..2 * n], &s[2 * n..], y))
     }
+
+    /// As many samples as come in eights: their number.
+    fn fill_eights(&self, states: &[f64], y: &mut [f64]) -> usize {
+        let (n, p) = (self.coordinates.len(), self.parameters.len());
+        let mut entries = [Eight::default(); MOST];
+        let mut dense = [Eight::default(); MOST_DENSE];
+        let sizes = (entries.get_mut(..self.non_zeros.len()), dense.get_mut(..n * p));
+        let (Some(entries), Some(dense)) = sizes else { return 0 };
+        let mut done = 0;
+        for (states, y) in states.chunks_exact(8 * 3 * n).zip(y.chunks_exact_mut(8 * n * p)) {
+            if !self.fill_eight(states, entries) {
+                return done;
+            }
+            for (eight, (i, c)) in entries.iter().zip(self.non_zeros) {
+                dense[i * p + c] = *eight;
+            }
+            lanes::scatter(dense, y);
+            done += 8;
+        }
+        done
+    }
+}
+
+/// No robot has more entries that are not always zero.
+const MOST: usize = largest(false);
+/// No robot has more entries.
+const MOST_DENSE: usize = largest(true);
+
+const fn largest(dense: bool) -> usize {
+    let (mut most, mut k) = (0, 0);
+    while k < robots::ALL.len() {
+        let c = &robots::ALL[k];
+        let size = if dense { c.coordinates.len() * c.parameters.len() } else { c.non_zeros.len() };
+        if size > most {
+            most = size;
+        }
+        k += 1;
+    }
+    most
 }
 
 /// All compiled robots, by name.
@@ -100,6 +190,7 @@ macro_rules! compiled {
             name: $robot::NAME,
             coordinates: &$robot::COORDINATES,
             parameters: &$robot::PARAMETERS,
+            non_zeros: &$robot::NON_ZEROS,
             fingerprint: $robot::FINGERPRINT,
             fill: {
                 const N: usize = $robot::COORDINATES.len();
@@ -108,15 +199,26 @@ macro_rules! compiled {
                     let (Ok(q), Ok(dq), Ok(ddq)) = (q.try_into(), dq.try_into(), ddq.try_into()) else { return false };
                     let (rows, rest) = y.as_chunks_mut::<P>();
                     let (Ok(rows), true) = (<&mut [[f64; P]; N]>::try_from(rows), rest.is_empty()) else { return false };
-                    $crate::lanes::scalar!($robot, N, P)(q, dq, ddq, rows);
+                    $crate::lanes::scalar!($robot, base_regressor, N, [[f64; P]; N])(q, dq, ddq, rows);
                     true
                 }
                 fill
             },
-            fill_lanes: {
+            fill_non_zeros: {
                 const N: usize = $robot::COORDINATES.len();
-                const P: usize = $robot::PARAMETERS.len();
-                $crate::lanes::kernel!($robot, N, P)
+                const E: usize = $robot::NON_ZEROS.len();
+                fn fill(q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) -> bool {
+                    let (Ok(q), Ok(dq), Ok(ddq)) = (q.try_into(), dq.try_into(), ddq.try_into()) else { return false };
+                    let Ok(entries) = <&mut [f64; E]>::try_from(y) else { return false };
+                    $crate::lanes::scalar!($robot, base_regressor_non_zeros, N, [f64; E])(q, dq, ddq, entries);
+                    true
+                }
+                fill
+            },
+            fill_eight: {
+                const N: usize = $robot::COORDINATES.len();
+                const E: usize = $robot::NON_ZEROS.len();
+                $crate::lanes::eight!($robot, N, E)
             },
         }),*];
     };

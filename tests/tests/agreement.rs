@@ -58,6 +58,8 @@ fn compiled_code_the_tape_and_plain_f64_agree() {
             tape.evaluate(&state.inputs(), &mut work, &mut one);
             assert_eq!(one, many, "{file}: the same operations, one sample or many");
             assert!(compiled.fill(&state.q, &state.dq, &state.ddq, &mut y), "{file}");
+            let bits = |y: &[f64]| y.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+            assert_eq!(bits(&one), bits(&y), "{file}: the same operations, by tape or compiled");
             for (k, plain) in bounded(&function, &state.inputs()).into_iter().enumerate() {
                 let allowed = 2.0 * plain.error;
                 assert!((one[k] - plain.value).abs() <= allowed, "{file}, entry {k}: tape {} plain {plain:?}", one[k]);
@@ -80,6 +82,77 @@ fn wrong_lengths_are_refused_and_nothing_is_written() {
         assert!(y.iter().all(|&y| y == 7.0), "{}", compiled.name);
         assert!(compiled.fill(&q, &q, &q, &mut y));
     }
+}
+
+/// f64 on a processor that does not fuse.
+#[derive(Clone, Copy)]
+struct Unfused(f64);
+
+macro_rules! by_f64 {
+    ($($operator:ident $method:ident),*) => {$(
+        impl std::ops::$operator for Unfused {
+            type Output = Unfused;
+            fn $method(self, other: Unfused) -> Unfused {
+                Unfused(std::ops::$operator::$method(self.0, other.0))
+            }
+        }
+    )*};
+}
+by_f64!(Add add, Sub sub, Mul mul);
+
+impl std::ops::Neg for Unfused {
+    type Output = Unfused;
+    fn neg(self) -> Unfused {
+        Unfused(-self.0)
+    }
+}
+
+macro_rules! unfused {
+    ($($module:ident),*) => {$(
+        impl robots::$module::Real for Unfused {
+            fn from_f64(x: f64) -> Unfused {
+                Unfused(x)
+            }
+            fn mul_add(self, b: Unfused, c: Unfused) -> Unfused {
+                self * b + c
+            }
+            fn sin_cos(self) -> (Unfused, Unfused) {
+                let (s, c) = self.0.sin_cos();
+                (Unfused(s), Unfused(c))
+            }
+        }
+    )*};
+}
+unfused!(race, ur5, panda, tree);
+
+/// A generated function by numbers that are never fused and by fused ones, against the bound of the unfused sum.
+macro_rules! unfused_is_within_the_bound {
+    ($($module:ident: $file:literal),* $(,)?) => {$({
+        const N: usize = robots::$module::COORDINATES.len();
+        const P: usize = robots::$module::PARAMETERS.len();
+        let robot = tests::model($file);
+        let (_, function) = base_regressor(&robot);
+        let compiled = generated::find(function.fingerprint()).unwrap();
+        let mut random = Random(24);
+        for _ in 0..20 {
+            let state = random.state(&robot);
+            let numbers = |v: &[f64]| -> [Unfused; N] { std::array::from_fn(|k| Unfused(v[k])) };
+            let mut y = [[Unfused(f64::NAN); P]; N];
+            robots::$module::base_regressor(&numbers(&state.q), &numbers(&state.dq), &numbers(&state.ddq), &mut y);
+            let mut fused = [f64::NAN; N * P];
+            assert!(compiled.fill(&state.q, &state.dq, &state.ddq, &mut fused));
+            let inputs = state.inputs();
+            for ((y, fused), plain) in y.as_flattened().iter().zip(fused).zip(bounded(&function, &inputs)) {
+                // Both are within the bound of the exact value: one rounding less cannot be worse.
+                assert!((y.0 - fused).abs() <= 2.0 * plain.error, "{}: {} {fused} {plain:?}", $file, y.0);
+            }
+        }
+    })*};
+}
+
+#[test]
+fn without_fusing_the_difference_is_that_of_roundings() {
+    unfused_is_within_the_bound!(race: "race.yaml", ur5: "ur5.yaml", panda: "panda.yaml", tree: "tree.yaml");
 }
 
 /// f32 in and out against f64 of the same (f32) states.

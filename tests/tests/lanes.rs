@@ -1,5 +1,5 @@
 //! Law 3 for many samples: `fill_many` writes what `fill` writes, bit for bit, for every compiled robot and any
-//! number of samples. Nothing is fused, so nothing differs.
+//! number of samples. The same products are fused in both.
 
 #[test]
 fn many_samples_equal_one_at_a_time() {
@@ -25,6 +25,31 @@ fn many_samples_equal_one_at_a_time() {
                 assert_eq!(bits(y), bits(&one), "{}", robot.name);
             }
         }
+    }
+}
+
+/// The entries that are not always zero, one sample or eight at a time, are those of the dense matrix, and the rest of it is
+/// zero.
+#[test]
+fn the_entries_are_those_of_the_matrix() {
+    for robot in generated::all() {
+        let (n, p) = (robot.coordinates.len(), robot.parameters.len());
+        assert!(robot.non_zeros.is_sorted() && robot.non_zeros.iter().all(|(i, c)| *i < n && *c < p));
+        let states: Vec<f64> = (0..3 * n * 8).map(|i| 3.0 * (1.0 + i as f64 * 0.7).sin()).collect();
+        let mut eight = vec![generated::Eight::default(); robot.non_zeros.len()];
+        assert!(robot.fill_eight(&states, &mut eight));
+        for (l, s) in states.chunks_exact(3 * n).enumerate() {
+            let mut y = vec![f64::NAN; n * p];
+            let mut entries = vec![f64::NAN; robot.non_zeros.len()];
+            assert!(robot.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut y));
+            assert!(robot.fill_non_zeros(&s[..n], &s[n..2 * n], &s[2 * n..], &mut entries));
+            for ((x, eight), (i, c)) in entries.iter().zip(&eight).zip(robot.non_zeros) {
+                let dense = std::mem::take(&mut y[i * p + c]);
+                assert_eq!((x.to_bits(), eight.0[l].to_bits()), (dense.to_bits(), dense.to_bits()), "{}", robot.name);
+            }
+            assert!(y.iter().all(|y| *y == 0.0), "{}", robot.name);
+        }
+        assert!(!robot.fill_eight(&states[1..], &mut eight) && !robot.fill_eight(&states, &mut eight[1..]));
     }
 }
 

@@ -15,6 +15,7 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     let div = operations.div.then(|| quote!(+ core::ops::Div<Output = Self>));
     let [sqrt, sqrt_f64, sqrt_f32] = square_root(operations.sqrt);
     let of_f64 = real_of_f64(sqrt_f64);
+    let mul_add_f32 = mul_add(quote!(f32));
     quote! {
         /// The numbers this file computes with: f64, f32, or lanes of them.
         pub trait Real:
@@ -27,6 +28,8 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
         {
             /// The nearest number to `x`.
             fn from_f64(x: f64) -> Self;
+            /// self b + c: rounded once where the target has an instruction for it, else twice.
+            fn mul_add(self, b: Self, c: Self) -> Self;
             /// Sine and cosine.
             fn sin_cos(self) -> (Self, Self);
             #sqrt
@@ -40,6 +43,8 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
                 x as f32
             }
 
+            #mul_add_f32
+
             #[inline(always)]
             fn sin_cos(self) -> (f32, f32) {
                 let (s, c) = Real::sin_cos(self as f64);
@@ -51,14 +56,35 @@ pub(crate) fn real_trait(operations: Operations) -> TokenStream {
     }
 }
 
+/// The method of f64 or f32. Only the standard library has it, and without an instruction it is a slow call.
+fn mul_add(number: TokenStream) -> TokenStream {
+    quote! {
+        #[cfg(all(any(target_feature = "fma", target_arch = "aarch64"), any(unix, windows)))]
+        #[inline(always)]
+        fn mul_add(self, b: #number, c: #number) -> #number {
+            extern crate std;
+            #number::mul_add(self, b, c)
+        }
+
+        #[cfg(not(all(any(target_feature = "fma", target_arch = "aarch64"), any(unix, windows))))]
+        #[inline(always)]
+        fn mul_add(self, b: #number, c: #number) -> #number {
+            self * b + c
+        }
+    }
+}
+
 /// `Real` for f64, with the method `sqrt_f64` where the file takes roots.
 fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
+    let mul_add = mul_add(quote!(f64));
     quote! {
         impl Real for f64 {
             #[inline(always)]
             fn from_f64(x: f64) -> f64 {
                 x
             }
+
+            #mul_add
 
             /// Within 2e-16 of the sine and cosine of x for |x| < 2^27, NaN beyond. Reduction to [-pi/4, pi/4] by
             /// three parts of pi/2 (Cody and Waite 1980, the parts of Cephes), then the minimax
@@ -69,19 +95,23 @@ fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
                 const ROUND: f64 = 6755399441055744.0;
                 const REACH: f64 = 1.3393857589828342e300;
                 const PARTS: [f64; 3] = [1.570796251296997, 7.549789415861596e-8, 5.390302858158119e-15];
-                let turns = self * core::f64::consts::FRAC_2_PI + ROUND;
+                let fused = <f64 as Real>::mul_add;
+                let turns = fused(self, core::f64::consts::FRAC_2_PI, ROUND);
                 let quadrant = turns.to_bits();
                 let n = turns - ROUND;
                 // Overflows from 2^27 on: n would have more digits than the parts leave to it.
                 let reach = self * REACH;
-                let x = (((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2]) * (1.0 + 0.0 * reach);
+                let x = fused(-n, PARTS[2], fused(-n, PARTS[1], fused(-n, PARTS[0], self)));
+                let x = x * fused(0.0, reach, 1.0);
                 let z = x * x;
-                let s = x + x * z * (-1.6666666666666632e-1 + z * (8.33333333332249e-3
-                    + z * (-1.984126982985795e-4 + z * (2.7557313707070068e-6
-                    + z * (-2.5050760253406863e-8 + z * 1.58969099521155e-10)))));
-                let c = 1.0 - 0.5 * z + z * z * (4.16666666666666e-2 + z * (-1.388888888887411e-3
-                    + z * (2.480158728947673e-5 + z * (-2.7557314351390663e-7
-                    + z * (2.087572321298175e-9 + z * -1.1359647557788195e-11)))));
+                let s = fused(z, 1.58969099521155e-10, -2.5050760253406863e-8);
+                let s = fused(z, fused(z, s, 2.7557313707070068e-6), -1.984126982985795e-4);
+                let s = fused(z, fused(z, s, 8.33333333332249e-3), -1.6666666666666632e-1);
+                let s = fused(x * z, s, x);
+                let c = fused(z, -1.1359647557788195e-11, 2.087572321298175e-9);
+                let c = fused(z, fused(z, c, -2.7557314351390663e-7), 2.480158728947673e-5);
+                let c = fused(z, fused(z, c, -1.388888888887411e-3), 4.16666666666666e-2);
+                let c = fused(z * z, c, fused(-0.5, z, 1.0));
                 let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
                 let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
                 (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))

@@ -5,7 +5,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use crate::numbers::{Operations, real_trait};
-use crate::rust_function::render;
+use crate::rust_function::{render, render_sparse};
 use crate::steps::in_line;
 
 /// The file of `module`; `made_by` is the command that makes it again, for the banner.
@@ -18,10 +18,11 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     head.push('\n');
 
     let constants = module.constants.iter().map(constant);
-    let bound: Vec<_> = module.functions.iter().map(|f| (&f.doc, f.function.bound())).collect();
-    let functions = bound.iter().map(|(doc, function)| {
-        let (doc, body) = (doc_lines(doc), render(function));
-        quote!(#doc #body)
+    let bound: Vec<_> = module.functions.iter().map(|f| (f, f.function.bound())).collect();
+    let functions = bound.iter().map(|(documented, function)| {
+        let doc = doc_lines(&documented.doc);
+        let body = if documented.is_sparse { render_sparse(function, &doc) } else { render(function) };
+        if documented.is_sparse { body } else { quote!(#doc #body) }
     });
     let operations = operations(bound.iter().map(|(_, function)| function));
     let real = real_trait(operations);

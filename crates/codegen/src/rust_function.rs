@@ -4,11 +4,12 @@
 //! pub fn NAME<R: Real>(q: &[R; 3], ..., y: &mut [[R; 18]; 3]) {
 //!     let (s1, c1) = q[1].sin_cos();
 //!     let t4 = s1 * dq[0];
-//!     y[0][2] = t4;
+//!     let t5 = t4.mul_add(c1, -q[0]);
+//!     y[0][2] = t5;
 //! ```
-//! Signs stand only where a store or a sum needs them.
+//! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
 
-use expr::{Expr, Function, Node};
+use expr::{Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
@@ -20,25 +21,103 @@ use crate::steps::{Name, Step, is_read, names, steps};
 /// an input that nothing reads is named `_NAME`.
 pub(crate) fn render(bound: &Function) -> TokenStream {
     let writer = Writer { function: bound, names: names(bound) };
-    let name = Ident::new(&bound.name, Span::call_site());
-    let inputs = bound.inputs.iter().enumerate().map(|(k, input)| {
+    let (head, statements) = (head(bound), steps(bound).into_iter().map(|step| writer.statement(&step)));
+    quote! {
+        #[inline(always)]
+        #head {
+            #(#statements)*
+        }
+    }
+}
+
+/// As `render`, twice: a function that writes only what is not always zero, and one that gives it its place. `doc` stands
+/// above the second, and the list of places above both. The operations stand once, in a function that hands out entries.
+pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream {
+    let non_zeros = bound.non_zeros(0);
+    let (n, literal) = (Literal::usize_unsuffixed(non_zeros.len()), Literal::usize_unsuffixed);
+    let list = non_zeros.iter().map(|&(row, column)| {
+        let (row, column) = (literal(row), literal(column));
+        quote!((#row, #column))
+    });
+    let writer = Writer { function: bound, names: names(bound) };
+    let statements = steps(bound).into_iter().filter_map(|step| match step {
+        Step::Store { row, column, node, negative, .. } => {
+            // A zero has no place.
+            let k = literal(non_zeros.binary_search(&(row, column)).ok()?);
+            let (row, column, value) = (literal(row), literal(column), writer.operand(node));
+            Some(if negative {
+                quote!(set(#k, #row, #column, -#value);)
+            } else {
+                quote!(set(#k, #row, #column, #value);)
+            })
+        }
+        step => Some(writer.statement(&step)),
+    });
+    let (entries, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
+    let (arguments, inputs) = (input_arguments(bound), input_names(bound));
+    let y = format_ident!("{}", bound.outputs[0].name);
+    let zero = quote!(R::from_f64(0.0));
+    let (rows, columns) = (literal(bound.outputs[0].rows), literal(bound.outputs[0].columns));
+    let one_column = bound.outputs[0].columns == 1;
+    let zeros = if one_column { quote!([#zero; #rows]) } else { quote!([[#zero; #columns]; #rows]) };
+    let place =
+        if one_column { quote!(|_, row, _, x| #y[row] = x) } else { quote!(|_, row, column, x| #y[row][column] = x) };
+    let list_doc = " Row and column of each entry that is not always zero, row by row.";
+    let sparse_doc = format!(" The entries of `{}` that are not always zero, in the order of `NON_ZEROS`.", bound.name);
+    let entries_doc =
+        " Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, its row and its column.";
+    let head = head(bound);
+    quote! {
+        #[doc = #list_doc]
+        pub const NON_ZEROS: [(usize, usize); #n] = [#(#list),*];
+        #doc
+        #[inline(always)]
+        #head {
+            *#y = #zeros;
+            #entries(#(#inputs,)* #place);
+        }
+        #[doc = #sparse_doc]
+        #[inline(always)]
+        pub fn #sparse<R: Real>(#arguments #y: &mut [R; #n]) {
+            #entries(#(#inputs,)* |entry, _, _, x| #y[entry] = x);
+        }
+        #[doc = #entries_doc]
+        #[inline(always)]
+        fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
+            #(#statements)*
+        }
+    }
+}
+
+fn input_names(bound: &Function) -> Vec<Ident> {
+    bound.inputs.iter().enumerate().map(|(k, input)| input_name(bound, k, &input.name)).collect()
+}
+
+/// The inputs as arguments, each with its comma.
+fn input_arguments(bound: &Function) -> TokenStream {
+    let arguments = input_names(bound).into_iter().zip(&bound.inputs).map(|(name, input)| {
         let n = Literal::usize_unsuffixed(input.entries.len());
-        let read = (0..input.entries.len()).any(|i| is_read(bound, k, i));
-        let name = if read { format_ident!("{}", input.name) } else { format_ident!("_{}", input.name) };
         quote!(#name: &[R; #n])
     });
+    quote!(#(#arguments,)*)
+}
+
+/// The name of an input; one that nothing reads begins with an underscore.
+fn input_name(bound: &Function, k: usize, name: &str) -> Ident {
+    let read = (0..bound.inputs[k].entries.len()).any(|i| is_read(bound, k, i));
+    if read { format_ident!("{name}") } else { format_ident!("_{name}") }
+}
+
+/// The function up to its body.
+fn head(bound: &Function) -> TokenStream {
+    let name = Ident::new(&bound.name, Span::call_site());
+    let inputs = input_arguments(bound);
     let outputs = bound.outputs.iter().map(|output| {
         let name = format_ident!("{}", output.name);
         let (rows, columns) = (Literal::usize_unsuffixed(output.rows), Literal::usize_unsuffixed(output.columns));
         if output.columns == 1 { quote!(#name: &mut [R; #rows]) } else { quote!(#name: &mut [[R; #columns]; #rows]) }
     });
-    let statements = steps(bound).into_iter().map(|step| writer.statement(&step));
-    quote! {
-        #[inline(always)]
-        pub fn #name<R: Real>(#(#inputs,)* #(#outputs,)*) {
-            #(#statements)*
-        }
-    }
+    quote!(pub fn #name<R: Real>(#inputs #(#outputs,)*))
 }
 
 struct Writer<'a> {
@@ -67,8 +146,8 @@ impl Writer<'_> {
 
     fn statement(&self, step: &Step) -> TokenStream {
         match *step {
-            Step::Compute(n) => {
-                let (name, value) = (self.operand(n), self.value(n));
+            Step::Compute(n, operation) => {
+                let (name, value) = (self.operand(n), self.value(operation));
                 quote!(let #name = #value;)
             }
             Step::SinCos { angle, sine, cosine } => {
@@ -86,27 +165,45 @@ impl Writer<'_> {
         }
     }
 
-    fn value(&self, n: usize) -> TokenStream {
+    /// What is held at the node of `e`, or its negative.
+    fn signed(&self, e: Expr) -> TokenStream {
+        let x = self.operand(e.node());
+        match (e.is_negative(), &self.names[e.node()]) {
+            (false, _) => x,
+            (true, Name::Constant(x)) => {
+                let x = Literal::f64_unsuffixed(*x);
+                quote!(R::from_f64(-#x))
+            }
+            (true, _) => quote!(-#x),
+        }
+    }
+
+    fn value(&self, operation: Operation) -> TokenStream {
         let read = |e: Expr| self.operand(e.node());
-        match self.function.graph().nodes()[n] {
-            Node::Add(a, b) => {
+        match operation {
+            Operation::Add(a, b) => {
                 let (x, y) = (read(a), read(b));
                 if b.is_negative() { quote!(#x - #y) } else { quote!(#x + #y) }
             }
-            Node::Mul(a, b) => {
+            Operation::MulAdd(a, b, c) => {
+                let (x, y, z) = (self.signed(a), read(b), self.signed(c));
+                let bare = !a.is_negative() || matches!(self.names[a.node()], Name::Constant(_));
+                if bare { quote!(#x.mul_add(#y, #z)) } else { quote!((#x).mul_add(#y, #z)) }
+            }
+            Operation::Mul(a, b) => {
                 let (x, y) = (read(a), read(b));
                 quote!(#x * #y)
             }
-            Node::Div(a, b) => {
+            Operation::Div(a, b) => {
                 let (x, y) = (read(a), read(b));
                 quote!(#x / #y)
             }
-            Node::Sqrt(a) => {
-                let x = read(a);
-                // A root is not odd: the sign of its argument stays.
-                if a.is_negative() { quote!((-#x).sqrt()) } else { quote!((#x).sqrt()) }
+            // A root is not odd: the sign of its argument stays.
+            Operation::Sqrt(a) => {
+                let x = self.signed(a);
+                quote!((#x).sqrt())
             }
-            _ => unreachable!("a step computes"),
+            Operation::None => unreachable!("a step computes"),
         }
     }
 }

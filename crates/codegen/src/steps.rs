@@ -1,9 +1,10 @@
 //! A Function as straight-line steps, one an operation, in the order of its schedule. Every target
 //! language writes the same steps in its own way.
 //!
-//! An entry is stored as soon as it is known. Sine and cosine of an angle are one step.
+//! An entry is stored as soon as it is known. Sine and cosine of an angle are one step. Which product is fused into which
+//! sum is [`expr::Fusion`]'s matter.
 
-use expr::{Expr, Function, Node, SymbolKind, operands};
+use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
 /// A text of somebody's file within one line: what would end the line is a space.
 pub(crate) fn in_line(text: &str) -> String {
@@ -12,8 +13,8 @@ pub(crate) fn in_line(text: &str) -> String {
 
 /// One statement.
 pub(crate) enum Step {
-    /// The node, which is a sum, a product, a quotient or a root.
-    Compute(usize),
+    /// The node takes what the operation gives.
+    Compute(usize, Operation),
     /// Sine and cosine of the angle; the nodes, where something reads them.
     SinCos { angle: usize, sine: Option<usize>, cosine: Option<usize> },
     /// An entry of an output takes the node's value, or its negative.
@@ -31,28 +32,29 @@ pub(crate) enum Name {
 /// The steps of `function`, which has no named constants left.
 pub(crate) fn steps(function: &Function) -> Vec<Step> {
     let nodes = function.graph().nodes();
+    let fusion = Fusion::of(function);
     // Node -> the places it is stored to; constants are stored first.
     let mut places: Vec<Vec<Step>> = nodes.iter().map(|_| Vec::new()).collect();
     for (output, o) in function.outputs.iter().enumerate() {
         for (i, e) in o.entries.iter().enumerate() {
             let (row, column) = (i / o.columns, i % o.columns);
-            let (node, negative) = (e.node(), e.is_negative());
+            let (node, negative) = (e.node(), fusion.held(*e).is_negative());
             places[node].push(Step::Store { output, row, column, node, negative });
         }
     }
     let mut steps = Vec::new();
     for (n, places) in places.into_iter().enumerate() {
-        match nodes[n] {
-            Node::Add(..) | Node::Mul(..) | Node::Div(..) | Node::Sqrt(_) => steps.push(Step::Compute(n)),
+        match (nodes[n], fusion.operation_of(n)) {
             // The pair is made at the place of the first of the two.
-            Node::Sin(a) | Node::Cos(a) => {
+            (Node::Sin(a) | Node::Cos(a), _) => {
                 let place = |wanted: Node| nodes.iter().position(|node| *node == wanted);
                 let (sine, cosine) = (place(Node::Sin(a)), place(Node::Cos(a)));
                 if sine.into_iter().chain(cosine).min() == Some(n) {
                     steps.push(Step::SinCos { angle: a.node(), sine, cosine });
                 }
             }
-            Node::Constant(_) | Node::Symbol(_) => {}
+            (_, Operation::None) => {}
+            (_, operation) => steps.push(Step::Compute(n, operation)),
         }
         steps.extend(places);
     }

@@ -122,6 +122,24 @@ impl Function {
             .rebuilt(&self.graph, &|_| None)
     }
 
+    /// Row and column of each entry of an output that is not zero whatever the inputs are, row by row.
+    pub fn non_zeros(&self, output: usize) -> Vec<(usize, usize)> {
+        let o = &self.outputs[output];
+        let places = o.entries.iter().enumerate().filter(|(_, e)| !e.is_zero());
+        places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
+    }
+
+    /// The same operations, of each output only the entries of [`Function::non_zeros`], in one column.
+    pub fn without_zeros(&self, name: &str) -> Function {
+        let mut function = Function { graph: self.graph.clone(), ..self.outline() };
+        function.name = name.to_string();
+        for o in &mut function.outputs {
+            o.entries.retain(|e| !e.is_zero());
+            (o.rows, o.columns) = (o.entries.len(), 1);
+        }
+        function
+    }
+
     /// Names, inputs and outputs, for [`Function::rebuilt`] to fill.
     fn outline(&self) -> Function {
         let (name, inputs, outputs) = (self.name.clone(), self.inputs.clone(), self.outputs.clone());

@@ -4,18 +4,21 @@
 //! nothing and x - y and y - x share a node. A [`Function`] is named inputs -> named outputs: the
 //! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`]), of evaluation in another algebra
 //! ([`Function::evaluate_in`]), of counting ([`Function::count`]) and of code generation, where a [`Module`] of functions
-//! makes a file. Nothing here knows robots.
+//! makes a file. [`Fusion`] says which products are fused into sums: the tape and generated code perform the same operations. Nothing here knows robots.
 
 #![warn(missing_docs)]
 
 mod adjoint;
 mod function;
+mod fusion;
 mod graph;
 mod module;
+mod sine;
 mod tape;
 
 pub use adjoint::{Adjoint, AdjointWorkspace};
 pub use function::{Algebra, Count, Function, Input, Output, operands};
+pub use fusion::{Fusion, Operation};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
 pub use module::{Constant, Documented, Module, Value};
 pub use tape::{Tape, Workspace};

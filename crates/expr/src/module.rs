@@ -44,6 +44,9 @@ pub struct Documented {
     pub doc: Vec<String>,
     /// The function itself.
     pub function: Function,
+    /// Whether the file also has the function that writes only what is not zero whatever the inputs are, and the list of
+    /// its places. Such a function has one output, and is the only one of its file.
+    pub is_sparse: bool,
 }
 
 impl Module {
@@ -59,7 +62,12 @@ impl Module {
 
     /// Adds a function with the lines of `doc`.
     pub fn function(&mut self, doc: &str, function: Function) {
-        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function });
+        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, is_sparse: false });
+    }
+
+    /// Adds a function with the lines of `doc`, and beside it the one that leaves out zeros.
+    pub fn sparse_function(&mut self, doc: &str, function: Function) {
+        self.functions.push(Documented { doc: doc.lines().map(String::from).collect(), function, is_sparse: true });
     }
 }
 

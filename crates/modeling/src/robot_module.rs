@@ -1,6 +1,6 @@
 //! The module of a robot: the head of its generated file, the names, the base regressor with its rules, other functions.
 
-use expr::{Count, Function, Module, Node, SymbolKind, Value};
+use expr::{Function, Fusion, Module, Node, SymbolKind, Value};
 use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
@@ -88,8 +88,7 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
         while module.functions.iter().any(|f| f.function.name == function.name) {
             function.name.push('_');
         }
-        let c = written(&function);
-        module.function(&format!("{doc}\n{} mul, {} add, {} sin_cos.", c.mul, c.add, c.sin_cos), function);
+        module.function(&format!("{doc}\n{}.", operations(&function)), function);
     }
     Ok(module)
 }
@@ -99,7 +98,6 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
 fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Module {
     let mut regressor = base.regressor(standard).bound();
     regressor.name = "base_regressor".into();
-    let count = written(&regressor);
     let parameters: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
     let coordinates: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
 
@@ -107,8 +105,8 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     let doc = &mut module.doc;
     doc.push(format!("{}: the base regressor, tau = Y(q, dq, ddq) X.", robot.name));
     doc.push(String::new());
-    let (n, p) = (coordinates.len(), parameters.len());
-    doc.push(format!("Y is {n} x {p}: {} mul, {} add, {} sin_cos.", count.mul, count.add, count.sin_cos));
+    let (n, p, entries) = (coordinates.len(), parameters.len(), regressor.non_zeros(0).len());
+    doc.push(format!("Y is {n} x {p}, {entries} of its entries not always zero: {}.", operations(&regressor)));
     doc.push("q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.".into());
     if let Some(source) = &robot.source {
         doc.push(String::new());
@@ -147,13 +145,17 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     let tells = "Tells this function from that of any other robot or geometry.";
     module.constant("FINGERPRINT", tells, Value::Number(regressor.fingerprint()));
     let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";
-    module.function(shape, regressor);
+    module.sparse_function(shape, regressor);
     module
 }
 
-/// Operations of the code that is written: what folds away only once constants have their values is gone.
-fn written(bound: &Function) -> Count {
-    bound.bound().count()
+/// Operations of the code that is written: what folds away only once constants have their values is gone. A product in
+/// a sum, `mul_add`, is neither a product nor a sum here.
+fn operations(bound: &Function) -> String {
+    let bound = bound.bound();
+    let (count, fused) = (bound.count(), Fusion::of(&bound).fused());
+    let (mul, add) = (count.mul - fused, count.add - fused);
+    format!("{fused} mul_add, {mul} mul, {add} add, {} sin_cos", count.sin_cos)
 }
 
 /// The named constants that the rules may name, with their values: `D2 = 0.3`.

@@ -1,0 +1,204 @@
+//! Which product is fused into which sum: the operations of a function as every target performs them.
+//!
+//! A product that one sum alone reads is fused into it, a b + c, which a processor does in one operation and with one
+//! rounding. Of two such products of a sum the one that is known later is fused. The tape, generated Rust and generated C
+//! perform these operations in this order.
+//!
+//! A sum of which more negatives than positives are stored is held as its negative, where that costs nothing: in a b + c
+//! every sign is free, in a - b the two are exchanged.
+
+use crate::function::{Function, operands};
+use crate::graph::{Expr, Node};
+
+/// What computes a node. The handles mean what is held at their nodes, with their signs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Operation {
+    /// Nothing: a number, an input, a sine or a cosine, or a product that is part of a sum.
+    None,
+    /// a + b; only b may be negative.
+    Add(Expr, Expr),
+    /// a b + c; only a and c may be negative.
+    MulAdd(Expr, Expr, Expr),
+    /// a b, both without sign.
+    Mul(Expr, Expr),
+    /// a / b, both without sign.
+    Div(Expr, Expr),
+    /// Square root.
+    Sqrt(Expr),
+}
+
+/// The operations of a function without named constants, node by node.
+#[derive(Clone, Debug)]
+pub struct Fusion {
+    operations: Vec<Operation>,
+    /// Whether the negative of the node is held.
+    negated: Vec<bool>,
+}
+
+impl Fusion {
+    /// Decides for every sum of `function`.
+    pub fn of(function: &Function) -> Fusion {
+        let nodes = function.graph().nodes();
+        let uses = Uses::of(function);
+        let mut fusion = Fusion { operations: vec![Operation::None; nodes.len()], negated: vec![false; nodes.len()] };
+        let mut depth = vec![0_usize; nodes.len()];
+        // The product that each sum takes up, before any sum is written: a product comes before its sum.
+        let mut taken_up = vec![None; nodes.len()];
+        let mut is_part = vec![false; nodes.len()];
+        for (n, &node) in nodes.iter().enumerate() {
+            depth[n] = operands(node).map(|e| depth[e.node()] + 1).max().unwrap_or(0);
+            if let Node::Add(a, b) = node {
+                let alone = |e: &Expr| matches!(nodes[e.node()], Node::Mul(..)) && uses.count[e.node()] == 1;
+                let product = [a, b].into_iter().filter(alone).max_by_key(|e| depth[e.node()]);
+                taken_up[n] = product;
+                is_part[product.map_or(n, Expr::node)] |= product.is_some();
+            }
+        }
+        for (n, &node) in nodes.iter().enumerate() {
+            if !is_part[n] {
+                let wanted = uses.negative[n] > uses.positive[n];
+                (fusion.operations[n], fusion.negated[n]) = fusion.operation(nodes, node, taken_up[n], wanted);
+            }
+        }
+        fusion
+    }
+
+    /// What computes a node whose operands are settled, and whether it gives the negative, which is `wanted` or not.
+    fn operation(&self, nodes: &[Node], node: Node, product: Option<Expr>, wanted: bool) -> (Operation, bool) {
+        let held = |e: Expr| self.held(e);
+        match (node, product) {
+            (Node::Add(a, b), Some(product)) => {
+                let Node::Mul(x, y) = nodes[product.node()] else { return (Operation::None, false) };
+                let rest = held(if product.node() == a.node() { b } else { a });
+                let negative = held(x).is_negative() ^ held(y).is_negative() ^ product.is_negative() ^ wanted;
+                (Operation::MulAdd(signed(x, negative), y.abs(), signed(rest, rest.is_negative() ^ wanted)), wanted)
+            }
+            (Node::Add(a, b), None) => match (held(a), held(b)) {
+                (a, b) if a.is_negative() && b.is_negative() => (Operation::Add(a.abs(), b.abs()), true),
+                (a, b) if !a.is_negative() && !b.is_negative() => (Operation::Add(a, b), false),
+                (a, b) => {
+                    let (plus, minus) = if a.is_negative() { (b, a.abs()) } else { (a, b.abs()) };
+                    let (first, second) = if wanted { (minus, plus) } else { (plus, minus) };
+                    (Operation::Add(first, -second), wanted)
+                }
+            },
+            (Node::Mul(a, b), _) => (Operation::Mul(a.abs(), b.abs()), held(a).is_negative() ^ held(b).is_negative()),
+            (Node::Div(a, b), _) => (Operation::Div(a.abs(), b.abs()), held(a).is_negative() ^ held(b).is_negative()),
+            (Node::Sqrt(a), _) => (Operation::Sqrt(held(a)), false),
+            // The sine of the negative is the negative, the cosine of it the cosine.
+            (Node::Sin(a), _) => (Operation::None, held(a).is_negative()),
+            (Node::Cos(_) | Node::Constant(_) | Node::Symbol(_), _) => (Operation::None, false),
+        }
+    }
+
+    /// What computes the node.
+    pub fn operation_of(&self, node: usize) -> Operation {
+        self.operations[node]
+    }
+
+    /// An expression of the graph by what is held at its node.
+    pub fn held(&self, e: Expr) -> Expr {
+        signed(e, e.is_negative() ^ self.negated[e.node()])
+    }
+
+    /// The operands of the node's operation.
+    pub fn operands_of(&self, node: usize) -> impl Iterator<Item = Expr> {
+        let (a, b, c) = match self.operations[node] {
+            Operation::None => (None, None, None),
+            Operation::Sqrt(a) => (Some(a), None, None),
+            Operation::Add(a, b) | Operation::Mul(a, b) | Operation::Div(a, b) => (Some(a), Some(b), None),
+            Operation::MulAdd(a, b, c) => (Some(a), Some(b), Some(c)),
+        };
+        a.into_iter().chain(b).chain(c)
+    }
+
+    /// Number of products that are part of a sum.
+    pub fn fused(&self) -> usize {
+        self.operations.iter().filter(|o| matches!(o, Operation::MulAdd(..))).count()
+    }
+}
+
+fn signed(e: Expr, negative: bool) -> Expr {
+    if negative { -e.abs() } else { e.abs() }
+}
+
+/// How often each node is read, and how often it is stored with either sign.
+struct Uses {
+    count: Vec<usize>,
+    positive: Vec<usize>,
+    negative: Vec<usize>,
+}
+
+impl Uses {
+    fn of(function: &Function) -> Uses {
+        let nodes = function.graph().nodes();
+        let zeros = vec![0; nodes.len()];
+        let mut uses = Uses { count: zeros.clone(), positive: zeros.clone(), negative: zeros };
+        for e in nodes.iter().flat_map(|node| operands(*node)) {
+            uses.count[e.node()] += 1;
+        }
+        for e in function.outputs.iter().flat_map(|o| &o.entries) {
+            uses.count[e.node()] += 1;
+            let stored = if e.is_negative() { &mut uses.negative } else { &mut uses.positive };
+            stored[e.node()] += 1;
+        }
+        uses
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Graph, Input, Output, SymbolKind};
+
+    fn function(make: impl Fn(&mut Graph, [Expr; 4]) -> Vec<Expr>) -> Function {
+        let mut g = Graph::new();
+        let inputs = ["a", "b", "c", "d"].map(|name| g.symbol(name, SymbolKind::Input));
+        let entries = make(&mut g, inputs);
+        let output = Output { name: "y".into(), rows: entries.len(), columns: 1, entries };
+        Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
+    }
+
+    /// The operations that compute something, and the first output as it is held.
+    fn operations(f: &Function) -> (Vec<Operation>, Expr) {
+        let fusion = Fusion::of(f);
+        let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);
+        (all.collect(), fusion.held(f.outputs[0].entries[0]))
+    }
+
+    #[test]
+    fn a_product_read_once_is_part_of_its_sum() {
+        let f = function(|g, [a, b, c, _]| {
+            let ab = g.mul(a, b);
+            vec![g.sub(c, ab)]
+        });
+        let (all, y) = operations(&f);
+        let [a, b, c] = [0, 1, 2].map(|k| f.inputs[0].entries[k]);
+        assert_eq!(all, [Operation::MulAdd(-a, b, c)]);
+        assert!(!y.is_negative());
+    }
+
+    #[test]
+    fn a_product_read_twice_is_made_once() {
+        let f = function(|g, [a, b, c, d]| {
+            let ab = g.mul(a, b);
+            vec![g.add(c, ab), g.add(d, ab)]
+        });
+        let (all, _) = operations(&f);
+        assert!(matches!(all[..], [Operation::Mul(..), Operation::Add(..), Operation::Add(..)]), "{all:?}");
+    }
+
+    #[test]
+    fn what_is_stored_negative_is_held_negative() {
+        let f = function(|g, [a, b, c, d]| {
+            let ab = g.mul(a, b);
+            let cd = g.mul(c, d);
+            vec![-g.add(ab, cd), -g.sub(a, b)]
+        });
+        let fusion = Fusion::of(&f);
+        for e in &f.outputs[0].entries {
+            assert!(!fusion.held(*e).is_negative());
+        }
+        assert_eq!(fusion.fused(), 1);
+    }
+}
