@@ -24,9 +24,17 @@ struct TapeDynamics {
 /// Pairs of tapes made so far.
 static TAPES: AtomicUsize = AtomicUsize::new(0);
 
+/// What a pair of tapes is evaluated in.
+struct Scratch {
+    number: usize,
+    inertia: Workspace,
+    bias: Workspace,
+    inputs: Vec<f64>,
+}
+
 thread_local! {
-    /// Number, workspaces and inputs of the tapes last evaluated on this thread.
-    static SCRATCH: RefCell<Option<(usize, Workspace, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
+    /// That of the tapes last evaluated on this thread.
+    static SCRATCH: RefCell<Option<Scratch>> = const { RefCell::new(None) };
 }
 
 /// The dynamics of a model with these base parameters, N m from rad; missing ones count as zero.
@@ -56,17 +64,21 @@ impl Dynamics for TapeDynamics {
 
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
         SCRATCH.with_borrow_mut(|scratch| {
-            let fresh = || (self.number, self.inertia.workspace(), self.bias.workspace(), Vec::new());
-            if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
-                *scratch = Some(fresh());
+            if scratch.as_ref().is_some_and(|s| s.number != self.number) {
+                *scratch = None;
             }
-            let (_, for_inertia, for_bias, inputs) = scratch.get_or_insert_with(fresh);
-            inputs.clear();
-            inputs.extend(q.iter().chain(&self.parameters));
-            self.inertia.evaluate(inputs, for_inertia, inertia);
-            inputs.clear();
-            inputs.extend(q.iter().chain(dq).chain(&self.parameters));
-            self.bias.evaluate(inputs, for_bias, bias);
+            let s = scratch.get_or_insert_with(|| Scratch {
+                number: self.number,
+                inertia: self.inertia.workspace(),
+                bias: self.bias.workspace(),
+                inputs: Vec::new(),
+            });
+            s.inputs.clear();
+            s.inputs.extend(q.iter().chain(&self.parameters));
+            self.inertia.evaluate(&s.inputs, &mut s.inertia, inertia);
+            s.inputs.clear();
+            s.inputs.extend(q.iter().chain(dq).chain(&self.parameters));
+            self.bias.evaluate(&s.inputs, &mut s.bias, bias);
         });
     }
 }

@@ -291,7 +291,7 @@ impl<'a> TableReader<'a> {
         }
         for row in block.ragged.iter().map(|row| rows + row) {
             table.ragged += 1;
-            if table.ragged > (row + 1) / 2 && table.ragged.saturating_mul(width) > MISSING {
+            if table.ragged > row.div_ceil(2) && table.ragged.saturating_mul(width) > MISSING {
                 let message =
                     format!("{} of {} rows have more or fewer cells than the header has names", table.ragged, row + 1);
                 return Err(Error::at(&self.file, table.line(row), message));
