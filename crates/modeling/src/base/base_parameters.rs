@@ -133,7 +133,7 @@ pub(crate) fn base_parameters(
     let standard = StandardParameter::all(robot);
     let name = |c: usize| standard[c].display(robot).to_string();
 
-    let scan = scan(sampled(regressor, derivation.closure()));
+    let scan = scan(&sampled(regressor, derivation.closure()), regressor.outputs[0].rows);
     let mut rank = Rank::of(&scan);
     clear_cut(&scan, &rank, name)?;
 

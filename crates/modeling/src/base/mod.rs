@@ -15,4 +15,5 @@ pub(crate) mod rank;
 pub(crate) mod regrouping;
 pub(crate) mod rigid_regrouping;
 pub(crate) mod rule;
+pub(crate) mod triangle;
 pub(crate) mod written_rules;

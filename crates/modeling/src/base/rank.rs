@@ -1,11 +1,13 @@
 //! Which columns of a matrix are independent, in their own order, and how clearly.
 //!
-//! The matrix is compressed to its triangle by QR [nalgebra]; then the columns are taken from left
+//! The matrix is compressed to its triangle by QR (`triangle`); then the columns are taken from left
 //! to right: one is kept when its distance from the span of those kept before it, relative to its
 //! own norm, is above the threshold [Gautier 1991]. Columns far smaller than the largest count as
 //! zero: a truncated pi leaves columns of 1e-10 behind, which scaling to one would make count.
 
 use nalgebra::{DMatrix, DVector};
+
+use crate::base::triangle::triangle;
 
 /// Distance, relative to the column's norm, from which a column is independent.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
@@ -29,9 +31,10 @@ pub(crate) struct Scan {
     pub share: Vec<f64>,
 }
 
-pub(crate) fn scan(matrix: DMatrix<f64>) -> Scan {
+/// Of a matrix whose row i belongs to joint i modulo `joints`.
+pub(crate) fn scan(matrix: &DMatrix<f64>, joints: usize) -> Scan {
     let p = matrix.ncols();
-    let triangle = matrix.qr().unpack_r();
+    let triangle = triangle(matrix, joints);
     let norms: Vec<f64> = triangle.column_iter().map(|c| c.norm()).collect();
     let largest = norms.iter().fold(0.0, |a: f64, &b| a.max(b));
 
@@ -95,7 +98,7 @@ mod tests {
             3 => 2.0 * a[r] - 3.0 * b[r],
             _ => c[r],
         });
-        let s = scan(matrix);
+        let s = scan(&matrix, 1);
         assert_eq!((s.kept, s.zero), (vec![0, 2, 4], vec![1]));
         assert_eq!(s.dependent.iter().map(|d| d.0).collect::<Vec<_>>(), [3, 5]);
         for (found, expected) in s.dependent[0].1.iter().zip([2.0, -3.0, 0.0]) {

@@ -1,0 +1,97 @@
+//! The triangle R of a matrix's QR, joint by joint.
+//!
+//! R'R = A'A. The rows of one joint go into R together, by Householder reflections of a row of R and the column beneath it
+//! [Golub, Van Loan, 5.1]: memory is that of R and of one joint's rows. The row of a joint is zero in the columns of bodies
+//! that it does not carry, and what is zero on both sides of a reflection stays so: such columns cost nothing, which is
+//! most of the work for a tree.
+
+use nalgebra::DMatrix;
+
+/// R, p x p, of a matrix whose row i belongs to joint i modulo `joints`.
+pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
+    let (rows, p) = matrix.shape();
+    let mut r = vec![0.0; p * p];
+    for joint in 0..joints.max(1) {
+        let own: Vec<usize> = (joint..rows).step_by(joints.max(1)).collect();
+        let mut block: Vec<f64> = (0..p).flat_map(|c| own.iter().map(move |&i| matrix[(i, c)])).collect();
+        absorb(&mut r, &mut block, p, own.len());
+    }
+    DMatrix::from_row_slice(p, p, &r)
+}
+
+/// Rows into R, row by row; `block` holds their columns one after the other and is used up.
+fn absorb(r: &mut [f64], block: &mut [f64], p: usize, rows: usize) {
+    for c in 0..p {
+        let (head, behind) = block.split_at_mut((c + 1) * rows);
+        let v = &head[c * rows..];
+        let square = dot(v, v);
+        if square == 0.0 {
+            continue;
+        }
+        let diagonal = r[c * p + c];
+        let norm = (diagonal * diagonal + square).sqrt();
+        let image = if diagonal > 0.0 { -norm } else { norm };
+        // H = 1 - 2 v v' / v'v with v = (diagonal - image, v).
+        let first = diagonal - image;
+        let factor = 2.0 / (first * first + square);
+        r[c * p + c] = image;
+        for (entry, column) in r[c * p + c + 1..(c + 1) * p].iter_mut().zip(behind.chunks_exact_mut(rows)) {
+            let along = factor * (first * *entry + dot(v, column));
+            if along != 0.0 {
+                *entry -= along * first;
+                column.iter_mut().zip(v).for_each(|(x, v)| *x -= along * v);
+            }
+        }
+    }
+}
+
+/// Four sums abreast: one alone waits for itself.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a4.zip(b4) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix;
+
+    /// R'R is A'A and R is that of an ordinary QR up to the signs of its rows, with columns that joints do not reach.
+    #[test]
+    fn the_triangle_of_an_ordinary_qr() {
+        let (joints, states, p) = (4, 9, 12);
+        let mut random = SplitMix(7);
+        let reaches = |joint: usize, column: usize| column / 3 >= joint || column == 5;
+        let entry = |row: usize, column: usize| if reaches(row % joints, column) { random.unit() } else { 0.0 };
+        let mut entry = entry;
+        let matrix = DMatrix::from_fn(joints * states, p, &mut entry);
+        let found = triangle(&matrix, joints);
+        let expected = matrix.clone().qr().unpack_r();
+        for c in 0..p {
+            for i in 0..p {
+                // Entries are of order one: what is left is rounding.
+                assert!((found[(i, c)].abs() - expected[(i, c)].abs()).abs() < 1e-13, "{i} {c}");
+                assert!(i <= c || found[(i, c)] == 0.0);
+            }
+        }
+        let gram = found.transpose() * &found - matrix.transpose() * &matrix;
+        assert!(gram.amax() < 1e-12);
+    }
+
+    /// Fewer rows than columns, and no rows at all.
+    #[test]
+    fn few_rows_leave_zeros() {
+        let matrix = DMatrix::from_row_slice(2, 3, &[3.0, 1.0, 2.0, 4.0, 1.0, 0.0]);
+        let found = triangle(&matrix, 1);
+        // Rounding alone is left where there are no more rows.
+        assert!((found[(0, 0)].abs() - 5.0).abs() < 1e-14 && found[(2, 2)].abs() < 1e-14);
+        assert_eq!(triangle(&DMatrix::zeros(0, 2), 3), DMatrix::zeros(2, 2));
+    }
+}
