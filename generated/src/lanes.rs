@@ -233,44 +233,51 @@ impl Lanes8 {
     }
 }
 
-/// Entry after entry -> sample after sample; the transposition of four by four costs a third of that one by one.
-pub fn scatter(entries: &[Eight], samples: &mut [f64]) {
-    assert_eq!(samples.len(), 8 * entries.len());
-    if std::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor has it, and the lengths fit.
-        return unsafe { scatter_by_four(entries, samples) };
-    }
-    for (k, eight) in entries.iter().enumerate() {
-        for l in 0..8 {
-            samples[l * entries.len() + k] = eight.0[l];
+/// Entry after entry -> sample after sample of `size` numbers, the entries at their places, ascending; the rest of
+/// `samples` is left. Entries that stand side by side go four at a time.
+pub fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
+    assert_eq!(samples.len(), 8 * size);
+    let by_four = std::is_x86_feature_detected!("avx2");
+    let mut k = 0;
+    while k < entries.len() {
+        let place = places(k);
+        if let Some(four) = entries[k..].first_chunk::<4>()
+            && by_four
+            && places(k + 3) == place + 3
+            && place + 3 < size
+        {
+            // SAFETY: the processor has AVX2, and place + 3 is within a sample.
+            unsafe { four_to_samples(four, &mut samples[place..], size) };
+            k += 4;
+        } else {
+            for l in 0..8 {
+                samples[l * size + place] = entries[k].0[l];
+            }
+            k += 1;
         }
     }
 }
 
+/// Four entries side by side to the beginning of each of eight samples, which are `size` apart.
+///
+/// # Safety
+/// `samples` has more than 7 size + 3 numbers.
 #[target_feature(enable = "avx2")]
-fn scatter_by_four(entries: &[Eight], samples: &mut [f64]) {
-    let size = entries.len();
-    let (fours, rest) = entries.as_chunks::<4>();
+unsafe fn four_to_samples(four: &[Eight; 4], samples: &mut [f64], size: usize) {
+    debug_assert!(samples.len() > 7 * size + 3);
     let to = samples.as_mut_ptr();
-    for (k, four) in fours.iter().enumerate() {
-        for lane in [0, 4] {
-            // SAFETY: four numbers from `lane` on are within an Eight, four from `(lane + 3) size + 4 k` on within samples.
-            unsafe {
-                let row = |i: usize| _mm256_loadu_pd(four[i].0.as_ptr().add(lane));
-                let (a, b, c, d) = (row(0), row(1), row(2), row(3));
-                let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
-                let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
-                let place = |l: usize| to.add((lane + l) * size + 4 * k);
-                _mm256_storeu_pd(place(0), _mm256_permute2f128_pd::<0x20>(ab0, cd0));
-                _mm256_storeu_pd(place(1), _mm256_permute2f128_pd::<0x20>(ab1, cd1));
-                _mm256_storeu_pd(place(2), _mm256_permute2f128_pd::<0x31>(ab0, cd0));
-                _mm256_storeu_pd(place(3), _mm256_permute2f128_pd::<0x31>(ab1, cd1));
-            }
-        }
-    }
-    for (k, eight) in rest.iter().enumerate() {
-        for l in 0..8 {
-            samples[l * size + fours.len() * 4 + k] = eight.0[l];
+    for lane in [0, 4] {
+        // SAFETY: four numbers from `lane` on are within an Eight; the caller knows the samples.
+        unsafe {
+            let row = |i: usize| _mm256_loadu_pd(four[i].0.as_ptr().add(lane));
+            let (a, b, c, d) = (row(0), row(1), row(2), row(3));
+            let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+            let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+            let place = |l: usize| to.add((lane + l) * size);
+            _mm256_storeu_pd(place(0), _mm256_permute2f128_pd::<0x20>(ab0, cd0));
+            _mm256_storeu_pd(place(1), _mm256_permute2f128_pd::<0x20>(ab1, cd1));
+            _mm256_storeu_pd(place(2), _mm256_permute2f128_pd::<0x31>(ab0, cd0));
+            _mm256_storeu_pd(place(3), _mm256_permute2f128_pd::<0x31>(ab1, cd1));
         }
     }
 }

@@ -32,10 +32,10 @@ mod lanes {
     }
     pub(crate) use {eight, real, scalar};
 
-    pub fn scatter(entries: &[crate::Eight], samples: &mut [f64]) {
-        for (l, sample) in samples.chunks_exact_mut(entries.len()).enumerate() {
-            for (y, eight) in sample.iter_mut().zip(entries) {
-                *y = eight.0[l];
+    pub fn scatter(entries: &[crate::Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
+        for (k, eight) in entries.iter().enumerate() {
+            for l in 0..8 {
+                samples[l * size + places(k)] = eight.0[l];
             }
         }
     }
@@ -135,18 +135,15 @@ impl Compiled {
     fn fill_eights(&self, states: &[f64], y: &mut [f64]) -> usize {
         let (n, p) = (self.coordinates.len(), self.parameters.len());
         let mut entries = [Eight::default(); MOST];
-        let mut dense = [Eight::default(); MOST_DENSE];
-        let sizes = (entries.get_mut(..self.non_zeros.len()), dense.get_mut(..n * p));
-        let (Some(entries), Some(dense)) = sizes else { return 0 };
+        let Some(entries) = entries.get_mut(..self.non_zeros.len()) else { return 0 };
+        let place = |k: usize| self.non_zeros[k].0 * p + self.non_zeros[k].1;
         let mut done = 0;
         for (states, y) in states.chunks_exact(8 * 3 * n).zip(y.chunks_exact_mut(8 * n * p)) {
             if !self.fill_eight(states, entries) {
                 return done;
             }
-            for (eight, (i, c)) in entries.iter().zip(self.non_zeros) {
-                dense[i * p + c] = *eight;
-            }
-            lanes::scatter(dense, y);
+            y.fill(0.0);
+            lanes::scatter(entries, place, n * p, y);
             done += 8;
         }
         done
@@ -154,22 +151,16 @@ impl Compiled {
 }
 
 /// No robot has more entries that are not always zero.
-const MOST: usize = largest(false);
-/// No robot has more entries.
-const MOST_DENSE: usize = largest(true);
-
-const fn largest(dense: bool) -> usize {
+const MOST: usize = {
     let (mut most, mut k) = (0, 0);
     while k < robots::ALL.len() {
-        let c = &robots::ALL[k];
-        let size = if dense { c.coordinates.len() * c.parameters.len() } else { c.non_zeros.len() };
-        if size > most {
-            most = size;
+        if robots::ALL[k].non_zeros.len() > most {
+            most = robots::ALL[k].non_zeros.len();
         }
         k += 1;
     }
     most
-}
+};
 
 /// All compiled robots, by name.
 pub fn all() -> &'static [Compiled] {

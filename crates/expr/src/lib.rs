@@ -14,6 +14,7 @@ mod fusion;
 mod graph;
 mod module;
 mod sine;
+mod slots;
 mod tape;
 
 pub use adjoint::{Adjoint, AdjointWorkspace};

@@ -7,10 +7,11 @@
 //! The operations are those of [`Fusion`], as in generated code: where the processor fuses a product with a sum, the tape
 //! gives the bits of the compiled function; elsewhere both round the product first.
 
-use crate::function::{Function, operands};
+use crate::function::Function;
 use crate::fusion::{Fusion, Operation};
 use crate::graph::{Expr, Node, SymbolKind};
 use crate::sine::sin_cos;
+use crate::slots::{Slots, last_uses, partners};
 
 /// A function ready to run.
 #[derive(Clone, Debug)]
@@ -62,39 +63,6 @@ pub struct Workspace {
     many: Vec<[f64; LANES]>,
 }
 
-/// For each sine the cosine of the same angle, and the other way round: the two are one operation, at the place of the
-/// first.
-fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
-    let mut partner = vec![None; nodes.len()];
-    let mut angles = std::collections::BTreeMap::new();
-    for (i, node) in nodes.iter().enumerate() {
-        if let Node::Sin(a) | Node::Cos(a) = node
-            && let Some(first) = angles.insert(*a, i)
-        {
-            partner[first] = Some(i);
-            partner[i] = Some(first);
-        }
-    }
-    partner
-}
-
-/// For each node the last one that reads it; inputs and outputs are read to the end.
-fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
-    let nodes = function.graph().nodes();
-    let mut last_use = vec![0; nodes.len()];
-    for (i, &node) in nodes.iter().enumerate() {
-        let angle = operands(node).filter(|_| matches!(node, Node::Sin(_) | Node::Cos(_)));
-        for e in fusion.operands_of(i).chain(angle) {
-            last_use[e.node()] = i;
-        }
-    }
-    let (outputs, inputs) = (function.outputs.iter().map(|o| &o.entries), function.inputs.iter().map(|i| &i.entries));
-    for e in outputs.chain(inputs).flatten() {
-        last_use[e.node()] = usize::MAX;
-    }
-    last_use
-}
-
 /// Samples abreast: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
 const LANES: usize = 32;
 
@@ -106,27 +74,27 @@ impl Tape {
         let partner = partners(nodes);
         let fusion = Fusion::of(&bound);
         let mut last_use = last_uses(&bound, &fusion);
-        let mut schedule = Schedule { free: Vec::new(), n_slots: 0, slot: vec![None; nodes.len()] };
+        let mut slots = Slots::new(nodes.len());
         let mut constants = Vec::new();
         let mut ops = Vec::new();
         for (i, &node) in nodes.iter().enumerate() {
             if let Node::Constant(x) = node {
                 last_use[i] = usize::MAX;
-                constants.push((schedule.take(i), x));
+                constants.push((slots.take(i), x));
             }
         }
         for (i, &node) in nodes.iter().enumerate() {
             match node {
                 Node::Symbol(s) => {
                     debug_assert_eq!(bound.graph().symbols()[s.0 as usize].1, SymbolKind::Input);
-                    schedule.take(i);
+                    slots.take(i);
                 }
-                Node::Sin(a) | Node::Cos(a) if schedule.slot[i].is_none() => {
-                    let a = schedule.at(a);
-                    let own = schedule.take(i);
+                Node::Sin(a) | Node::Cos(a) if slots.of(i).is_none() => {
+                    let a = slots.at(a);
+                    let own = slots.take(i);
                     let other = match partner[i] {
-                        Some(p) => schedule.take(p),
-                        None => schedule.take_nowhere(),
+                        Some(p) => slots.take(p),
+                        None => slots.take_nowhere(),
                     };
                     let (sine, cosine) = if matches!(node, Node::Sin(_)) { (own, other) } else { (other, own) };
                     ops.push(Op { code: Code::SinCos, a, b: cosine, c: a, to: sine });
@@ -151,25 +119,25 @@ impl Tape {
                 Operation::Sqrt(a) if a.is_negative() => (Code::SqrtOfNegative, a, a, a),
                 Operation::Sqrt(a) => (Code::Sqrt, a, a, a),
             };
-            let (a_slot, b_slot, c_slot) = (schedule.at(a), schedule.at(b), schedule.at(c));
+            let (a_slot, b_slot, c_slot) = (slots.at(a), slots.at(b), slots.at(c));
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
             dead.dedup();
-            schedule.free.extend(dead.iter().filter_map(|&e| schedule.slot[e]));
-            ops.push(Op { code, a: a_slot, b: b_slot, c: c_slot, to: schedule.take(i) });
+            dead.into_iter().for_each(|e| slots.give_back(e));
+            ops.push(Op { code, a: a_slot, b: b_slot, c: c_slot, to: slots.take(i) });
         }
-        let slot = |e: &Expr| schedule.slot[e.node()].expect("outputs are scheduled");
+        let slot = |e: &Expr| slots.of(e.node()).expect("outputs are scheduled");
         Tape {
             ops,
             constants,
-            inputs: bound.inputs.iter().flat_map(|i| &i.entries).map(|e| schedule.slot[e.node()]).collect(),
+            inputs: bound.inputs.iter().flat_map(|i| &i.entries).map(|e| slots.of(e.node())).collect(),
             outputs: bound
                 .outputs
                 .iter()
                 .flat_map(|o| &o.entries)
                 .map(|e| (slot(e), fusion.held(*e).is_negative()))
                 .collect(),
-            n_slots: schedule.n_slots,
+            n_slots: slots.count(),
         }
     }
 
@@ -327,33 +295,6 @@ impl Tape {
             let values = slots[slot as usize];
             output(k, if negative { values.map(|x| -x) } else { values });
         }
-    }
-}
-
-struct Schedule {
-    free: Vec<u32>,
-    n_slots: usize,
-    slot: Vec<Option<u32>>,
-}
-
-impl Schedule {
-    /// Where the node behind `e` is held.
-    fn at(&self, e: Expr) -> u32 {
-        self.slot[e.node()].expect("operands come first")
-    }
-
-    fn take(&mut self, node: usize) -> u32 {
-        let slot = self.take_nowhere();
-        self.slot[node] = Some(slot);
-        slot
-    }
-
-    /// A slot that belongs to no node: its content is never read.
-    fn take_nowhere(&mut self) -> u32 {
-        self.free.pop().unwrap_or_else(|| {
-            self.n_slots += 1;
-            self.n_slots as u32 - 1
-        })
     }
 }
 

@@ -49,6 +49,10 @@ impl Regressor for RegressorSlope<'_> {
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         self.regressor.fill_many(states, y);
     }
+
+    fn non_zeros(&self) -> Vec<(usize, usize)> {
+        self.regressor.non_zeros()
+    }
 }
 
 impl DifferentiableRegressor for RegressorSlope<'_> {

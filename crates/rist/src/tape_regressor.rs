@@ -19,6 +19,7 @@ pub struct TapeRegressor {
     coordinates: Vec<String>,
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
+    non_zeros: Vec<(usize, usize)>,
 }
 
 /// Tapes made so far.
@@ -44,6 +45,7 @@ impl TapeRegressor {
             prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
             coordinates: coordinates.into_iter().map(|c| c.name).collect(),
             parameters,
+            non_zeros: base.non_zeros(0),
         }
     }
 }
@@ -59,6 +61,10 @@ impl Regressor for TapeRegressor {
 
     fn is_prismatic(&self, k: usize) -> bool {
         self.prismatic[k]
+    }
+
+    fn non_zeros(&self) -> Vec<(usize, usize)> {
+        self.non_zeros.clone()
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {

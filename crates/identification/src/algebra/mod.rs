@@ -9,6 +9,8 @@ pub mod least_squares;
 pub mod positive_definite;
 pub mod random;
 pub mod range;
+pub mod reflection;
+pub mod row_block;
 pub mod total_least_squares;
 pub mod triangle;
 pub mod vector;

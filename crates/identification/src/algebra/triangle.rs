@@ -1,9 +1,8 @@
 //! Streaming least squares: rows go into a triangle and are forgotten.
 //!
-//! [W y] = Q [R z; 0 rho] for all rows seen so far. A block B of rows is folded in by Householder
-//! reflections that annihilate B below R: v = [e_k; B_k / (R_kk - beta)], beta = -sign(R_kk)
-//! sqrt(R_kk^2 + |B_k|^2). Triangles of parts merge by folding the rows of one into the other.
-//! [Golub, Van Loan 2013, 5.2 and 12.5 for updating]
+//! [W y] = Q [R z; 0 rho] for all rows seen so far. A block of rows is folded in by Householder reflections that annihilate
+//! it below R ([`reflection`](crate::algebra::reflection)). Triangles of parts merge by folding the rows of one into the
+//! other. [Golub, Van Loan 2013, 5.2 and 12.5 for updating]
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
@@ -11,6 +10,9 @@
 //!
 //! A column that has held only zeros costs nothing. Weights are not here: the triangle of a joint is scaled as a
 //! whole when it is merged.
+
+use crate::algebra::reflection::{Columns, reflect};
+use crate::algebra::row_block::RowBlock;
 
 /// The triangle of p columns and one right-hand side.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,13 +30,13 @@ pub struct Triangle {
 #[derive(Clone, Debug)]
 pub struct Accumulator {
     triangle: Triangle,
-    block: Block,
+    block: RowBlock,
 }
 
 impl Accumulator {
     /// No row yet, with `p` columns and a right-hand side.
     pub fn new(p: usize) -> Accumulator {
-        Accumulator { triangle: Triangle::new(p), block: Block::new(p) }
+        Accumulator { triangle: Triangle::new(p), block: RowBlock::new(p + 1) }
     }
 
     /// Appends a row of coefficients and its right-hand side.
@@ -42,10 +44,11 @@ impl Accumulator {
     /// # Panics
     /// When `row` is not p long.
     pub fn push(&mut self, row: &[f64], y: f64) {
+        assert!(row.len() == self.triangle.p);
         if self.block.is_full() {
             self.triangle.fold(&mut self.block);
         }
-        self.block.push(row, y);
+        self.block.push(row.iter().copied().chain(std::iter::once(y)));
     }
 
     /// The triangle of all rows.
@@ -55,35 +58,46 @@ impl Accumulator {
     }
 }
 
-/// Rows side by side, column by column.
+/// The triangle of some of p columns, whose rows come in blocks with other entries beside them.
 #[derive(Clone, Debug)]
-struct Block {
-    columns: usize,
-    capacity: usize,
-    rows: usize,
-    /// Column c at `c * capacity`; p parameters, then the right-hand side.
+pub struct ColumnTriangle {
+    /// The columns, ascending.
+    columns: Vec<usize>,
+    /// The entries of the rows that are meant, one a column, then the right-hand side.
+    places: Vec<usize>,
+    index: Vec<usize>,
     entries: Vec<f64>,
+    rows: usize,
 }
 
-/// Rows in a block: with a hundred columns it stays in the second-level cache.
-const BLOCK_ROWS: usize = 512;
-
-impl Block {
-    fn new(p: usize) -> Block {
-        let capacity = BLOCK_ROWS;
-        Block { columns: p + 1, capacity, rows: 0, entries: vec![0.0; (p + 1) * capacity] }
+impl ColumnTriangle {
+    /// No row yet. `columns` ascend; `places` has their entries in a row, and that of the right-hand side.
+    pub fn new(columns: &[usize], places: &[usize]) -> ColumnTriangle {
+        let m = places.len();
+        let (columns, places, index) = (columns.to_vec(), places.to_vec(), (0..m).collect());
+        ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
     }
 
-    fn is_full(&self) -> bool {
-        self.rows == self.capacity
+    /// Folds the rows of a block in, of which `rows` are not zero. Its entries of these columns are lost.
+    pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
+        self.rows += rows;
+        let columns = Columns { index: &self.index, places: &self.places };
+        reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    fn push(&mut self, row: &[f64], y: f64) {
-        assert!(!self.is_full() && row.len() + 1 == self.columns);
-        for (c, &x) in row.iter().chain(std::iter::once(&y)).enumerate() {
-            self.entries[c * self.capacity + self.rows] = x;
+    /// The triangle of all p columns.
+    pub fn finish(self, p: usize) -> Triangle {
+        let mut triangle = Triangle::new(p);
+        let m = self.places.len();
+        let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
+        for j in 0..m {
+            for i in 0..=j {
+                triangle.entries[all(j) * (p + 1) + all(i)] = self.entries[j * m + i];
+            }
+            triangle.live[all(j)] = (0..=j).any(|i| self.entries[j * m + i] != 0.0);
         }
-        self.rows += 1;
+        triangle.rows = self.rows;
+        triangle
     }
 }
 
@@ -103,50 +117,31 @@ impl Triangle {
         self.entries[j * (self.p + 1) + i]
     }
 
-    /// Folds the rows of a block in and empties it.
-    fn fold(&mut self, block: &mut Block) {
+    /// Folds the rows of a block in and empties it. Its entries are the columns and the right-hand side.
+    fn fold(&mut self, block: &mut RowBlock) {
         self.rows += block.rows;
-        self.reflect(&mut block.entries, block.capacity, block.rows);
+        let stride = block.stride();
+        let numbers = block.numbers();
+        for (c, live) in self.live.iter_mut().enumerate() {
+            *live = *live || numbers.iter().skip(c).step_by(stride).any(|eight| eight.0 != [0.0; 8]);
+        }
+        let live: Vec<usize> = (0..=self.p).filter(|&c| self.live[c]).collect();
+        reflect(&mut self.entries, self.p + 1, Columns { index: &live, places: &live }, block);
         block.rows = 0;
     }
 
     /// Adds the rows behind another triangle, each multiplied by `weight`.
     pub fn merge(&mut self, other: &Triangle, weight: f64) {
-        let m = self.p + 1;
-        let mut rows: Vec<f64> = other.entries.iter().map(|x| weight * x).collect();
-        self.reflect(&mut rows, m, m);
-        self.rows += other.rows;
-    }
-
-    /// Annihilates `b` (column c at `c * stride`, `rows` long) under the triangle.
-    fn reflect(&mut self, b: &mut [f64], stride: usize, rows: usize) {
-        let m = self.p + 1;
-        for (c, live) in self.live.iter_mut().enumerate() {
-            *live = *live || b[c * stride..c * stride + rows].iter().any(|&x| x != 0.0);
-        }
-        for k in 0..m {
-            let (left, right) = b.split_at_mut((k + 1) * stride);
-            let v = &mut left[k * stride..k * stride + rows];
-            let below = dot(v, v);
-            if below == 0.0 {
-                continue;
+        let (m, rows) = (self.p + 1, self.rows + other.rows);
+        let mut block = RowBlock::new(m);
+        for i in 0..m {
+            if block.is_full() {
+                self.fold(&mut block);
             }
-            let r = self.entries[k * m + k];
-            let beta = -r.signum() * r.hypot(below.sqrt());
-            let scale = 1.0 / (r - beta);
-            v.iter_mut().for_each(|x| *x *= scale);
-            let tau = (beta - r) / beta;
-            self.entries[k * m + k] = beta;
-            for j in (k + 1..m).filter(|&j| self.live[j]) {
-                let column = &mut right[(j - k - 1) * stride..(j - k - 1) * stride + rows];
-                let top = &mut self.entries[j * m + k];
-                let w = tau * (*top + dot(v, column));
-                if w != 0.0 {
-                    *top -= w;
-                    axpy(-w, v, column);
-                }
-            }
+            block.push((0..m).map(|c| if i <= c { weight * other.at(i, c) } else { 0.0 }));
         }
+        self.fold(&mut block);
+        self.rows = rows;
     }
 
     /// |y|^2 and |W x - y|^2 of the rows behind the triangle.
@@ -169,47 +164,16 @@ impl Triangle {
     }
 }
 
-/// Sum of products, in thirty-two running sums that fill the processor's vectors.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    const LANES: usize = 32;
-    let mut sums = [0.0; LANES];
-    let (a, a_rest) = a.as_chunks::<LANES>();
-    let (b, b_rest) = b.as_chunks::<LANES>();
-    for (a, b) in a.iter().zip(b) {
-        for l in 0..LANES {
-            sums[l] += a[l] * b[l];
-        }
-    }
-    let mut width = LANES / 2;
-    while width > 0 {
-        for l in 0..width {
-            sums[l] += sums[l + width];
-        }
-        width /= 2;
-    }
-    sums[0] + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
-}
-
-fn axpy(w: f64, x: &[f64], y: &mut [f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += w * x;
-    }
-}
-
 /// The triangle of some of the columns.
 pub fn select(triangle: &Triangle, columns: &[usize]) -> Triangle {
     let p = triangle.columns();
-    let mut out = Triangle::new(columns.len());
-    let mut block = Block::new(columns.len());
+    let mut out = Accumulator::new(columns.len());
     let entry = |i: usize, j: usize| if i <= j { triangle.at(i, j) } else { 0.0 };
     for i in 0..=p {
-        if block.is_full() {
-            out.fold(&mut block);
-        }
         let row: Vec<f64> = columns.iter().map(|&c| entry(i, c)).collect();
-        block.push(&row, entry(i, p));
+        out.push(&row, entry(i, p));
     }
-    out.fold(&mut block);
+    let mut out = out.finish();
     out.rows = triangle.rows;
     out
 }
@@ -225,15 +189,9 @@ mod tests {
     }
 
     fn triangle(rows: &[Vec<f64>], p: usize) -> Triangle {
-        let (mut triangle, mut block) = (Triangle::new(p), Block::new(p));
-        for row in rows {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
-            block.push(&row[..p], row[p]);
-        }
-        triangle.fold(&mut block);
-        triangle
+        let mut all = Accumulator::new(p);
+        rows.iter().for_each(|row| all.push(&row[..p], row[p]));
+        all.finish()
     }
 
     /// R'R = W'W for the rows and the right-hand side: nothing of the least-squares problem is lost.

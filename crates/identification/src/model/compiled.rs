@@ -1,5 +1,7 @@
 //! The regressors that the package `generated` compiles into the program.
 
+use generated::Eight;
+
 use crate::model::parameter::BaseParameter;
 use crate::model::regressor::{Coordinate, Regressor};
 
@@ -49,5 +51,17 @@ impl Regressor for Compiled {
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let filled = self.function.fill_many(states, y);
         debug_assert!(filled, "the lengths are those of the coordinates and parameters");
+    }
+
+    fn non_zeros(&self) -> Vec<(usize, usize)> {
+        self.function.non_zeros.to_vec()
+    }
+
+    fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
+        let (n, entries) = (self.coordinates.len(), self.function.non_zeros.len());
+        for (states, group) in states.chunks_exact(8 * 3 * n.max(1)).zip(blocks.chunks_mut(stride)) {
+            let filled = self.function.fill_eight(states, &mut group[..entries]);
+            debug_assert!(filled, "the lengths are those of the coordinates and entries");
+        }
     }
 }

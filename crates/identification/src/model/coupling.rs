@@ -26,11 +26,17 @@ impl Coupling {
         sign(dq_motor + self.ratio * dq_joint)
     }
 
-    /// Writes the three columns of [`CouplingParameter::ALL`] from `column` on into the n x p rows `w`; `motor` is the direction in
-    /// which the motor turns.
-    pub fn fill(&self, dq: &[f64], ddq: &[f64], motor: f64, w: &mut [f64], p: usize, column: usize) {
+    /// The three columns of [`CouplingParameter::ALL`] in the row of the joint, and in that of the motor; `motor` is the
+    /// direction in which the motor turns.
+    pub fn columns(&self, dq: &[f64], ddq: &[f64], motor: f64) -> [[f64; 3]; 2] {
         let (m, k, c) = (self.motor, self.joint, self.ratio);
-        w[k * p + column..k * p + column + 3].copy_from_slice(&[c * ddq[m], c * dq[m], c * motor]);
-        w[m * p + column..m * p + column + 3].copy_from_slice(&[c * ddq[k], c * dq[k], motor]);
+        [[c * ddq[m], c * dq[m], c * motor], [c * ddq[k], c * dq[k], motor]]
+    }
+
+    /// Writes these columns from `column` on into the n x p rows `w`.
+    pub fn fill(&self, dq: &[f64], ddq: &[f64], motor: f64, w: &mut [f64], p: usize, column: usize) {
+        for (row, columns) in [self.joint, self.motor].into_iter().zip(self.columns(dq, ddq, motor)) {
+            w[row * p + column..row * p + column + 3].copy_from_slice(&columns);
+        }
     }
 }

@@ -4,12 +4,15 @@
 
 use std::ops::Range;
 
-use crate::algebra::vector::dot;
+use generated::Eight;
+
+use crate::algebra::row_block::{BLOCK_ROWS, RowBlock};
 use crate::model::coupling::Coupling;
 use crate::model::friction::terms::FrictionTerm;
 use crate::model::label::Label;
 use crate::model::parameter::{CouplingParameter, Parameter, ParameterId};
 use crate::model::regressor::Regressor;
+use crate::model::row_layout::RowLayout;
 use crate::model::states::States;
 
 /// Dynamics, friction and couplings together: everything that is linear in its parameters.
@@ -22,6 +25,8 @@ pub struct Model<'a> {
     pub couplings: &'a [Coupling],
     /// In the order of the columns.
     pub parameters: Vec<Parameter>,
+    /// Where the entries of a sample stand in a block of rows.
+    pub layout: RowLayout,
 }
 
 impl<'a> Model<'a> {
@@ -47,7 +52,9 @@ impl<'a> Model<'a> {
                 parameters.push(Parameter { id, coordinates: vec![motor], is_prismatic });
             }
         }
-        Model { regressor, friction, couplings, parameters }
+        let per_joint = friction.iter().map(|t| t.parameters().len()).sum();
+        let layout = RowLayout::new(regressor, per_joint, couplings);
+        Model { regressor, friction, couplings, parameters, layout }
     }
 
     /// Number of coordinates.
@@ -106,12 +113,90 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// The rows of the samples of a range in blocks, without zeros: `take(r, block)` from sample r on, its entries where
+    /// `layout` says; the torque is one of them. Rows of joints at standstill are filled like the others.
+    pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
+        let n = self.n();
+        let mut block = RowBlock::new(self.layout.entries);
+        let mut inputs = Vec::with_capacity(BLOCK_ROWS * 3 * n);
+        for first in range.clone().step_by(BLOCK_ROWS) {
+            block.rows = BLOCK_ROWS.min(range.end - first);
+            inputs.clear();
+            // The lanes past the end repeat the last sample.
+            for r in (first..first + block.groups() * 8).map(|r| r.min(range.end - 1)) {
+                for x in [&states.q, &states.dq, &states.ddq] {
+                    inputs.extend_from_slice(&x[r * n..(r + 1) * n]);
+                }
+            }
+            let stride = block.stride();
+            self.regressor.fill_blocks(&inputs, stride, block.numbers());
+            for (g, r) in (first..first + block.rows).step_by(8).enumerate() {
+                let group = block.group(g);
+                let lanes = (range.end - r).min(8);
+                (0..lanes).for_each(|lane| self.fill_lane(states, r + lane, group, lane));
+                for eight in &mut group[..self.layout.entries] {
+                    eight.0[lanes..].fill(0.0);
+                }
+            }
+            take(first, &mut block);
+        }
+    }
+
+    /// Friction, couplings and torques of sample r.
+    fn fill_lane(&self, states: &States, r: usize, group: &mut [Eight], lane: usize) {
+        let n = self.n();
+        let at = r * n..(r + 1) * n;
+        let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
+        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
+        for (j, joint) in self.layout.joints.iter().enumerate() {
+            let mut place = joint.friction;
+            for term in self.friction {
+                // No term has more columns.
+                let mut columns = [0.0; 4];
+                let width = term.parameters().len();
+                term.fill(dq[j], ddq[j], tau[j], direction[j], &mut columns[..width]);
+                for x in &columns[..width] {
+                    group[place].0[lane] = *x;
+                    place += 1;
+                }
+            }
+            group[joint.torque()].0[lane] = tau[j];
+        }
+        for (i, (coupling, places)) in self.couplings.iter().zip(&self.layout.couplings).enumerate() {
+            let motor = states.motor_direction[r * self.couplings.len() + i];
+            for (place, columns) in places.iter().zip(coupling.columns(dq, ddq, motor)) {
+                for (k, x) in columns.into_iter().enumerate() {
+                    group[place + k].0[lane] = x;
+                }
+            }
+        }
+    }
+
+    /// tau - W x of eight rows of joint j.
+    pub fn residual(&self, group: &[Eight], j: usize, x: &[f64]) -> [f64; 8] {
+        let joint = &self.layout.joints[j];
+        let mut residual = group[joint.torque()].0;
+        for (&column, &place) in joint.columns.iter().zip(&joint.places) {
+            for (residual, entry) in residual.iter_mut().zip(group[place].0) {
+                *residual -= entry * x[column];
+            }
+        }
+        residual
+    }
+
     /// tau - W x of the used rows of a range, in turn: `take(r, j, residual)`.
     pub fn residuals(&self, states: &States, x: &[f64], mut take: impl FnMut(usize, usize, f64)) {
-        let (n, p) = (self.n(), self.p());
-        self.rows(states, 0..states.len(), |r, w| {
-            for j in (0..n).filter(|&j| states.used[r * n + j]) {
-                take(r, j, states.tau[r * n + j] - dot(&w[j * p..(j + 1) * p], x));
+        let n = self.n();
+        self.blocks(states, 0..states.len(), |first, block| {
+            let end = first + block.rows;
+            for (g, r) in (first..end).step_by(8).enumerate() {
+                let group = block.group(g);
+                let residuals: Vec<[f64; 8]> = (0..n).map(|j| self.residual(group, j, x)).collect();
+                for (lane, r) in (r..end.min(r + 8)).enumerate() {
+                    for j in (0..n).filter(|&j| states.used[r * n + j]) {
+                        take(r, j, residuals[j][lane]);
+                    }
+                }
             }
         });
     }

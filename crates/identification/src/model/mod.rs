@@ -12,6 +12,7 @@ pub mod parameter;
 pub mod pseudo_inertia;
 pub mod reference;
 pub mod regressor;
+pub mod row_layout;
 pub mod standard_map;
 pub mod states;
 pub mod unit;

@@ -1,5 +1,7 @@
 //! The one interface through which identification sees a robot's dynamics.
 
+use generated::Eight;
+
 use crate::model::parameter::BaseParameter;
 
 /// A coordinate of a robot: its name, and whether it is a length.
@@ -40,6 +42,29 @@ pub trait Regressor: Sync {
         }
         for (s, y) in states.chunks_exact(3 * n).zip(y.chunks_exact_mut(size)) {
             self.fill(&s[..n], &s[n..2 * n], &s[2 * n..], y);
+        }
+    }
+
+    /// Row and column of each entry of Y that is not zero at every state, row by row. Without knowledge all of them.
+    fn non_zeros(&self) -> Vec<(usize, usize)> {
+        let p = self.parameters().len();
+        (0..self.coordinates().len()).flat_map(|i| (0..p).map(move |c| (i, c))).collect()
+    }
+
+    /// Writes the entries of `non_zeros` at many instants, eight abreast: `blocks[g * stride + e]` is entry e of instants
+    /// 8 g .. 8 g + 7. `states` holds q, dq, ddq of one instant after the other; their number is a multiple of eight.
+    /// A regressor that computes eight at a time overrides this.
+    fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
+        let (n, p, non_zeros) = (self.coordinates().len(), self.parameters().len(), self.non_zeros());
+        if n == 0 {
+            return;
+        }
+        let mut y = vec![0.0; states.len() / (3 * n) * n * p];
+        self.fill_many(states, &mut y);
+        for (y, group) in y.chunks_exact((8 * n * p).max(1)).zip(blocks.chunks_mut(stride)) {
+            for (eight, (i, c)) in group.iter_mut().zip(&non_zeros) {
+                eight.0 = std::array::from_fn(|l| y[l * n * p + i * p + c]);
+            }
         }
     }
 }
