@@ -11,6 +11,31 @@ use crate::recursion;
 const DURATION: f64 = 10.0;
 const RATE: f64 = 500.0;
 
+/// What a log is made with.
+pub struct Machine<'a> {
+    pub robot: &'a Robot,
+    /// Standard parameters.
+    pub parameters: &'a [f64],
+    /// rad (m), by which each coordinate swings.
+    pub amplitude: &'a [f64],
+    /// N m s/rad and N m (N s/m and N), of each coordinate.
+    pub viscous: &'a [f64],
+    pub coulomb: &'a [f64],
+    /// N m (N), of white noise on the torques; that of the velocities is a thousandth rad/s.
+    pub noise: f64,
+    /// s by which the torques are logged late.
+    pub delay: f64,
+}
+
+/// The signals of a log: one series a coordinate.
+#[derive(Clone)]
+pub struct JointLog {
+    pub t: Vec<f64>,
+    pub q: Vec<Vec<f64>>,
+    pub dq: Vec<Vec<f64>>,
+    pub tau: Vec<Vec<f64>>,
+}
+
 /// q, dq, ddq of coordinates that swing by `amplitude[k]`, at t in s.
 fn motion(amplitude: &[f64], t: f64) -> State {
     let sum = |f: &dyn Fn(f64, f64) -> f64| {
@@ -25,20 +50,49 @@ fn motion(amplitude: &[f64], t: f64) -> State {
     }
 }
 
+impl Machine<'_> {
+    /// What the machine does in ten seconds.
+    pub fn log(&self) -> JointLog {
+        let n = self.robot.n_coordinates();
+        let mut random = Random(77);
+        // Twelve uniform numbers have the variance of four: half of their sum is a normal number.
+        let mut normal = || 0.5 * (0..12).map(|_| random.unit()).sum::<f64>();
+        let velocity_noise = if self.noise > 0.0 { 1e-3 } else { 0.0 };
+        let empty = vec![Vec::new(); n];
+        let mut log = JointLog { t: Vec::new(), q: empty.clone(), dq: empty.clone(), tau: empty };
+        for i in 0..(DURATION * RATE) as i32 {
+            let t = f64::from(i) / RATE;
+            let (now, then) = (motion(self.amplitude, t), motion(self.amplitude, t - self.delay));
+            let tau = recursion::torque(self.robot, &then, self.parameters);
+            log.t.push(t);
+            for k in 0..n {
+                let friction = self.viscous[k] * then.dq[k] + self.coulomb[k] * then.dq[k].signum();
+                log.q[k].push(now.q[k]);
+                log.dq[k].push(now.dq[k] + velocity_noise * normal());
+                log.tau[k].push(tau[k] + friction + self.noise * normal());
+            }
+        }
+        log
+    }
+}
+
+impl JointLog {
+    /// Writes it as CSV: t, then q, dq and tau of each name.
+    pub fn write(&self, path: &Path, names: &[String]) {
+        let header = |quantity: &str| names.iter().map(|name| format!("{quantity}_{name}")).collect::<Vec<_>>();
+        let header = [vec!["t".into()], header("q"), header("dq"), header("tau")].concat().join(",");
+        let series: Vec<&Vec<f64>> = std::iter::once(&self.t).chain(&self.q).chain(&self.dq).chain(&self.tau).collect();
+        let row = |r: usize| series.iter().map(|x| format!("{:?}", x[r])).collect::<Vec<_>>().join(",");
+        let rows: Vec<String> = (0..self.t.len()).map(row).collect();
+        std::fs::write(path, format!("{header}\n{}\n", rows.join("\n"))).unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
 /// Writes a log of the robot with the standard parameters `x`, torques with white noise of `noise` N m (N).
 pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64) {
-    let names = |quantity: &str| robot.coordinates.iter().map(|c| format!("{quantity}_{}", c.name)).collect::<Vec<_>>();
-    let header = [vec!["t".into()], names("q"), names("dq"), names("tau")].concat().join(",");
-    let mut random = Random(77);
-    // Twelve uniform numbers have the variance of four: half of their sum is a normal number.
-    let mut normal = || 0.5 * (0..12).map(|_| random.unit()).sum::<f64>();
-    let row = |i: i32| {
-        let t = f64::from(i) / RATE;
-        let state = motion(amplitude, t);
-        let tau: Vec<f64> = recursion::torque(robot, &state, x).iter().map(|tau| tau + noise * normal()).collect();
-        let cells = [&[t], &state.q[..], &state.dq, &tau].concat();
-        cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
-    };
-    let rows: Vec<String> = (0..(DURATION * RATE) as i32).map(row).collect();
-    std::fs::write(path, format!("{header}\n{}\n", rows.join("\n"))).unwrap_or_else(|e| panic!("{e}"));
+    let none = vec![0.0; robot.n_coordinates()];
+    let (viscous, coulomb) = (&none, &none);
+    let machine = Machine { robot, parameters: x, amplitude, viscous, coulomb, noise, delay: 0.0 };
+    let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
+    machine.log().write(path, &names);
 }

@@ -61,6 +61,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "error",
             "tape_regressor",
             "model",
+            "doctor",
             "load",
             "samples",
             "experiments",
@@ -68,14 +69,15 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "simulation",
             "source",
             "validation",
+            "verdict",
             "write_back",
         ],
     ),
     (
         "crates/cli",
         &[
-            "failure", "model", "artefact", "convert", "datasets", "evaluate", "generate", "identify", "inspect",
-            "lint", "plan", "report", "simulate", "validate", "main",
+            "failure", "verdict", "model", "artefact", "convert", "datasets", "doctor", "evaluate", "generate",
+            "identify", "inspect", "lint", "plan", "report", "simulate", "validate", "main",
         ],
     ),
     (

@@ -2,6 +2,7 @@
 
 mod artefact;
 mod convert;
+mod doctor;
 mod evaluate;
 mod failure;
 mod generate;
@@ -13,6 +14,7 @@ mod plan;
 mod report;
 mod simulate;
 mod validate;
+mod verdict;
 
 use std::process::ExitCode;
 
@@ -36,6 +38,7 @@ enum Command {
     Generate(generate::Arguments),
     Plan(plan::Arguments),
     Simulate(simulate::Arguments),
+    Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

@@ -9,6 +9,7 @@ use rist::MOTION_CUTOFF;
 use crate::artefact::{gains, read_estimate};
 use crate::failure::{Failure, print, write_file};
 use crate::model::ModelArguments;
+use crate::verdict::refused;
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
@@ -39,7 +40,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let estimate = read_estimate(&arguments.estimate, &model)?;
-    let validation = match &estimate.options {
+    let (validation, verdict) = match &estimate.options {
         Some(options) => {
             if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
                 return Err(Failure::new(
@@ -49,19 +50,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let coordinates = model.regressor().coordinates();
             let open = |path: &PathBuf| LogSource::open(path, coordinates, &options.columns).map(|(log, _)| log);
             let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-            rist::validate(&model, &estimate, &logs)?
+            let validation = rist::validate(&model, &estimate, &logs)?;
+            let verdict = rist::validation_verdict(&model, &estimate, &logs, validation.total)?;
+            (validation, verdict)
         }
         None => {
             let (motions, gains) = (motions(&arguments.logs)?, gains(&arguments.gain, &model)?);
             let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
-            rist::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?
+            let validation = rist::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?;
+            let verdict = rist::validation_verdict(&model, &estimate, &[], validation.total)?;
+            (validation, verdict)
         }
     };
-    print(&validation.to_string())?;
-    match &arguments.out {
-        Some(out) => write_file(out, &validation.to_yaml()?),
-        None => Ok(()),
+    print(&format!("{validation}\n{verdict}"))?;
+    if let Some(out) = &arguments.out {
+        write_file(out, &validation.to_yaml()?)?;
     }
+    refused(&verdict, false)
 }
 
 /// The logs given, and of a directory its validation motions, by name.

@@ -4,6 +4,7 @@
 //!
 //! ```text
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
+//!   examine(logs) -> Passport                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf_joints                          (back into what simulators read)
@@ -27,6 +28,7 @@
 //!
 //! `examples/` has the five things people do. The crates behind this one are re-exported under their names.
 
+mod doctor;
 mod error;
 mod experiments;
 mod load;
@@ -37,12 +39,16 @@ mod simulation;
 mod source;
 mod tape_regressor;
 mod validation;
+mod verdict;
 mod write_back;
 
+pub use doctor::examine;
 pub use error::Error;
 pub use experiments::{ExperimentLogs, identify_experiments};
 pub use identification::estimate::artefact::Estimate;
+pub use identification::estimate::passport::Passport;
 pub use identification::estimate::validation::Validation;
+pub use identification::estimate::verdict::{Trust, Verdict};
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;
@@ -52,4 +58,5 @@ pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use validation::{MOTION_CUTOFF, predictions, validate, validate_experiments};
+pub use verdict::{estimate_verdict, validation_verdict};
 pub use write_back::{write_mjcf_joints, write_urdf};

@@ -9,6 +9,7 @@ use rist::ExperimentLogs;
 use super::arguments::Arguments;
 use crate::artefact::{gains, read_load, read_plan};
 use crate::failure::{Failure, print, write_file};
+use crate::verdict::refused;
 
 pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
@@ -24,9 +25,10 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let gains = gains(&arguments.gain, &model)?;
     let estimate =
         rist::identify_experiments(&model, &ExperimentLogs { directory, plan: &plan, columns, gains, load }, method)?;
-    print(&estimate.to_string())?;
-    match &arguments.out {
-        Some(out) => write_file(out, &estimate.to_yaml()?),
-        None => Ok(()),
+    let verdict = rist::estimate_verdict(&estimate);
+    print(&format!("{estimate}\n{verdict}"))?;
+    if let Some(out) = &arguments.out {
+        write_file(out, &estimate.to_yaml()?)?;
     }
+    refused(&verdict, false)
 }

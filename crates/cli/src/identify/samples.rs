@@ -7,11 +7,12 @@ use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
-use rist::{IdentifyRequest, Model};
+use rist::{IdentifyRequest, Model, Trust};
 
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print, write_file};
+use crate::verdict::refused;
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
@@ -46,18 +47,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(load) = &found.load {
         let _ = write!(text, "{load}");
     }
-    for (log, validation) in rist::predictions(&model, &found.estimate, &others)? {
+    let predictions = rist::predictions(&model, &found.estimate, &others)?;
+    for (log, validation) in &predictions {
         let _ = write!(text, "\n{log}, not fitted:\n{validation}");
     }
-    let written = written(arguments, &model, &found)?;
+    for finding in &found.passport.findings {
+        let _ = writeln!(text, "{finding}");
+    }
+    let predicted = predictions.iter().map(|(_, p)| p.total).reduce(f64::max);
+    let verdict = found.verdict(predicted);
+    let _ = write!(text, "\n{verdict}");
+    let is_withheld = verdict.trust == Trust::No && !arguments.anyway;
+    let written = if is_withheld { Vec::new() } else { written(arguments, &model, &found)? };
     print(&text)?;
     for (out, text) in written {
         write_file(out, &text)?;
     }
-    match &arguments.out {
-        Some(out) => write_file(out, &found.estimate.to_yaml()?),
-        None => Ok(()),
+    if let Some(out) = &arguments.out {
+        write_file(out, &found.estimate.to_yaml()?)?;
     }
+    refused(&verdict, is_withheld && writes)
 }
 
 /// The texts for simulators that were asked for, with their files; says what a format cannot hold.

@@ -3,13 +3,16 @@
 pub mod artefact;
 pub mod consistent;
 pub mod cross_talk;
+pub mod described;
 pub mod drive_gains;
 pub mod held_out;
 pub mod identified;
 pub mod identify;
 pub mod options;
+pub mod passport;
 pub mod remarks;
 pub mod residuals;
 pub mod rotors;
 pub mod selection;
 pub mod validation;
+pub mod verdict;
