@@ -60,6 +60,8 @@ macro_rules! lanes {
                 let turns = self * k(core::f64::consts::FRAC_2_PI) + round;
                 let n = turns - round;
                 let x = ((self - n * k(1.570796251296997)) - n * k(7.549789415861596e-8)) - n * k(5.390302858158119e-15);
+                let reach = self * k(1.3393857589828342e300);
+                let x = x * (k(1.0) + k(0.0) * reach);
                 let z = x * x;
                 let s = k(-2.5050760253406863e-8) + z * k(1.58969099521155e-10);
                 let s = k(-1.984126982985795e-4) + z * (k(2.7557313707070068e-6) + z * s);

@@ -21,8 +21,10 @@ pub struct Machine<'a> {
     /// N m s/rad and N m (N s/m and N), of each coordinate.
     pub viscous: &'a [f64],
     pub coulomb: &'a [f64],
-    /// N m (N), of white noise on the torques; that of the velocities is a thousandth rad/s.
+    /// Of white noise on the torques, N m (N); on the positions, rad (m); and on the velocities, rad/s (m/s).
     pub noise: f64,
+    pub encoder: f64,
+    pub speed: f64,
     /// s by which the torques are logged late.
     pub delay: f64,
 }
@@ -57,7 +59,6 @@ impl Machine<'_> {
         let mut random = Random(77);
         // Twelve uniform numbers have the variance of four: half of their sum is a normal number.
         let mut normal = || 0.5 * (0..12).map(|_| random.unit()).sum::<f64>();
-        let velocity_noise = if self.noise > 0.0 { 1e-3 } else { 0.0 };
         let empty = vec![Vec::new(); n];
         let mut log = JointLog { t: Vec::new(), q: empty.clone(), dq: empty.clone(), tau: empty };
         for i in 0..(DURATION * RATE) as i32 {
@@ -67,9 +68,12 @@ impl Machine<'_> {
             log.t.push(t);
             for k in 0..n {
                 let friction = self.viscous[k] * then.dq[k] + self.coulomb[k] * then.dq[k].signum();
-                log.q[k].push(now.q[k]);
-                log.dq[k].push(now.dq[k] + velocity_noise * normal());
                 log.tau[k].push(tau[k] + friction + self.noise * normal());
+            }
+            for (of, exact, noise) in [(&mut log.q, &now.q, self.encoder), (&mut log.dq, &now.dq, self.speed)] {
+                for (series, exact) in of.iter_mut().zip(exact) {
+                    series.push(if noise > 0.0 { exact + noise * normal() } else { *exact });
+                }
             }
         }
         log
@@ -90,9 +94,14 @@ impl JointLog {
 
 /// Writes a log of the robot with the standard parameters `x`, torques with white noise of `noise` N m (N).
 pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64) {
+    write_measured(path, robot, x, amplitude, noise, 0.0);
+}
+
+/// The same with white noise of `encoder` rad (m) on the positions.
+pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
     let none = vec![0.0; robot.n_coordinates()];
     let (viscous, coulomb) = (&none, &none);
-    let machine = Machine { robot, parameters: x, amplitude, viscous, coulomb, noise, delay: 0.0 };
+    let machine = Machine { robot, parameters: x, amplitude, viscous, coulomb, noise, encoder, speed: 0.0, delay: 0.0 };
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
     machine.log().write(path, &names);
 }

@@ -1,4 +1,4 @@
-//! What several test files need: the models, random states, mechanics of our own, and benchmarks.
+//! The models, random states, mechanics of our own and benchmarks, shared by several test files.
 //!
 //! The mechanics of `recursion` and `lagrangian` are plain f64 in the base frame, from the formulas of textbooks and
 //! the fields of a [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that

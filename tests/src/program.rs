@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-/// What a run left behind.
+/// The outcome of a run.
 pub struct Run {
     pub code: Option<i32>,
     pub out: String,

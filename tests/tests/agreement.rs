@@ -119,15 +119,20 @@ fn sine_and_cosine_of_the_generated_files_are_right_to_an_ulp() {
     let multiples = (-1000..=1000).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
     let beside = multiples.flat_map(|x| [x, f64::from_bits(x.to_bits() + 1), x + 1e-9, x - 1e-9]);
     let far: Vec<f64> = (0..20_000).map(|_| 1e5 * random.unit()).collect();
+    // The reduction holds to its last power of two.
+    let farther = (17..27).flat_map(|k| (0..100).map(move |i| f64::from(1 << k) * (1.0 + 0.00999 * f64::from(i))));
+    let edge = [134_217_727.999, -134_217_727.5];
     let tiny = [0.0, -0.0, 1e-300, -1e-300, 1e-9, f64::MIN_POSITIVE];
-    for x in grid.chain(beside).chain(far).chain(tiny) {
+    for x in grid.chain(beside).chain(far).chain(farther).chain(edge).chain(tiny) {
         let (s, c) = robots::race::Real::sin_cos(x);
         let (expected_s, expected_c) = x.sin_cos();
         // 2e-16 as the file says, and half an ulp of the library's own.
         assert!((s - expected_s).abs() <= 2.6e-16 && (c - expected_c).abs() <= 2.6e-16, "{x:e}: {s} {c}");
     }
     // What is no angle gives no number, and does not panic.
-    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+    // So does what is too many turns to have an angle left.
+    let beyond = [134_217_728.0, -1e9, 1e15, -1e17, 1e300, f64::MAX];
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().chain(beyond) {
         let (s, c) = robots::race::Real::sin_cos(x);
         assert!(s.is_nan() && c.is_nan());
     }

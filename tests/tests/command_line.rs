@@ -57,17 +57,19 @@ fn inspect_prints_what_the_library_finds() {
         assert_eq!(found["standard"], json!(d.names));
         let no_effect: Vec<&String> = d.parameters.no_effect.iter().map(|&c| &d.names[c]).collect();
         assert_eq!(found["no_effect"], json!(no_effect));
+        let rules = d.parameters.rules();
         let base: Vec<Json> = d
             .parameters
             .base
             .iter()
-            .map(|b| {
-                let term = |t: &modeling::Term| json!({"parameter": d.names[t.parameter], "coefficient": t.coefficient, "symbolic": t.symbolic});
+            .enumerate()
+            .map(|(k, b)| {
+                let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": d.names[t.parameter], "coefficient": t.coefficient, "symbolic": rules.coefficients[k][i]});
                 json!({
                     "name": b.name,
                     "parameter": d.names[b.column],
-                    "rule": b.rule,
-                    "terms": b.terms.iter().map(term).collect::<Vec<_>>(),
+                    "rule": rules.base[k],
+                    "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
                 })
             })
             .collect();
@@ -96,8 +98,8 @@ fn inspect_prints_what_the_library_finds() {
 
         let run = rist(&here, &["inspect", &path(file)]);
         assert_eq!(run.code, Some(0));
-        for b in &d.parameters.base {
-            assert!(run.out.contains(if b.terms.len() > 1 { &b.rule } else { &b.name }), "{file}: {}", b.name);
+        for (b, rule) in d.parameters.base.iter().zip(&rules.base) {
+            assert!(run.out.contains(if b.terms.len() > 1 { rule } else { &b.name }), "{file}: {}", b.name);
         }
         assert!(run.out.contains(&format!("rank {}", d.parameters.len())), "{file}");
     }
@@ -292,7 +294,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
     write_log(&here, &rows);
     let run = rist(&here, &arguments);
     assert_eq!(run.code, Some(0), "{}", run.err);
-    assert!(run.out.contains("1 rows left out") && run.out.contains("line 1000"), "{}", run.out);
+    assert!(run.out.contains("1 row left out") && run.out.contains("line 1000"), "{}", run.out);
     let estimate = std::fs::read_to_string(here.join("estimate.yaml")).unwrap();
     assert!(!estimate.contains("NaN") && !estimate.contains(".nan"), "{estimate}");
 

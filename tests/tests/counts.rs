@@ -10,7 +10,7 @@ use modeling::Derivation;
 use robot::{Robot, RotorInertia};
 use tests::{model, models};
 
-/// Of each function: mul, add, sin_cos.
+/// Mul, add and sin_cos of each function.
 type Counts = BTreeMap<String, [usize; 3]>;
 
 fn counts(robot: &Robot) -> Counts {

@@ -34,7 +34,7 @@ fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLog {
     let viscous: Vec<f64> = (0..n).map(|k| 5.0 * share(k)).collect();
     let coulomb: Vec<f64> = (0..n).map(|k| 4.0 * share(k)).collect();
     let (viscous, coulomb, amplitude) = (&viscous, &coulomb, &vec![amplitude; n]);
-    Machine { robot, parameters: x, amplitude, viscous, coulomb, noise: 0.1, delay }.log()
+    Machine { robot, parameters: x, amplitude, viscous, coulomb, noise: 0.1, encoder: 0.0, speed: 1e-3, delay }.log()
 }
 
 /// The same, by more than a radian and on time.
@@ -87,7 +87,7 @@ fn ur5() -> (Model, JointLog) {
 fn look(model: &Model, here: &Path, log: &JointLog) -> Passport {
     let path = here.join("log.csv");
     log.write(&path, model.regressor().coordinates());
-    let (source, _) = LogSource::open(&path, model.regressor().coordinates(), &Default::default()).unwrap();
+    let (source, _) = model.open_log(&path, &Default::default()).unwrap();
     rist::examine(model, &[source], &Options::default()).unwrap()
 }
 
@@ -115,6 +115,8 @@ fn every_fault_is_named() {
         viscous: &[0.0; 6],
         coulomb: &[0.0; 6],
         noise: 0.0,
+        encoder: 0.0,
+        speed: 0.0,
         delay: 0.0,
     };
     let near = |a: f64, b: f64, by: f64| (a - b).abs() < by;

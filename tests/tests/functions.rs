@@ -1,4 +1,4 @@
-//! The models beside the regressor: each against what it must satisfy with the others.
+//! The functions beside the regressor: each is held against the equations that tie it to the others.
 
 use expr::{Function, Tape};
 use modeling::{BaseParameters, Derivation};

@@ -1,4 +1,4 @@
-//! Law 3 for what leaves the repository: a file of Rust or of C compiles alone, without a warning, and
+//! Law 3 for files that leave the repository: a file of Rust or of C compiles alone, without a warning, and
 //! computes what the Tape computes.
 //!
 //! The two differ by rounding alone (the order of operations is the same; sine and cosine may differ

@@ -1,5 +1,5 @@
-//! Law 7 and the form of what is generated: the same bytes again, a file that compiles alone without std, with
-//! nothing in it that could fail; and any tree of joints is generated, large or small.
+//! Law 7, the same bytes again, and the form of generated files: a file compiles alone without std and holds nothing
+//! that could fail. Any tree of joints can be generated, large or small.
 
 use std::path::Path;
 use std::process::Command;

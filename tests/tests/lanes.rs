@@ -1,5 +1,5 @@
-//! Law 3 for many samples: what `fill_many` writes is what `fill` writes, bit for bit, for every
-//! compiled robot, whatever is left over after whole lanes. Nothing is fused, so nothing differs.
+//! Law 3 for many samples: `fill_many` writes what `fill` writes, bit for bit, for every compiled robot and any
+//! number of samples. Nothing is fused, so nothing differs.
 
 #[test]
 fn many_samples_equal_one_at_a_time() {

@@ -1,5 +1,5 @@
-//! Laws 1, 4 and 5: the torque is that of mechanics, the inertia matrix is one, and nothing that means
-//! nothing (the order in a file, the unit of length, the way the base stands) changes anything.
+//! Laws 1, 4 and 5: the torque is that of mechanics; the inertia matrix is symmetric and positive definite; the order
+//! in a file, the unit of length and the attitude of the base change nothing.
 
 use expr::{Tape, Workspace};
 use modeling::{BaseParameters, Derivation};

@@ -1,4 +1,4 @@
-//! What a parameter is, whatever its name looks like: the joint behind it, its unit, its verdict.
+//! The joint, the unit and the verdict of a parameter do not depend on how its name looks.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{Identified, Status};

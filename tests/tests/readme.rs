@@ -1,10 +1,14 @@
-//! README.md shows what the program prints.
+//! README.md and docs/tutorial.md show what the program prints.
 //!
-//! In a block of the kind `console`, a line `$ rist ..` is run at the root of the repository, and the lines below
-//! it, to the next such line or the end of the block, are its output; `...` alone on a line stands for any lines.
+//! In a block of the kind `console`, a line `$ rist ..` is run, and the lines below it, to the next such line or the
+//! end of the block, are its output; `...` alone on a line stands for any lines. The README's commands run at the
+//! root of the repository. The tutorial's run in an empty folder, with the files that its blocks of the kind `yaml`
+//! hold under the name in their first line, `# NAME: ..`, and with models/race.yaml.
 
-use tests::program::rist;
-use tests::workspace;
+use std::path::Path;
+
+use tests::program::{folder, rist};
+use tests::{model_path, workspace};
 
 /// Command and output, of each command of the text.
 fn transcripts(text: &str) -> Vec<(String, Vec<String>)> {
@@ -33,18 +37,46 @@ fn matches(shown: &[String], lines: &[&str]) -> bool {
     }
 }
 
-#[test]
-fn the_transcript_of_the_readme_is_what_rist_prints() {
-    let text = std::fs::read_to_string(workspace().join("README.md")).expect("README.md is there");
+/// The files that blocks of the kind `yaml` hold: name and text.
+fn files(text: &str) -> Vec<(String, String)> {
+    let blocks = text.split("```yaml\n").skip(1).filter_map(|rest| Some(rest.split_once("```")?.0));
+    let named = |block: &str| {
+        let name = block.strip_prefix("# ").and_then(|line| Some(line.split_once(':')?.0));
+        (name.unwrap_or_else(|| panic!("a yaml block begins with `# NAME: `, not with\n{block}")).into(), block.into())
+    };
+    blocks.map(named).collect()
+}
+
+/// Runs the commands that a page shows, in this folder.
+fn holds(page: &str, folder: &Path) {
+    let text = std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
     let transcripts = transcripts(&text);
-    assert!(!transcripts.is_empty(), "README.md shows no `$ rist` in a console block");
+    assert!(!transcripts.is_empty(), "{page} shows no `$ rist` in a console block");
     for (arguments, shown) in transcripts {
-        let run = rist(&workspace(), &arguments.split_whitespace().collect::<Vec<_>>());
+        let run = rist(folder, &arguments.split_whitespace().collect::<Vec<_>>());
         let lines: Vec<&str> = run.out.lines().map(str::trim_end).collect();
         assert_eq!(run.code, Some(0), "rist {arguments}: {}", run.err);
         let (shown, found) = (&shown, lines.join("\n"));
-        assert!(matches(shown, &lines), "$ rist {arguments}\nREADME.md:\n{}\nfound:\n{found}", shown.join("\n"));
+        assert!(matches(shown, &lines), "$ rist {arguments}\n{page}:\n{}\nfound:\n{found}", shown.join("\n"));
     }
+}
+
+#[test]
+fn the_transcript_of_the_readme_is_what_rist_prints() {
+    holds("README.md", &workspace());
+}
+
+#[test]
+fn the_transcript_of_the_tutorial_is_what_rist_prints() {
+    let here = folder("tutorial");
+    let page = "docs/tutorial.md";
+    let files = files(&std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}")));
+    assert!(!files.is_empty(), "{page} holds no file");
+    for (name, text) in files {
+        std::fs::write(here.join(&name), text).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+    std::fs::copy(model_path("race.yaml"), here.join("race.yaml")).expect("models/race.yaml is there");
+    holds(page, &here);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Law 2: the regrouping loses nothing and keeps nothing twice; the published base parameters come out.
+//! Law 2: the regrouping loses nothing and keeps nothing twice. It gives the published base parameters.
 
 use std::collections::BTreeMap;
 
@@ -21,6 +21,8 @@ struct Regrouped {
     standard: Function,
     base: Function,
     parameters: BaseParameters,
+    /// In the order of the base parameters.
+    rules: Vec<String>,
     names: Vec<String>,
 }
 
@@ -29,7 +31,8 @@ fn try_regroup(robot: &Robot) -> Result<Regrouped, UnclearRank> {
     let standard = derivation.regressor();
     let parameters = derivation.base_parameters(&standard)?;
     let base = parameters.regressor(&standard);
-    Ok(Regrouped { standard, base, parameters, names: standard_names(robot) })
+    let rules = parameters.rules().base;
+    Ok(Regrouped { standard, base, parameters, rules, names: standard_names(robot) })
 }
 
 fn regroup(robot: &Robot) -> Regrouped {
@@ -46,8 +49,8 @@ impl Regrouped {
     }
 
     fn rule(&self, name: &str) -> &str {
-        let found = self.parameters.base.iter().find(|b| b.name == name);
-        &found.unwrap_or_else(|| panic!("no {name} among {:?}", self.base_names())).rule
+        let found = self.parameters.base.iter().position(|b| b.name == name);
+        &self.rules[found.unwrap_or_else(|| panic!("no {name} among {:?}", self.base_names()))]
     }
 
     /// Coefficients by name, of one base parameter.
@@ -146,9 +149,10 @@ fn keeps_nothing_twice(robot: &Robot, what: &str) {
 fn prints_what_it_means(robot: &Robot, what: &str) {
     let regrouped = regroup(robot);
     for (k, b) in regrouped.parameters.base.iter().enumerate() {
-        let (left, right) = b.rule.split_once(" = ").unwrap_or_else(|| panic!("{what}: {}", b.rule));
+        let rule = &regrouped.rules[k];
+        let (left, right) = rule.split_once(" = ").unwrap_or_else(|| panic!("{what}: {rule}"));
         assert!(b.name.ends_with(left), "{what}: {} is called {left} in its rule", b.name);
-        same_terms(&coefficients(right, &regrouped.names, &regrouped.constants()), &regrouped.terms(k), &b.rule);
+        same_terms(&coefficients(right, &regrouped.names, &regrouped.constants()), &regrouped.terms(k), rule);
     }
 }
 
@@ -284,8 +288,8 @@ fn race_answers_to_what_must_change_the_answer() {
         let robot = with_rotors(robot.clone(), which);
         assert_eq!(names_of(&robot), RACE_NAMES);
         let regrouped = regroup(&robot);
-        let holders = regrouped.parameters.base.iter().filter(|b| b.rule.contains("IA"));
-        holders.map(|b| b.name.clone()).collect::<Vec<_>>()
+        let holders = regrouped.parameters.base.iter().zip(&regrouped.rules).filter(|(_, rule)| rule.contains("IA"));
+        holders.map(|(b, _)| b.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!(rotors(&|drive| drive == Drive::Actuated), ["ZZR1", "ZZR2", "ZZR4"]);
     assert!(rotors(&|_| false).is_empty());

@@ -1,7 +1,7 @@
-//! `gen`: the models of models/ as Rust source in generated/src/robots/.
+//! `gen`: writes the models of models/ as Rust source into generated/src/robots/.
 //!
 //! Everything is rendered to a map of path -> text first; then the map is written, or compared. The
-//! folder is machine-owned: a file that no model makes is removed.
+//! folder belongs to the machine: a file that no model makes is removed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,7 @@ fn render(models: &[&String]) -> Result<Rendered, String> {
     Ok(rendered)
 }
 
-/// Files of the folder that nothing makes.
+/// Files of the folder that no model makes.
 fn orphans(rendered: &Rendered) -> Result<Vec<PathBuf>, String> {
     let folder = root().join(FOLDER);
     let mut orphans: Vec<PathBuf> = match std::fs::read_dir(&folder) {

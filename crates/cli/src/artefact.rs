@@ -9,38 +9,41 @@ use identification::model::reference::ModelReference;
 use rist::Model;
 
 use crate::failure::Failure;
+use crate::model::ModelArguments;
 
 /// The text of a file.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
-/// A directory, made where it is not there.
+/// Makes a directory where there is none.
 pub fn make_directory(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
-/// An estimate, refused where it was made with another model.
-pub fn read_estimate(path: &Path, model: &Model) -> Result<Estimate, Failure> {
+/// An estimate, and the model read as it was for it where the flags do not say how; refused where it was made with
+/// another model.
+pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
+    let model = arguments.derive_as(estimate.description.as_ref())?;
     let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
     model.check(path, &made_with)?;
-    Ok(estimate)
+    Ok((estimate, model))
 }
 
-/// A plan, refused where it was made with another model.
+/// Reads a plan; refuses one that was made with another model.
 pub fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> {
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
     Ok(plan)
 }
 
-/// A known load.
+/// Reads a known load.
 pub fn read_load(path: &Path) -> Result<KnownLoad, Failure> {
     Ok(KnownLoad::from_yaml(&path.display().to_string(), &read_text(path)?)?)
 }
 
-/// `q1=2.393` of the command line.
+/// Reads `q1=2.393` of the command line.
 pub fn gain(text: &str) -> Result<(String, f64), String> {
     let (name, gain) = text.split_once('=').unwrap_or((text, ""));
     match gain.parse::<f64>().ok().filter(|g| g.is_finite() && *g > 0.0) {
@@ -49,7 +52,7 @@ pub fn gain(text: &str) -> Result<(String, f64), String> {
     }
 }
 
-/// Several of them, of coordinates that the model has.
+/// Reads several gains; refuses coordinates that the model does not have.
 pub fn gains(texts: &[String], model: &Model) -> Result<Vec<(String, f64)>, Failure> {
     let one = |text: &String| {
         let (name, gain) = gain(text).map_err(Failure::new)?;

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use identification::estimate::options::Options;
-use logs::LogSource;
 
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
@@ -36,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let (mut text, mut wrong) = (String::new(), 0);
     for path in &arguments.logs {
-        let (log, columns) = LogSource::open(path, model.regressor().coordinates(), &options.columns)?;
+        let (log, columns) = model.open_log(path, &options.columns)?;
         let report = log.report().to_string();
         let passport = rist::examine(&model, &[log], &options)?;
         wrong += passport.findings.len();

@@ -33,9 +33,9 @@ pub struct Arguments {
 enum Quantity {
     /// tau = Y X of the standard parameters
     Regressor,
-    /// The same of the base parameters
+    /// tau = Y X of the base parameters
     BaseRegressor,
-    /// tau itself
+    /// The torque tau itself
     Torque,
 }
 
@@ -78,7 +78,7 @@ struct States {
     n_rows: usize,
 }
 
-/// Where an input comes from: a column of the file, or a number for every row.
+/// The source of an input: a column of the file, or one number for every row.
 enum Origin {
     Column(usize),
     Number(f64),

@@ -1,11 +1,10 @@
-//! How a command ends when it does not succeed.
+//! The end of a command that does not succeed.
 
 use std::fmt;
 use std::io::Write;
-use std::path::Path;
 use std::process::ExitCode;
 
-/// A message for the user and an exit code: 2 for what cannot be used, 1 for a verdict against what was.
+/// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
 pub struct Failure {
     message: String,
     code: u8,
@@ -16,7 +15,7 @@ impl Failure {
         Failure { message: message.to_string(), code: 2 }
     }
 
-    /// The work is done and printed, and its outcome is a no.
+    /// A failure whose work is done and printed: the outcome is a no.
     pub fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1 }
     }
@@ -57,13 +56,4 @@ pub fn print(text: &str) -> Result<(), Failure> {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
         _ => Ok(()),
     }
-}
-
-/// Writes a whole file or nothing: to a neighbour first, then in its place.
-pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
-    let failed = |e: std::io::Error| Failure::new(format_args!("{}: {e}", path.display()));
-    let mut neighbour = path.as_os_str().to_owned();
-    neighbour.push(".part");
-    std::fs::write(&neighbour, text).map_err(failed)?;
-    std::fs::rename(&neighbour, path).map_err(failed)
 }

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use rist::Language;
 
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
+use crate::output::write_file;
 
 /// Write a robot's base regressor, and other functions of it, as source that needs no other file
 #[derive(Args)]
@@ -41,7 +42,7 @@ fn functions_help() -> String {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let robot = arguments.model.read_with_values()?;
-    let mut made_by = format!("rist generate {path}");
+    let mut made_by = format!("rist generate {path}{}", arguments.model.flags());
     if !arguments.functions.is_empty() {
         made_by += &format!(" --functions {}", arguments.functions.join(","));
     }
@@ -59,12 +60,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let refused = |e| Failure::new(format_args!("{path}: {e}"));
     let source = rist::generate(&robot, &arguments.functions, &language, &made_by).map_err(refused)?;
     let Some(out) = &arguments.out else { return print(&source.text) };
+    let model = arguments.model.model.as_path();
     match &source.header {
         Some(header) => {
-            write_file(&out.with_extension("h"), header)?;
-            write_file(&out.with_extension("c"), &source.text)?;
+            write_file(&out.with_extension("h"), header, &[model])?;
+            write_file(&out.with_extension("c"), &source.text, &[model])?;
         }
-        None => write_file(out, &source.text)?,
+        None => write_file(out, &source.text, &[model])?,
     }
     for (name, c) in &source.counts {
         eprintln!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos);

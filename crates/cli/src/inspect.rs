@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use clap::Args;
 use expr::Count;
-use rist::Model;
+use modeling::Rules;
+use rist::{Model, ModelOptions};
 use robot::JointKind;
 use robot::format::Angles;
 use serde_json::{Value, json};
@@ -21,6 +22,11 @@ pub struct Arguments {
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
+
+    /// Write the rules in the standard parameters alone, however long they are [default: while all of them stay below
+    /// 200000 characters; beyond, they name the regrouped parameters of the next link]
+    #[arg(long)]
+    expand_rules: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -28,10 +34,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = Model::of(robot, &arguments.model.model)?;
     let (robot, derived) = (&model.robot, &model);
     let tilted = Tilted::new(arguments, derived)?;
+    let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
     if arguments.json {
-        print(&(format!("{:#}\n", as_json(derived, &tilted))))?;
+        print(&(format!("{:#}\n", as_json(derived, &rules, &tilted))))?;
     } else {
-        print(&(as_text(derived) + &tilted.text()))?;
+        print(&(as_text(derived, &rules) + &tilted.text()))?;
     }
     let parameters = &derived.parameters;
     if parameters.coincident.is_empty() {
@@ -48,11 +55,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     )))
 }
 
-/// What the file's angles, as given, would add to the base parameters: what appears only because some
-/// axis is almost, but not quite, parallel or at right angles to another.
+fn expanded(derived: &Model) -> Result<Rules, Failure> {
+    derived.parameters.expanded_rules().ok_or_else(|| {
+        Failure::new(format_args!(
+            "{}: expanded, the rules have more than a million terms; without --expand-rules they are nested",
+            derived.path.display()
+        ))
+    })
+}
+
+/// Base parameters that the angles exactly as given would add. They appear only because some axis is almost, but not
+/// quite, parallel or at right angles to another.
 struct Tilted {
-    /// Name and share of the torque.
-    appear: Vec<(String, f64)>,
+    /// Name and share of the torque; or why the angles as given have no base parameters.
+    appear: Result<Vec<(String, f64)>, String>,
     /// The angles that were taken for others.
     because: Vec<String>,
 }
@@ -60,28 +76,22 @@ struct Tilted {
 impl Tilted {
     fn new(arguments: &Arguments, derived: &Model) -> Result<Tilted, Failure> {
         let robot = &derived.robot;
-        let because: Vec<String> = robot
-            .notes
-            .iter()
-            .filter(|n| n.text.contains("is taken"))
-            .map(|n| format!("{}: {}", n.subject, n.text))
-            .collect();
-        let mut tilted = Tilted { appear: Vec::new(), because };
+        let because: Vec<String> = robot.snapped.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+        let mut tilted = Tilted { appear: Ok(Vec::new()), because };
         if tilted.because.is_empty() {
             return Ok(tilted);
         }
-        let options = arguments.model.options(Angles::AsGiven);
+        let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options() };
         let given = rist::read_robot(&arguments.model.model, &options)?;
-        // Where even the rank of the given angles is not clear there is nothing to list.
-        let Ok(as_given) = Model::of(given, &arguments.model.model) else { return Ok(tilted) };
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
-        tilted.appear = as_given
-            .parameters
-            .base
-            .iter()
-            .filter(|b| !kept(b.column))
-            .map(|b| (as_given.parameters.standard[b.column].display(&as_given.robot).to_string(), b.share))
-            .collect();
+        let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
+        tilted.appear = match Model::of(given, &arguments.model.model) {
+            Ok(model) => {
+                let more = model.parameters.base.iter().filter(|b| !kept(b.column));
+                Ok(more.map(|b| (name(&model, b.column), b.share)).collect())
+            }
+            Err(e) => Err(e.to_string()),
+        };
         Ok(tilted)
     }
 
@@ -90,11 +100,15 @@ impl Tilted {
             return String::new();
         }
         let because = self.because.join("; ");
-        if self.appear.is_empty() {
+        let appear = match &self.appear {
+            Ok(appear) => appear,
+            Err(why) => return format!("\nthe angles as given have no clear base parameters ({because}): {why}\n"),
+        };
+        if appear.is_empty() {
             return format!("\nwith the angles as given the base parameters are the same ({because})\n");
         }
-        let largest = self.appear.iter().map(|a| a.1).fold(0.0, f64::max);
-        let names: Vec<&str> = self.appear.iter().map(|a| a.0.as_str()).collect();
+        let largest = appear.iter().map(|a| a.1).fold(0.0, f64::max);
+        let names: Vec<&str> = appear.iter().map(|a| a.0.as_str()).collect();
         format!(
             "\n{} more appear only with the angles as given ({because}): {}; they carry {largest:.0e} of the torque\n",
             names.len(),
@@ -103,19 +117,21 @@ impl Tilted {
     }
 }
 
-fn as_json(derived: &Model, tilted: &Tilted) -> Value {
+fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
     let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
     let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
-    let base = |b: &modeling::BaseParameter| {
-        let term = |t: &modeling::Term| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": t.symbolic});
+    // Nested rules have no coefficients in full.
+    let base = |(k, b): (usize, &modeling::BaseParameter)| {
+        let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
+        let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
         json!({
             "name": b.name,
             "parameter": name(b.column),
-            "rule": b.rule,
+            "rule": rules.base[k],
             "share": b.share,
-            "terms": b.terms.iter().map(term).collect::<Vec<_>>(),
+            "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
         })
     };
     let rank = &parameters.rank;
@@ -125,18 +141,21 @@ fn as_json(derived: &Model, tilted: &Tilted) -> Value {
         "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "links": robot.links.iter().map(|l| json!({"name": l.name, "joint": l.joint.name, "label": l.label})).collect::<Vec<_>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
-        "base": parameters.base.iter().map(base).collect::<Vec<_>>(),
+        "base": parameters.base.iter().enumerate().map(base).collect::<Vec<_>>(),
+        "regrouped": rules.regrouped,
         "as_given": tilted
             .appear
             .iter()
+            .flatten()
             .map(|(name, share)| json!({"parameter": name, "share": share}))
             .collect::<Vec<_>>(),
+        "as_given_refused": tilted.appear.as_ref().err(),
         "coincident": parameters.coincident.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
         "rank": {
             "numeric": rank.numeric,
             "exact": rank.exact,
-            // JSON has no infinity: nothing dropped leaves any distance at all.
+            // JSON has no infinity, which stands for a model without dropped columns.
             "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
             "smallest_kept": rank.smallest_kept,
             "largest_dropped": rank.largest_dropped,
@@ -149,11 +168,11 @@ fn as_json(derived: &Model, tilted: &Tilted) -> Value {
             "torque": count(derived.torque.count()),
         },
         "compiled": derived.is_compiled(),
-        "notes": robot.notes.iter().map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
+        "notes": robot.notes.iter().chain(&robot.snapped).map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
 }
 
-fn as_text(derived: &Model) -> String {
+fn as_text(derived: &Model, rules: &Rules) -> String {
     let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
@@ -170,7 +189,7 @@ fn as_text(derived: &Model) -> String {
     if let Some(source) = &robot.source {
         line!("source: {source}");
     }
-    for note in &robot.notes {
+    for note in robot.notes.iter().chain(&robot.snapped) {
         line!("note: {}: {}", note.subject, note.text);
     }
     line!();
@@ -203,9 +222,13 @@ fn as_text(derived: &Model) -> String {
     }
     line!();
     line!("{} base parameters of {} standard ones:", parameters.len(), parameters.standard.len());
-    for b in &parameters.base {
-        let rule = if b.terms.len() > 1 { b.rule.as_str() } else { "" };
+    for (b, rule) in parameters.base.iter().zip(&rules.base) {
+        let rule = if b.terms.len() > 1 { rule.as_str() } else { "" };
         line!("  {:<10} {rule}", b.name);
+    }
+    if !rules.regrouped.is_empty() {
+        line!("with these regrouped parameters, which are no base parameters:");
+        rules.regrouped.iter().for_each(|rule| line!("  {rule}"));
     }
     if !parameters.no_effect.is_empty() {
         let names: Vec<String> = parameters.no_effect.iter().map(|&c| name(c)).collect();

@@ -1,4 +1,4 @@
-//! `rist lint`: classic mistakes in a description.
+//! `rist lint`: looks for classic mistakes in a description.
 
 use std::fmt::Write;
 

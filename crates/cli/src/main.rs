@@ -1,15 +1,18 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
 mod artefact;
+mod check;
 mod convert;
 mod doctor;
 mod evaluate;
+mod excite;
 mod failure;
 mod generate;
 mod identify;
 mod inspect;
 mod lint;
 mod model;
+mod output;
 mod plan;
 mod report;
 mod simulate;
@@ -37,6 +40,8 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Generate(generate::Arguments),
     Plan(plan::Arguments),
+    Excite(excite::Arguments),
+    Check(check::Arguments),
     Simulate(simulate::Arguments),
     Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
@@ -52,6 +57,8 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Generate(arguments) => generate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Excite(arguments) => excite::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),

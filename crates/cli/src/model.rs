@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use identification::model::description_options::DescriptionOptions;
 use rist::{Model, ModelOptions, RotorInertias};
 use robot::Robot;
 use robot::format::{Angles, Mimic};
@@ -24,13 +25,17 @@ pub struct ModelArguments {
     #[arg(long, value_enum, default_value_t = MimicJoints::Constraint)]
     mimic: MimicJoints,
 
-    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says: a YAML's
-    /// actuated joints unless it says otherwise, none of a URDF's, which has no word for it]
+    /// Whether rounded angles are taken for what was meant, 1.5707 and 1.5708 for pi/2, or left as given
+    #[arg(long, value_enum, default_value_t = GivenAngles::Meant)]
+    angles: GivenAngles,
+
+    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; in YAML the
+    /// actuated joints unless it says otherwise, in URDF none, since it has no word for it]
     #[arg(long, value_name = "JOINTS")]
     rotor_inertia: Option<RotorJoints>,
 
-    /// Let the base float: six coordinates in front (base_x, base_y, base_z, base_yaw, base_pitch,
-    /// base_roll) and the base a link with parameters of its own
+    /// Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
+    /// base_roll), and the base becomes a link with its own parameters
     #[arg(long)]
     floating_base: bool,
 }
@@ -43,14 +48,20 @@ enum RotorJoints {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum GivenAngles {
+    Meant,
+    AsGiven,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum MimicJoints {
     Constraint,
     Independent,
 }
 
 impl ModelArguments {
-    /// What the flags ask for, with rounded angles taken for what they were meant to be, or as given.
-    pub fn options(&self, angles: Angles) -> ModelOptions {
+    /// The options that the flags ask for.
+    pub fn options(&self) -> ModelOptions {
         let rotors = |word| match word {
             RotorJoints::None => RotorInertias::None,
             RotorJoints::Actuated => RotorInertias::Actuated,
@@ -62,28 +73,79 @@ impl ModelArguments {
                 MimicJoints::Constraint => Mimic::Constraint,
                 MimicJoints::Independent => Mimic::Independent,
             },
-            angles,
+            angles: match self.angles {
+                GivenAngles::Meant => Angles::Meant,
+                GivenAngles::AsGiven => Angles::AsGiven,
+            },
             rotor_inertias: self.rotor_inertia.map(rotors),
             floating_base: self.floating_base,
         }
     }
 
-    /// The description, with nothing derived from it.
-    pub fn read(&self) -> Result<Robot, Failure> {
-        Ok(rist::read_robot(&self.model, &self.options(Angles::Meant))?)
+    /// The flags as they would be typed again, each after a space.
+    pub fn flags(&self) -> String {
+        let mut text: String = self.values.iter().map(|(name, x)| format!(" --value {name}={x}")).collect();
+        if self.mimic != MimicJoints::Constraint {
+            text += &format!(" --mimic {}", word(self.mimic));
+        }
+        if self.angles != GivenAngles::Meant {
+            text += &format!(" --angles {}", word(self.angles));
+        }
+        if let Some(joints) = self.rotor_inertia {
+            text += &format!(" --rotor-inertia {}", word(joints));
+        }
+        if self.floating_base {
+            text += " --floating-base";
+        }
+        text
     }
 
-    /// The same, refused where a symbol has no value.
+    /// The description, with nothing derived from it. Says on standard error which angles are not as given.
+    pub fn read(&self) -> Result<Robot, Failure> {
+        self.read_by(&self.options())
+    }
+
+    fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
+        let robot = rist::read_robot(&self.model, options)?;
+        if let Some(sentence) = rist::snapping(&robot, &self.model, options) {
+            eprintln!("note: {sentence}");
+        }
+        Ok(robot)
+    }
+
+    /// The description; refused where a symbol has no value.
     pub fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
         rist::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
+    /// The model as it was read for an artefact, where no flag says how to read it.
+    pub fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
+        let given = self.options();
+        match (given.description(), description) {
+            (None, Some(description)) => self.derive_by(&ModelOptions::of_description(description)),
+            _ => self.derive_by(&given),
+        }
+    }
+
     /// The model with all that follows from it.
     pub fn derive(&self) -> Result<Model, Failure> {
-        Ok(Model::read_with(&self.model, &self.options(Angles::Meant))?)
+        self.derive_by(&self.options())
     }
+
+    fn derive_by(&self, options: &ModelOptions) -> Result<Model, Failure> {
+        let robot = self.read_by(options)?;
+        rist::check_values(&robot, &self.model)?;
+        let mut model = Model::of(robot, &self.model)?;
+        model.description = options.description();
+        Ok(model)
+    }
+}
+
+/// The word that stands for a choice on the command line.
+fn word(choice: impl ValueEnum) -> String {
+    choice.to_possible_value().map(|v| v.get_name().to_string()).unwrap_or_default()
 }
 
 fn assignment(text: &str) -> Result<(String, f64), String> {

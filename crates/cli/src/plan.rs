@@ -9,8 +9,9 @@ use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_
 use rist::PlanRequest;
 
 use crate::artefact::make_directory;
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
+use crate::output::{check_output, write_file};
 
 /// Plan the exciting experiments of identification by spectrum analysis
 ///
@@ -103,6 +104,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         starts: arguments.starts,
         seed: arguments.seed,
     };
+    let inputs = [arguments.model.model.as_path()];
+    // The search takes seconds: what it cannot be written to is found before.
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let progress = |done: usize, all: usize, best: f64| eprintln!("start {done} of {all}, best {best:.3}");
     let rist::Planned { plan, notes } = rist::plan(&model, &request, &progress)?;
@@ -117,11 +121,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         for (e, t) in plan.experiments.iter().zip(plan.trajectories("plan")?) {
             let text = trajectory_file(&t.reference(), &plan.coordinates, arguments.rate, format);
-            write_file(&directory.join(format!("{}.{end}", e.name)), &text)?;
+            write_file(&directory.join(format!("{}.{end}", e.name)), &text, &inputs)?;
         }
     }
     match &arguments.out {
-        Some(out) => write_file(out, &plan.to_yaml()?),
+        Some(out) => write_file(out, &plan.to_yaml()?, &inputs),
         None => Ok(()),
     }
 }

@@ -1,6 +1,6 @@
 //! `rist report`: artefacts -> one page and its pictures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::estimate::artefact::Estimate;
@@ -9,7 +9,8 @@ use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::write::html::{parameter_picture, report, torque_picture};
 
 use crate::artefact::{make_directory, read_text};
-use crate::failure::{Failure, write_file};
+use crate::failure::Failure;
+use crate::output::{check_output, write_file};
 
 /// Write plan, estimate and validation as one self-contained HTML page
 #[derive(Args)]
@@ -34,6 +35,9 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = |path: &PathBuf| path.display().to_string();
+    let of_user = [&arguments.plan, &arguments.estimate, &arguments.validation];
+    let inputs: Vec<&Path> = of_user.into_iter().flatten().map(PathBuf::as_path).collect();
+    check_output(&arguments.out, &inputs)?;
     let plan = match &arguments.plan {
         Some(path) => Some(ExperimentPlan::from_yaml(&name(path), &read_text(path)?)?),
         None => None,
@@ -49,11 +53,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(directory) = &arguments.svg {
         make_directory(directory)?;
         if let Some(estimate) = &estimate {
-            write_file(&directory.join("parameters.svg"), &parameter_picture(estimate))?;
+            write_file(&directory.join("parameters.svg"), &parameter_picture(estimate), &inputs)?;
         }
         for picture in validation.iter().flat_map(|v| &v.pictures) {
-            write_file(&directory.join(format!("torque_{}.svg", picture.coordinate)), &torque_picture(picture))?;
+            let file = directory.join(format!("torque_{}.svg", picture.coordinate));
+            write_file(&file, &torque_picture(picture), &inputs)?;
         }
     }
-    write_file(&arguments.out, &report(plan.as_ref(), estimate.as_ref(), validation.as_ref()))
+    write_file(&arguments.out, &report(plan.as_ref(), estimate.as_ref(), validation.as_ref()), &inputs)
 }

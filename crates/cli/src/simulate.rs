@@ -1,6 +1,6 @@
 //! `rist simulate`: a model and a plan -> the logs its experiments would give.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::experiments::record::Record;
@@ -8,8 +8,9 @@ use logs::Effort;
 use rist::SimulateRequest;
 
 use crate::artefact::{gains, make_directory, read_estimate, read_load, read_plan};
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
+use crate::output::write_file;
 
 /// Simulate the experiments of a plan, in closed loop, with friction, noise and drive gains
 ///
@@ -52,24 +53,30 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let model = arguments.model.derive()?;
+    let (feedforward, model) = match &arguments.feedforward {
+        Some(file) => read_estimate(file, &arguments.model).map(|(estimate, model)| (Some(estimate), model))?,
+        None => (None, arguments.model.derive()?),
+    };
     let plan = read_plan(&arguments.plan, &model)?;
     let request = SimulateRequest {
         validation_motions: arguments.validation,
         gains: gains(&arguments.gain, &model)?,
         load: arguments.load.as_deref().map(read_load).transpose()?,
-        feedforward: arguments.feedforward.as_deref().map(|file| read_estimate(file, &model)).transpose()?,
+        feedforward,
         seed: arguments.seed,
         noise_free: arguments.noise_free,
     };
+    let of_user =
+        [&arguments.model.model, &arguments.plan].into_iter().chain(&arguments.load).chain(&arguments.feedforward);
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     make_directory(&arguments.out)?;
     let coordinates = model.regressor().coordinates();
     let mut write = |name: &str, record: &Record| {
         let text = record.to_csv(coordinates, Effort::Current);
-        write_file(&arguments.out.join(format!("{name}.csv")), &text).map_err(rist::Error::new)
+        write_file(&arguments.out.join(format!("{name}.csv")), &text, &inputs).map_err(rist::Error::new)
     };
     let found = rist::simulate(&model, &plan, &request, &mut write)?;
-    write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?)?;
+    write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
     let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
     let with_load = if arguments.load.is_some() { ", as many with the load," } else { "" };
     print(&format!(

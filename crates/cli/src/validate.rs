@@ -1,14 +1,14 @@
 //! `rist validate`: an estimate and logs it was not made from -> how well it predicts.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use logs::LogSource;
 use rist::MOTION_CUTOFF;
 
 use crate::artefact::{gains, read_estimate};
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
+use crate::output::{check_output, write_file};
 use crate::verdict::refused;
 
 /// Compare measured and predicted torques on motions that were not used
@@ -24,7 +24,7 @@ pub struct Arguments {
     #[arg(required = true)]
     logs: Vec<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A [default: of the estimate, of the file, or 1]
+    /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     gain: Vec<String>,
 
@@ -38,8 +38,15 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let model = arguments.model.derive()?;
-    let estimate = read_estimate(&arguments.estimate, &model)?;
+    let of_user = [&arguments.model.model, &arguments.estimate].into_iter().chain(&arguments.logs);
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
+    let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
+    let place = |name: &str| std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
+    let fitted: Vec<PathBuf> = estimate.logs.iter().map(|name| place(name)).collect();
+    for log in arguments.logs.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
+        eprintln!("note: {}: the estimate was fitted to it; what it leaves there is no validation", log.display());
+    }
     let (validation, verdict) = match &estimate.options {
         Some(options) => {
             if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
@@ -47,8 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                     "--cutoff and --gain: an estimate from samples brings those that it was made with",
                 ));
             }
-            let coordinates = model.regressor().coordinates();
-            let open = |path: &PathBuf| LogSource::open(path, coordinates, &options.columns).map(|(log, _)| log);
+            let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
             let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
             let validation = rist::validate(&model, &estimate, &logs)?;
             let verdict = rist::validation_verdict(&model, &estimate, &logs, validation.total)?;
@@ -64,12 +70,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     print(&format!("{validation}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
-        write_file(out, &validation.to_yaml()?)?;
+        write_file(out, &validation.to_yaml()?, &inputs)?;
     }
     refused(&verdict, false)
 }
 
-/// The logs given, and of a directory its validation motions, by name.
+/// The logs given; of a directory, its validation motions in the order of their names.
 fn motions(given: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut logs = Vec::new();
     for path in given {

@@ -9,6 +9,6 @@ pub fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
     if verdict.trust != Trust::No {
         return Ok(());
     }
-    let files = if withheld { "; no URDF or MJCF is written (--anyway writes it)" } else { "" };
+    let files = if withheld { "; nothing is written for a simulator (--anyway writes it)" } else { "" };
     Err(Failure::verdict(format_args!("not to be trusted: {}{files}", verdict.reasons.join("; "))))
 }

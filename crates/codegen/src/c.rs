@@ -14,7 +14,7 @@
 
 use expr::{Constant, Expr, Function, Module, Node, Value};
 
-use crate::steps::{Name, Step, is_read, names, steps};
+use crate::steps::{Name, Step, in_line, is_read, names, steps};
 
 /// A header and its source file.
 pub struct CFiles {
@@ -163,7 +163,7 @@ fn comment(lines: &[String]) -> String {
 
 /// Nothing in `text` may end the comment, seem to begin one, or be a trigraph.
 fn in_comment(text: &str) -> String {
-    text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
+    in_line(text).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
 }
 
 /// A string literal: bytes outside printable ASCII in octal, and no trigraphs.

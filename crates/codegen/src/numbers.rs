@@ -60,18 +60,21 @@ fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
                 x
             }
 
-            /// Within 2e-16 of the sine and cosine of x for |x| < 1e5. Reduction to [-pi/4, pi/4] by
+            /// Within 2e-16 of the sine and cosine of x for |x| < 2^27, NaN beyond. Reduction to [-pi/4, pi/4] by
             /// three parts of pi/2 (Cody and Waite 1980, the parts of Cephes), then the minimax
             /// polynomials of fdlibm (Sun Microsystems 1993).
             #[inline(always)]
             fn sin_cos(self) -> (f64, f64) {
                 // Adding 1.5 * 2^52 rounds to an integer and leaves it in the low bits.
                 const ROUND: f64 = 6755399441055744.0;
+                const REACH: f64 = 1.3393857589828342e300;
                 const PARTS: [f64; 3] = [1.570796251296997, 7.549789415861596e-8, 5.390302858158119e-15];
                 let turns = self * core::f64::consts::FRAC_2_PI + ROUND;
                 let quadrant = turns.to_bits();
                 let n = turns - ROUND;
-                let x = ((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2];
+                // Overflows from 2^27 on: n would have more digits than the parts leave to it.
+                let reach = self * REACH;
+                let x = (((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2]) * (1.0 + 0.0 * reach);
                 let z = x * x;
                 let s = x + x * z * (-1.6666666666666632e-1 + z * (8.33333333332249e-3
                     + z * (-1.984126982985795e-4 + z * (2.7557313707070068e-6

@@ -1,9 +1,14 @@
-//! A Function as straight-line steps, one an operation, in the order of its schedule: what every
-//! target language writes down in its own way.
+//! A Function as straight-line steps, one an operation, in the order of its schedule. Every target
+//! language writes the same steps in its own way.
 //!
 //! An entry is stored as soon as it is known. Sine and cosine of an angle are one step.
 
 use expr::{Expr, Function, Node, SymbolKind, operands};
+
+/// A text of somebody's file within one line: what would end the line is a space.
+pub(crate) fn in_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') { ' ' } else { c }).collect()
+}
 
 /// One statement.
 pub(crate) enum Step {

@@ -75,13 +75,13 @@ pub trait Algebra {
 }
 
 impl Function {
-    /// Keeps of `graph` what the outputs need.
+    /// Keeps the part of `graph` that the outputs need.
     pub fn new(name: &str, graph: &Graph, inputs: Vec<Input>, outputs: Vec<Output>) -> Function {
         debug_assert!(outputs.iter().all(|o| o.entries.len() == o.rows * o.columns));
         Function { name: name.to_string(), inputs, outputs, graph: Graph::new() }.rebuilt(graph, &|_| None)
     }
 
-    /// What the outputs need, and nothing else.
+    /// The graph: the nodes that the outputs need, and no others.
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
@@ -94,7 +94,7 @@ impl Function {
         })
     }
 
-    /// The function where an input is zero: the input is gone, and what it made.
+    /// The function at zero of an input: the input and everything that depends on it alone are gone.
     pub fn without(&self, name: &str, input: &str) -> Function {
         let mut outline = self.outline();
         outline.name = name.to_string();
@@ -271,7 +271,7 @@ impl Function {
     }
 }
 
-/// What a node reads.
+/// The operands of a node.
 pub fn operands(node: Node) -> impl Iterator<Item = Expr> {
     let (a, b) = match node {
         Node::Constant(_) | Node::Symbol(_) => (None, None),

@@ -61,7 +61,7 @@ impl std::ops::Neg for Expr {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Symbol(pub u32);
 
-/// What a symbol is to the function it stands in.
+/// The role of a symbol in the function it stands in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SymbolKind {
     /// Given at each evaluation.
@@ -130,7 +130,7 @@ impl Graph {
     }
 
     /// An empty graph that knows these symbols.
-    pub(crate) fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
+    pub fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
         let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default() };
         g.intern(Node::Constant(0.0));
         g.intern(Node::Constant(1.0));
@@ -203,7 +203,8 @@ impl Graph {
         }
     }
 
-    /// a + b: folded where both are numbers, 2 a where they are one, shared with b + a and, but for the sign, with -a - b.
+    /// a + b: folded where both are numbers; 2 a where they are the same; one node with b + a and, but for the sign, with
+    /// -a - b.
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() {
             return b;
@@ -226,7 +227,7 @@ impl Graph {
         self.intern(Node::Add(a.abs(), b.with_sign(negative))).with_sign(negative)
     }
 
-    /// a - b, the node that b - a has too.
+    /// a - b, which shares its node with b - a.
     pub fn sub(&mut self, a: Expr, b: Expr) -> Expr {
         self.add(a, -b)
     }
@@ -321,7 +322,7 @@ impl Graph {
 mod tests {
     use super::*;
 
-    /// Each fact is one line: what is built, what it must be.
+    /// Each fact is one line: an expression as it is built, and as it must come out.
     #[test]
     fn facts() {
         let mut g = Graph::new();

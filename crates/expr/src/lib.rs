@@ -1,17 +1,20 @@
-//! Hash-consed expression graphs and what is done with them.
+//! Hash-consed expression graphs, their evaluation and their operation counts.
 //!
 //! A [`Graph`] holds every subexpression once. An [`Expr`] is a handle with a sign, so that -x costs
 //! nothing and x - y and y - x share a node. A [`Function`] is named inputs -> named outputs: the
-//! unit of evaluation ([`Tape`]), of evaluation in another algebra ([`Function::evaluate_in`]), of
-//! counting ([`Function::count`]) and of code generation, where a [`Module`] of them makes a file. Nothing here knows what a robot is.
+//! unit of evaluation ([`Tape`]), of differentiation ([`Adjoint`]), of evaluation in another algebra
+//! ([`Function::evaluate_in`]), of counting ([`Function::count`]) and of code generation, where a [`Module`] of functions
+//! makes a file. Nothing here knows robots.
 
 #![warn(missing_docs)]
 
+mod adjoint;
 mod function;
 mod graph;
 mod module;
 mod tape;
 
+pub use adjoint::{Adjoint, AdjointWorkspace};
 pub use function::{Algebra, Count, Function, Input, Output, operands};
 pub use graph::{Expr, Graph, Node, Symbol, SymbolKind};
 pub use module::{Constant, Documented, Module, Value};

@@ -1,8 +1,8 @@
-//! Functions that share a file, with what a reader of that file wants to know.
+//! Functions that share a file, with the comments for the reader of that file.
 
 use crate::function::Function;
 
-/// What becomes one generated file, in whatever language.
+/// The content of one generated file, in whatever language.
 #[derive(Clone, Debug)]
 pub struct Module {
     /// Lower-case letters, digits and underscores, a letter first.
@@ -22,7 +22,7 @@ pub struct Constant {
     pub name: String,
     /// One line that says what it is.
     pub doc: String,
-    /// What stands behind the name.
+    /// Its value.
     pub value: Value,
 }
 

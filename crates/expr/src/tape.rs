@@ -1,8 +1,8 @@
 //! A function scheduled for evaluation in place: straight-line code, interpreted.
 //!
-//! Nodes run in their order of creation; a slot is used again as soon as its value is dead, so that
-//! the working set stays in the cache. The interpreter runs B samples abreast: one dispatch serves
-//! B multiplications.
+//! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the
+//! working set stays in the cache. The interpreter runs B samples abreast: one dispatch serves B
+//! multiplications.
 
 use crate::function::{Function, operands};
 use crate::graph::{Expr, Node, SymbolKind};
@@ -35,7 +35,7 @@ enum Code {
     Mul,
     Div,
     Sqrt,
-    /// Of the negative of `a`.
+    /// The negative of `a`.
     SqrtOfNegative,
     /// Sine to `to`, cosine to `b`.
     SinCos,
@@ -48,7 +48,8 @@ pub struct Workspace {
     many: Vec<[f64; LANES]>,
 }
 
-/// Sine and cosine of an angle are one operation, at the place of the first: for each node the other one.
+/// For each sine the cosine of the same angle, and the other way round: the two are one operation, at the place of the
+/// first.
 fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut partner = vec![None; nodes.len()];
     let mut angles = std::collections::BTreeMap::new();
@@ -237,7 +238,7 @@ impl Schedule {
         slot
     }
 
-    /// A slot that belongs to no node: what is written there is never read.
+    /// A slot that belongs to no node: its content is never read.
     fn take_nowhere(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.n_slots += 1;

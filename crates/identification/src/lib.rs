@@ -1,4 +1,11 @@
-//! From experiments to parameters.
+//! From logs and experiments to parameters.
+//!
+//! The folders follow the walk of the data, each importing only from those before it: [`algebra`], [`model`]
+//! (tau = Y X + friction + couplings), [`experiments`], [`signals`] (a log becomes states), [`rows`] (states become
+//! triangles), [`estimators`] (triangles become a solution), [`estimate`] (a solution becomes an estimate with its
+//! evidence), [`simulate`], [`spectrum`] (the experiments of a plan), [`write`].
+
+#![warn(missing_docs)]
 
 pub mod algebra;
 pub mod estimate;

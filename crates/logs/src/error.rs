@@ -31,6 +31,7 @@ impl Error {
         self.line
     }
 
+    /// What was found, what was expected, what to do.
     pub fn message(&self) -> &str {
         &self.message
     }

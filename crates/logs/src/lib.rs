@@ -3,6 +3,8 @@
 //! file -> [`Table`] (named columns of numbers) -> [`Columns`] (which column is which signal) -> [`Log`], held in memory,
 //! or [`LogStream`], read block by block. Nothing here knows a robot: coordinates are names.
 
+#![warn(missing_docs)]
+
 mod cleaning;
 mod columns;
 mod error;

@@ -28,7 +28,9 @@ pub enum Effort {
 /// Measured signals of one run, SI, one series a coordinate in the order of the robot.
 #[derive(Clone, Debug)]
 pub struct Log {
+    /// The file, as the user named it.
     pub name: String,
+    /// Names, in the order of the series.
     pub coordinates: Vec<String>,
     /// s, strictly increasing; row r of every series is at `t[r]`.
     pub t: Vec<f64>,
@@ -38,12 +40,15 @@ pub struct Log {
     pub dq: Option<Vec<Vec<f64>>>,
     /// rad/s^2, where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
+    /// N m (N) or A, as `effort_is` says.
     pub effort: Vec<Vec<f64>>,
+    /// What the efforts are.
     pub effort_is: Effort,
     /// The row of the file, from 1, behind each sample.
     pub rows: Vec<usize>,
     /// Use samples in this interval only, and in that of the options.
     pub window: Option<Window>,
+    /// What was found and left out when it was read.
     pub report: LogReport,
 }
 
@@ -100,10 +105,12 @@ impl Log {
         Ok(log)
     }
 
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.t.len()
     }
 
+    /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }
@@ -191,24 +198,35 @@ impl Log {
         };
     }
 
-    /// s at rest at the start, at the end, and in all.
+    /// s at rest at the start, at the end, and in all, looked at in spans of [`REST_SPAN`]; what is left behind the last
+    /// span goes on as it did.
     fn rest(&self) -> (f64, f64, f64) {
-        let (mut before, mut total, mut last_motion, mut r0) = (None, 0.0, self.t[0], 0);
+        let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);
         for r in 1..self.len() {
-            if self.t[r] - self.t[r0] < REST_SPAN {
+            let span = self.t[r] - self.t[r0];
+            if span < REST_SPAN {
                 continue;
             }
-            let span = self.t[r] - self.t[r0];
             if self.q.iter().any(|q| (q[r] - q[r0]).abs() > REST_SPEED * span) {
                 before.get_or_insert(self.t[r0] - self.t[0]);
-                last_motion = self.t[r];
+                after = 0.0;
             } else {
                 total += span;
+                after += span;
             }
             r0 = r;
         }
-        let end = self.t[self.len() - 1];
-        (before.unwrap_or(end - self.t[0]), end - last_motion, total)
+        let behind = self.t[self.len() - 1] - self.t[r0];
+        if after > 0.0 {
+            (after, total) = (after + behind, total + behind);
+        }
+        let all = self.t[self.len() - 1] - self.t[0];
+        match before {
+            Some(before) => (before, after, total),
+            None if total > 0.0 => (all, all, all),
+            // Shorter than a span: nothing is known.
+            None => (0.0, 0.0, 0.0),
+        }
     }
 }
 
@@ -293,6 +311,22 @@ mod tests {
         let r = read(&text).unwrap().report;
         assert!(r.uniform);
         assert!((r.rest_before - 2.0).abs() < 0.1 && (r.rest_after - 3.0).abs() < 0.1, "{r:?}");
+        assert!(
+            r.to_string().contains("at rest 4.97 s: 1.99 s at the start, 0.00 s between, 2.98 s at the end"),
+            "{r}"
+        );
+        // The parts add up, whatever the span leaves over.
+        for end in [6.97, 6.99, 7.02] {
+            let text = rows(703, |i| {
+                let t = i as f64 * 0.01;
+                format!("{t},{},1.0\n", if (2.0..end).contains(&t) { (t - 2.0).sin() } else { 0.0 })
+            });
+            let r = read(&text).unwrap().report;
+            // Rounding of the sums of spans.
+            assert!(r.rest_before + r.rest_after <= r.rest + 1e-9, "{r:?}");
+        }
+        let still = rows(200, |i| format!("{},0,{}\n", i as f64 * 0.01, i % 7));
+        assert!(read(&still).unwrap().report.to_string().contains("at rest throughout"));
     }
 
     #[test]
@@ -305,6 +339,7 @@ mod tests {
             (rows(60, |i| format!("{},{i},1\n", 60 - i)), "log.csv:3: column `t` runs backwards in 59 rows"),
             (rows(60, |i| format!("1,{i},1\n")), "column `t` stands still in 59 of 60 rows"),
             (rows(60, |i| format!("0.{i:02},1,1\n")), "every row holds the same values"),
+            (rows(60, |i| format!("{i}e-14,{i},1\n")), "column `t` steps by 1.0000000000000"),
         ] {
             let message = read(&text).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");

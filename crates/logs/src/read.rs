@@ -1,49 +1,98 @@
 //! Which format a file has, and its reader.
 //!
 //! Delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; the joint states of a ROS
-//! recording. The content decides the format, not the name.
+//! recording. The content decides the format, not the name. `-` is standard input. What is no text is held whole, up to
+//! [`MAX_BYTES`]; a text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers: a pipe or device without end is refused
+//! there.
 
+use std::io::{Cursor, Read};
 use std::path::Path;
 
 use crate::Error;
-use crate::formats::delimited::{GZIP, TableReader};
-use crate::formats::npz;
-use crate::formats::parquet::file as parquet;
-use crate::formats::rosbag::{mcap, recording};
-use crate::table::Table;
+use crate::formats::content::{Content, HEAD};
+use crate::formats::delimited::TableReader;
+use crate::table::{MAX_BYTES, Table};
+
+/// A file that was opened.
+pub enum Opened {
+    /// Text, of which rows are read on demand.
+    Text {
+        reader: TableReader<'static>,
+        /// Whether the file can be opened again: a pipe cannot.
+        again: bool,
+    },
+    /// Another format, read whole.
+    Whole(Table),
+}
+
+/// Opens a file, the directory of a rosbag2, or standard input (`-`).
+pub fn open(path: &Path) -> Result<Opened, Error> {
+    if path.as_os_str() == "-" {
+        return opened("standard input", std::io::stdin(), false);
+    }
+    let file = path.display().to_string();
+    #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
+    if let Some(table) = crate::formats::rosbag::recording::read(path)? {
+        return Ok(Opened::Whole(table));
+    }
+    let failed = |e: std::io::Error| Error::at(&file, 0, format!("cannot be read: {e}"));
+    let source = std::fs::File::open(path).map_err(failed)?;
+    let again = source.metadata().map_err(failed)?.is_file();
+    opened(&file, source, again)
+}
+
+fn opened(file: &str, mut source: impl Read + 'static, again: bool) -> Result<Opened, Error> {
+    let failed = |e: std::io::Error| Error::at(file, 0, format!("cannot be read: {e}"));
+    let mut head = Vec::new();
+    source.by_ref().take(HEAD as u64).read_to_end(&mut head).map_err(failed)?;
+    let content = Content::of(&head);
+    let mut source = Cursor::new(head).chain(source);
+    if matches!(content, Content::Text | Content::Gzip) {
+        let reader = TableReader::of_content(file, content, source)?;
+        return Ok(Opened::Text { reader, again });
+    }
+    let mut bytes = Vec::new();
+    source.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Error::at(file, 0, format!("more than {MAX_BYTES} bytes; cut the log into parts")));
+    }
+    Table::from_bytes(file, &bytes).map(Opened::Whole)
+}
 
 impl Table {
-    /// Reads a file, or the directory of a rosbag2; `log.mcap#/topic` names one of several topics.
+    /// Reads a file, the directory of a rosbag2, or standard input (`-`); `log.mcap#/topic` names one of several topics.
     pub fn read(path: &Path) -> Result<Table, Error> {
-        if let Some(table) = recording::read(path) {
-            return table;
+        match open(path)? {
+            Opened::Text { mut reader, .. } => reader.rows(usize::MAX),
+            Opened::Whole(table) => Ok(table),
         }
-        let file = path.display().to_string();
-        let failed = |e: std::io::Error| Error::at(&file, 0, format!("cannot be read: {e}"));
-        let bytes = std::fs::read(path).map_err(failed)?;
-        Table::from_bytes(&file, &bytes)
     }
 
     /// Reads the content of a file; its first bytes say of which kind it is.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
-        if npz::is_numpy(bytes) {
-            return npz::read(file, bytes);
-        }
-        if parquet::is_parquet(bytes) {
-            return parquet::read(file, bytes);
-        }
-        if bytes.starts_with(mcap::MAGIC) {
-            return recording::from_bytes(file, bytes);
-        }
-        if let Some(why) = recording::refusal(bytes) {
+        let content = Content::of(bytes);
+        if let Some(why) = content.refusal() {
             return Err(Error::at(file, 0, why));
         }
-        let mut text = if bytes.starts_with(&GZIP) {
-            TableReader::new(file, flate2::read::MultiGzDecoder::new(bytes))?
-        } else {
-            TableReader::new(file, bytes)?
-        };
-        text.rows(usize::MAX)
+        match content {
+            #[cfg(feature = "npz")]
+            Content::Numpy => crate::formats::npz::read(file, bytes),
+            #[cfg(feature = "parquet")]
+            Content::Parquet => crate::formats::parquet::file::read(file, bytes),
+            #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
+            Content::Mcap | Content::Sqlite => crate::formats::rosbag::recording::from_bytes(file, bytes),
+            #[cfg(feature = "zstd")]
+            Content::Zstd => {
+                use crate::formats::compression::{Compression, MAX_UNPACKED};
+                let unpacked = Compression::Zstd.unpack_within(bytes, MAX_UNPACKED);
+                let unpacked = unpacked.map_err(|e| Error::at(file, 0, format!("the zstd stream: {e}")))?;
+                match Content::of(&unpacked) {
+                    Content::Zstd => Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first")),
+                    _ => Table::from_bytes(file, &unpacked),
+                }
+            }
+            _ => TableReader::of_content(file, content, bytes)?.rows(usize::MAX),
+        }
     }
 }
 

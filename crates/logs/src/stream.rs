@@ -5,6 +5,7 @@
 //! the whole log.
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use crate::Error;
 use crate::cleaning::account::LogReport;
@@ -13,7 +14,8 @@ use crate::columns::mapping::{ColumnNames, Columns};
 use crate::columns::words::Quantity;
 use crate::formats::delimited::TableReader;
 use crate::log::{Effort, Log, Window};
-use crate::table::Table;
+use crate::read::{self, Opened};
+use crate::table::MAX_CELLS;
 
 /// Rows up to which a log is held.
 const HELD: usize = 1 << 18;
@@ -21,9 +23,14 @@ const HELD: usize = 1 << 18;
 /// Rows of a block.
 const BLOCK: usize = 1 << 16;
 
+/// Cells of a block of very many columns.
+const WIDE: usize = 1 << 24;
+
 /// A log in memory, or one too long for that.
 pub enum LogSource {
+    /// In memory.
     Held(Log),
+    /// Read again at each pass.
     Streamed(LogStream),
 }
 
@@ -41,24 +48,36 @@ impl LogSource {
         path: &Path,
         coordinates: &[String],
         names: &ColumnNames,
-        held: usize,
-        block: usize,
+        mut held: usize,
+        mut block: usize,
     ) -> Result<(LogSource, Columns), Error> {
-        let table = match TableReader::open(path) {
-            Ok(mut reader) => reader.rows(held + 1)?,
-            // No text: a container that is read as a whole, or not at all.
-            Err(_) => Table::read(path)?,
+        let (table, again) = match read::open(path)? {
+            Opened::Text { mut reader, again } => {
+                held = held.min(MAX_CELLS / reader.width());
+                block = block.min(WIDE / reader.width()).max(1);
+                (reader.rows(held + 1)?, again)
+            }
+            Opened::Whole(table) => (table, false),
         };
         let columns = Columns::find(&table, coordinates, names)?;
+        // What is no text has no lines and is held.
         if table.lines.len() <= held {
             return Ok((LogSource::Held(Log::from_table(&table, &columns)?), columns));
         }
+        if !again {
+            let message = format!(
+                "more than {held} rows from a pipe or device; so long a log is read again at each pass: write it to a file"
+            );
+            return Err(Error::at(&table.file, 0, message));
+        }
+        let state = FileState::of(path)?;
         let (path, report) = (path.into(), LogReport::default());
-        let mut stream = LogStream { path, columns: columns.clone(), report, block };
+        let mut stream = LogStream { path, state, columns: columns.clone(), report, block };
         stream.describe()?;
         Ok((LogSource::Streamed(stream), columns))
     }
 
+    /// What was found and left out when it was read.
     pub fn report(&self) -> &LogReport {
         match self {
             LogSource::Held(log) => &log.report,
@@ -66,6 +85,7 @@ impl LogSource {
         }
     }
 
+    /// What the efforts are.
     pub fn effort_is(&self) -> Effort {
         match self {
             LogSource::Held(log) => log.effort_is,
@@ -86,12 +106,27 @@ impl LogSource {
 /// A file whose rows are read again at every pass.
 pub struct LogStream {
     path: PathBuf,
+    state: FileState,
     columns: Columns,
     report: LogReport,
     block: usize,
 }
 
+/// What changes when a file is written or replaced.
+#[derive(PartialEq)]
+struct FileState(u64, Option<SystemTime>);
+
+impl FileState {
+    fn of(path: &Path) -> Result<FileState, Error> {
+        let metadata = std::fs::metadata(path);
+        let metadata =
+            metadata.map_err(|e| Error::at(&path.display().to_string(), 0, format!("cannot be read: {e}")))?;
+        Ok(FileState(metadata.len(), metadata.modified().ok()))
+    }
+}
+
 impl LogStream {
+    /// What was found and left out when it was read.
     pub fn report(&self) -> &LogReport {
         &self.report
     }
@@ -163,9 +198,8 @@ impl LogStream {
             current = Some(next);
             Ok(())
         })?;
-        if rows != self.report.rows {
-            let message =
-                format!("{rows} rows where there were {}: the file changes while it is read", self.report.rows);
+        if rows != self.report.rows || FileState::of(&self.path)? != self.state {
+            let message = "the file changes while it is read, or was replaced since; begin again";
             return Err(Error::at(&self.path.display().to_string(), 0, message));
         }
         current.map_or(Ok(()), |current| block(&before, &current, None))

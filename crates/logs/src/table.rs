@@ -9,6 +9,7 @@ use crate::Error;
 pub struct Table {
     /// The file as the user named it.
     pub file: String,
+    /// Names of the columns.
     pub header: Vec<String>,
     /// `columns[c][r]`: column c, row r.
     pub columns: Vec<Vec<f64>>,
@@ -25,6 +26,7 @@ pub struct Table {
 }
 
 impl Table {
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
@@ -37,6 +39,12 @@ impl Table {
 
 /// More columns than this is not a log of a robot.
 pub const MAX_COLUMNS: usize = 10_000;
+
+/// More numbers than this, 2 GiB, are to be cut before: three hours of 22 columns at 1 kHz.
+pub const MAX_CELLS: usize = 1 << 28;
+
+/// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.
+pub const MAX_BYTES: u64 = 1 << 31;
 
 /// Refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
 pub fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {

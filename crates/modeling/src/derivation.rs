@@ -1,6 +1,6 @@
 //! One derivation: a robot's graph, from which every function of it is taken.
 //!
-//! Here is what all functions share: the graph, its constants, and the motion of every link. The
+//! It holds what all functions share: the graph, its constants, and the motion of every link. The
 //! functions themselves are in [`crate::functions`].
 
 use expr::{Expr, Function, Graph};

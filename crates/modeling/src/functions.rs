@@ -1,10 +1,9 @@
 //! The functions of a robot: the front door to all that is derived here.
 //!
-//! Each method takes one [`Function`] from the robot's graph; what stands behind it, with its
-//! equations, is in the file of that name under `dynamics/` or `base/`.
+//! Each method takes one [`Function`] from the robot's graph. Its equations are in the file of that name
+//! under `dynamics/` or `base/`.
 
 use expr::Function;
-use robot::LinkId;
 
 use crate::base::base_parameters::{BaseParameters, base_parameters};
 use crate::base::evidence::UnclearRank;
@@ -14,8 +13,9 @@ use crate::dynamics::forward_dynamics::forward_dynamics;
 use crate::dynamics::friction::friction;
 use crate::dynamics::inertia_matrix::inertia_matrix;
 use crate::dynamics::parameter_inputs::ParameterInputs;
+use crate::dynamics::pose::{self, LinkFrame};
+use crate::dynamics::regressor;
 use crate::dynamics::torque::torque;
-use crate::dynamics::{pose, regressor};
 
 impl Derivation<'_> {
     /// The regressor of the standard parameters, tau = D X: inputs `q`, `dq`, `ddq` (n each), output
@@ -76,21 +76,21 @@ impl Derivation<'_> {
         friction(self)
     }
 
-    /// Pose of a link: input `q`, output `t` (3 x 4): R_0j and p_0j.
-    pub fn pose(&mut self, link: LinkId) -> Function {
-        pose::pose(self, link)
+    /// Pose of a link or of a frame fixed to it: input `q`, output `t` (3 x 4): R_0j and p_0j.
+    pub fn pose(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        pose::pose(self, &frame.into())
     }
 
-    /// Jacobian of a link: input `q`, output `j` (6 x n): velocity of O_j, then angular velocity, in
-    /// the link's frame, per unit of each coordinate's rate.
-    pub fn jacobian(&mut self, link: LinkId) -> Function {
-        pose::jacobian(self, link)
+    /// Jacobian of a link or of a frame fixed to it: input `q`, output `j` (6 x n): velocity of O_j, then angular velocity, in
+    /// that frame, per unit of each coordinate's rate.
+    pub fn jacobian(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        pose::jacobian(self, &frame.into())
     }
 
     /// Torques of a wrench: inputs `q`, `wrench` (force, then moment at O_j, that the link exerts on
     /// the environment, in its frame), output `tau`.
-    pub fn external_torque(&mut self, link: LinkId) -> Function {
-        pose::external_torque(self, link)
+    pub fn external_torque(&mut self, frame: impl Into<LinkFrame>) -> Function {
+        pose::external_torque(self, &frame.into())
     }
 
     /// The base parameters of `regressor`, which must be this derivation's; refused when the rank is

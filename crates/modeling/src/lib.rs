@@ -1,4 +1,4 @@
-//! What follows from a robot: the regressor D(q, dq, ddq), the torque, the base parameters.
+//! Everything that follows from a robot: the regressor D(q, dq, ddq), the torque, the base parameters.
 //!
 //! tau = D X with X the standard parameters of the links ([`robot::StandardParameter`]); D is
 //! derived symbolically as an [`expr::Function`], once, with the robot's lengths and angles as named
@@ -17,6 +17,8 @@ mod robot_module;
 
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
 pub use base::evidence::{Rank, UnclearRank};
+pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
+pub use dynamics::pose::LinkFrame;
 pub use kinematics::closure::{Closure, Open};
 pub use robot_module::{RobotFunction, module};

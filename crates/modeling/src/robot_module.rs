@@ -1,14 +1,15 @@
-//! What a generated file says of its robot: head, names, and the base regressor with its rules.
+//! The module of a robot: the head of its generated file, the names, the base regressor with its rules, other functions.
 
-use expr::{Function, Module, Value};
-use robot::{LinkId, Robot};
+use expr::{Count, Function, Module, Node, SymbolKind, Value};
+use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
 use crate::base::evidence::UnclearRank;
 use crate::derivation::Derivation;
+use crate::dynamics::pose::LinkFrame;
 
 /// A model of a robot that a file may hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum RobotFunction {
     /// Y of the base parameters, which every file holds.
     BaseRegressor,
@@ -30,30 +31,33 @@ pub enum RobotFunction {
     ForwardDynamics,
     /// [`Derivation::friction`].
     Friction,
-    /// [`Derivation::pose`] of this link.
-    Pose(LinkId),
-    /// [`Derivation::jacobian`] of this link.
-    Jacobian(LinkId),
-    /// [`Derivation::external_torque`] on this link.
-    ExternalTorque(LinkId),
+    /// [`Derivation::pose`] of this frame.
+    Pose(LinkFrame),
+    /// [`Derivation::jacobian`] of this frame.
+    Jacobian(LinkFrame),
+    /// [`Derivation::external_torque`] in this frame.
+    ExternalTorque(LinkFrame),
 }
 
-/// The file of a robot's base regressor and of other functions of it. Refused when the rank is not
+/// The file of a robot's base regressor and of other functions of it, each once. Refused when the rank is not
 /// clear-cut.
 pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, UnclearRank> {
     let mut derivation = Derivation::new(robot)?;
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard)?;
-    let mut module = robot_module(robot, &base, base.regressor(&standard));
+    let mut module = robot_module(robot, &base, &standard);
     let d = &mut derivation;
     if let Some(closure) = d.closure_function() {
         module.function(
             "Zero where the loops are closed, and its Jacobian for the passive joints: solve e = 0.",
-            closure,
+            closure.bound(),
         );
     }
-    for &which in functions {
+    for (k, which) in functions.iter().enumerate() {
         use RobotFunction::*;
+        if functions[..k].contains(which) {
+            continue;
+        }
         let (doc, function) = match which {
             BaseRegressor => continue,
             Regressor => ("The regressor of the standard parameters, row by row.".to_string(), standard.clone()),
@@ -65,19 +69,26 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
             Gravity => ("Gravity torques from the base parameters x.".into(), d.gravity(&base)),
             ForwardDynamics => ("The accelerations from the torques and x.".into(), d.forward_dynamics(&base)),
             Friction => ("Friction torques: f is FV FS OFF of each coordinate.".into(), d.friction()),
-            Pose(j) => (format!("Orientation and position of {} in the base frame.", robot.link(j).name), d.pose(j)),
-            Jacobian(j) => {
-                let of = &robot.link(j).name;
-                (format!("Velocity of the origin of {of}, then its angular velocity, in its frame."), d.jacobian(j))
+            Pose(f) => {
+                let doc = format!("Orientation and position of {} in the base frame: {}.", f.name, f.meaning());
+                (doc, d.pose(f.clone()))
             }
-            ExternalTorque(j) => {
-                let of = &robot.link(j).name;
-                let what = "what to add to the torques when it exerts this force and moment, in its frame.";
-                (format!("{of}: {what}"), d.external_torque(j))
+            Jacobian(f) => {
+                let what = "Velocity of the origin of";
+                let doc = format!("{what} {}, then its angular velocity, in its frame: {}.", f.name, f.meaning());
+                (doc, d.jacobian(f.clone()))
+            }
+            ExternalTorque(f) => {
+                let what = "what to add to the torques when it exerts this force and moment, in its frame";
+                (format!("{}: {what}: {}.", f.name, f.meaning()), d.external_torque(f.clone()))
             }
         };
-        let function = function.bound();
-        let c = function.count();
+        let mut function = function.bound();
+        // Two names may make one word.
+        while module.functions.iter().any(|f| f.function.name == function.name) {
+            function.name.push('_');
+        }
+        let c = written(&function);
         module.function(&format!("{doc}\n{} mul, {} add, {} sin_cos.", c.mul, c.add, c.sin_cos), function);
     }
     Ok(module)
@@ -85,10 +96,10 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
 
 /// The base regressor with the names of its rows and columns and how they came about. Constants
 /// take their values.
-fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) -> Module {
-    let mut regressor = base_regressor.bound();
+fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Module {
+    let mut regressor = base.regressor(standard).bound();
     regressor.name = "base_regressor".into();
-    let count = regressor.count();
+    let count = written(&regressor);
     let parameters: Vec<String> = base.base.iter().map(|b| b.name.clone()).collect();
     let coordinates: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
 
@@ -103,15 +114,31 @@ fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) 
         doc.push(String::new());
         doc.extend(wrapped(&format!("Source: {source}"), 100));
     }
+    if !robot.snapped.is_empty() {
+        let taken: Vec<String> = robot.snapped.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+        doc.push(String::new());
+        doc.extend(wrapped(&format!("Not as given: {}.", taken.join("; ")), 100));
+    }
     doc.push(String::new());
     doc.push("The base parameters X, each with what regroups into it:".into());
     doc.push("```text".into());
-    doc.extend(base.base.iter().map(|b| if b.terms.len() > 1 { b.rule.clone() } else { b.name.clone() }));
+    doc.extend(base.rule_lines());
     let no_effect: Vec<String> = base.no_effect.iter().map(|&c| base.standard[c].display(robot).to_string()).collect();
     if !no_effect.is_empty() {
         doc.extend(wrapped(&format!("No effect: {}", no_effect.join(" ")), 100));
     }
+    let values = values(standard);
+    if !values.is_empty() {
+        doc.extend(wrapped(&format!("With {}", values.join(", ")), 100));
+    }
     doc.push("```".into());
+    let n_passive = robot.passive.len();
+    if n_passive > 0 {
+        let passive = robot.passive.iter().map(|p| format!("{} from {}", p.name, p.start)).collect::<Vec<_>>();
+        let how = "solve `closure` for them, starting";
+        doc.push(String::new());
+        doc.extend(wrapped(&format!("The {n_passive} entries of `passive`: {how} {}.", passive.join(", ")), 100));
+    }
 
     module.constant("NAME", "The robot.", Value::Text(robot.name.clone()));
     module.constant("COORDINATES", "The coordinates, in the order of q.", Value::Texts(coordinates));
@@ -122,6 +149,27 @@ fn robot_module(robot: &Robot, base: &BaseParameters, base_regressor: Function) 
     let shape = "Y(q, dq, ddq), row by row: `y[i][c]` is the torque of coordinate i per unit of parameter c.";
     module.function(shape, regressor);
     module
+}
+
+/// Operations of the code that is written: what folds away only once constants have their values is gone.
+fn written(bound: &Function) -> Count {
+    bound.bound().count()
+}
+
+/// The named constants that the rules may name, with their values: `D2 = 0.3`.
+fn values(standard: &Function) -> Vec<String> {
+    let graph = standard.graph();
+    let mut read: Vec<usize> = graph
+        .nodes()
+        .iter()
+        .filter_map(|node| if let Node::Symbol(s) = node { Some(s.0 as usize) } else { None })
+        .collect();
+    read.sort_unstable();
+    let value = |s: usize| match &graph.symbols()[s] {
+        (name, SymbolKind::Constant(x)) => Some(format!("{name} = {x}")),
+        (_, SymbolKind::Input) => None,
+    };
+    read.into_iter().filter_map(value).collect()
 }
 
 fn wrapped(text: &str, width: usize) -> Vec<String> {

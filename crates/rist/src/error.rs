@@ -1,8 +1,8 @@
-//! Why a step gives no result.
+//! The reason why a step gives no result.
 
 use std::fmt;
 
-/// What was found, what was expected, what to do.
+/// A message that says what was found, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     message: String,

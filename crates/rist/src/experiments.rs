@@ -19,12 +19,16 @@ use crate::{Estimate, ExperimentPlan};
 pub struct ExperimentLogs<'a> {
     /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of those done again with a load.
     pub directory: &'a Path,
+    /// The plan that was run.
     pub plan: &'a ExperimentPlan,
+    /// Which column of a log is which signal.
     pub columns: ColumnNames,
     /// Gains of drives that are known, by coordinate, N m/A; the others are estimated.
     pub gains: Vec<(String, f64)>,
     /// A known load and the file it was read from.
     pub load: Option<(PathBuf, KnownLoad)>,
+    /// Band and delay of RIST-MH; the paper's rows heed neither.
+    pub options: HarmonicOptions,
 }
 
 /// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan.
@@ -56,11 +60,30 @@ pub fn identify_experiments(model: &Model, logs: &ExperimentLogs, method: Spectr
         }
     }
     let gains = gains(model, read.currents, logs)?;
-    let options = HarmonicOptions::default();
-    let mut estimate = identify_spectrum(&model.reference, model.regressor(), &experiments, method, &gains, &options)?;
+    let regressor = model.regressor();
+    let mut estimate = identify_spectrum(&model.reference, regressor, &experiments, method, &gains, &logs.options)?;
+    estimate.remarks.extend(read.files.iter().zip(&experiments).filter_map(|(file, e)| unlike(model, file, e)));
     estimate.logs = read.files;
+    estimate.description = model.description.clone();
     estimate.remarks.extend(remark);
     Ok(estimate)
+}
+
+/// Scatter of a position over its swing from which on periods are unlike. Those of logs that repeat scatter by less than a
+/// hundredth, of noise; a drive that saturates makes it one.
+const UNLIKE: f64 = 0.05;
+
+/// A sentence on an experiment whose motion does not repeat.
+fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<String> {
+    let (joint, scatter) = experiment.scatter()?;
+    (scatter > UNLIKE).then(|| {
+        format!(
+            "{file}: the motion of {} does not repeat, its periods scatter by {:.0} % of the swing: a drive that saturates, \
+             or a controller that does not hold it; the mean of unlike periods is no motion, and no interval knows",
+            model.regressor().coordinates()[joint],
+            100.0 * scatter
+        )
+    })
 }
 
 /// Reads the logs of experiments, and keeps count of them.

@@ -6,6 +6,7 @@
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
 //!   examine(logs) -> Passport                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
+//!   excite -> check -> (the robot runs)                    (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf_joints                          (back into what simulators read)
 //! ```
@@ -15,8 +16,8 @@
 //! ```
 //! let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
 //! let model = rist::Model::read(format!("{models}/planar2r_vertical.yaml"))?;
-//! let rules: Vec<&str> = model.parameters.base.iter().map(|b| b.rule.as_str()).collect();
-//! assert_eq!(rules[0], "ZZR1 = ZZ1 + IA1 + L1^2*M2");
+//! let rules = model.parameters.rules();
+//! assert_eq!(rules.base[0], "ZZR1 = ZZ1 + IA1 + L1^2*M2");
 //!
 //! let regressor = model.regressor();
 //! let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
@@ -26,37 +27,49 @@
 //! # Ok::<(), rist::Error>(())
 //! ```
 //!
-//! `examples/` has the five things people do. The crates behind this one are re-exported under their names.
+//! `examples/` has the five things people do: inspect a robot, identify a log, run a generated file in a control loop,
+//! plan and validate experiments, convert a description and write identified bodies back.
 
+#![warn(missing_docs)]
+
+mod checking;
 mod doctor;
 mod error;
+mod exciting;
 mod experiments;
 mod load;
 mod model;
 mod planning;
+mod regressor_slope;
 mod samples;
 mod simulation;
 mod source;
 mod tape_regressor;
+mod torque_difference;
+mod torque_enclosure;
 mod validation;
 mod verdict;
 mod write_back;
 
+pub use checking::{Checked, check};
 pub use doctor::examine;
 pub use error::Error;
+pub use exciting::{ExciteProgress, ExciteRequest, default_period, excite};
 pub use experiments::{ExperimentLogs, identify_experiments};
 pub use identification::estimate::artefact::Estimate;
 pub use identification::estimate::passport::Passport;
 pub use identification::estimate::validation::Validation;
 pub use identification::estimate::verdict::{Trust, Verdict};
+pub use identification::experiments::excitation::artefact::ExcitingMotion;
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;
-pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, read_robot};
+pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, read_robot, snapping};
 pub use planning::{PlanRequest, Planned, plan};
 pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
+pub use torque_difference::torque_difference;
 pub use validation::{MOTION_CUTOFF, predictions, validate, validate_experiments};
 pub use verdict::{estimate_verdict, validation_verdict};
 pub use write_back::{write_mjcf_joints, write_urdf};

@@ -1,4 +1,4 @@
-//! What a link carries, from logs with the load beside logs without.
+//! Identifies the load on a link, from logs with it and logs without.
 
 use std::fmt;
 
@@ -28,6 +28,7 @@ pub struct Load {
     pub parameters: Ten,
     /// Standard deviations that allow for residuals that stay the same for a while.
     pub sigma: Ten,
+    /// Whether the logs tell each of them.
     pub determined: [bool; 10],
 }
 

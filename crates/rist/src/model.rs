@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 
 use expr::Function;
 use identification::model::compiled::compiled;
+use identification::model::description_options::DescriptionOptions;
+pub use identification::model::description_options::RotorInertias;
 use identification::model::known_load::KnownLoad;
 use identification::model::label::Label;
 use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
 use identification::model::reference::ModelReference;
 use identification::model::regressor::{Coordinate, Regressor};
 use identification::model::standard_map::StandardMap;
+use logs::{ColumnNames, Columns, LogSource};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::format::{Angles, Mimic, ReadOptions};
 use robot::value::CoordinateId;
@@ -18,6 +21,7 @@ use robot::{Drive, Inertial, JointKind, LinkId, Robot, RotorInertia};
 use crate::Estimate;
 use crate::error::Error;
 use crate::tape_regressor::TapeRegressor;
+use crate::torque_difference::torque_difference;
 
 /// How a description is read; the default is as it stands.
 #[derive(Clone, Debug, Default)]
@@ -34,21 +38,36 @@ pub struct ModelOptions {
     pub floating_base: bool,
 }
 
-/// Joints with a rotor inertia of their own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RotorInertias {
-    /// No joint.
-    None,
-    /// Joints that a motor moves.
-    Actuated,
-    /// All joints that move.
-    All,
+impl ModelOptions {
+    /// Those that an artefact was made with.
+    pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
+        ModelOptions {
+            values: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
+            mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
+            angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
+            rotor_inertias: description.rotor_inertia,
+            floating_base: description.floating_base,
+        }
+    }
+
+    /// For an artefact; `None` where the description is read as it stands.
+    pub fn description(&self) -> Option<DescriptionOptions> {
+        let description = DescriptionOptions {
+            values: self.values.iter().cloned().collect(),
+            independent_mimic: self.mimic == Mimic::Independent,
+            angles_as_given: self.angles == Angles::AsGiven,
+            rotor_inertia: self.rotor_inertias,
+            floating_base: self.floating_base,
+        };
+        (description != DescriptionOptions::default()).then_some(description)
+    }
 }
 
 /// A robot and what follows from it.
 pub struct Model {
     /// The file it was read from, as the user named it.
     pub path: PathBuf,
+    /// The description with its options applied.
     pub robot: Robot,
     /// The base parameters with the rules of their regrouping.
     pub parameters: BaseParameters,
@@ -60,6 +79,8 @@ pub struct Model {
     pub torque: Function,
     /// Name and fingerprint, by which artefacts know it again.
     pub reference: ModelReference,
+    /// How its file was read, for artefacts.
+    pub description: Option<DescriptionOptions>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor>,
 }
@@ -68,7 +89,8 @@ pub struct Model {
 ///
 /// Fails with the place of what cannot be read, and where a symbol of `values` is not there.
 pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
-    let mut robot = robot::format::read_with(path, ReadOptions { mimic: options.mimic, angles: options.angles })?;
+    let ModelOptions { mimic, angles, floating_base, .. } = *options;
+    let mut robot = robot::format::read_with(path, ReadOptions { mimic, angles, floating_base })?;
     if let Some(rotors) = options.rotor_inertias {
         set_rotor_inertias(&mut robot, rotors);
     }
@@ -77,6 +99,31 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
         robot.set_symbol(name, *value).map_err(failed)?;
     }
     Ok(if options.floating_base { robot.floating() } else { robot })
+}
+
+/// What a reader took for others among the angles and axes of a file, and what that does to the torque, in a sentence;
+/// `None` where everything is as given.
+pub fn snapping(robot: &Robot, path: &Path, options: &ModelOptions) -> Option<String> {
+    /// Named before they are counted.
+    const NAMED: usize = 4;
+    if robot.snapped.is_empty() {
+        return None;
+    }
+    let mut taken: Vec<String> =
+        robot.snapped.iter().take(NAMED).map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    if robot.snapped.len() > NAMED {
+        taken.push(format!("{} more", robot.snapped.len() - NAMED));
+    }
+    let as_given = read_robot(path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
+    let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {
+        Some(x) => format!("the torque changes by up to {x:.1e} of its largest component"),
+        None => "what that does to the torque is not known".into(),
+    };
+    Some(format!(
+        "{}: angles are taken for what was meant ({}); {change}; --angles as-given keeps them",
+        path.display(),
+        taken.join("; ")
+    ))
 }
 
 /// Refuses a description in which a symbol has no value: what is to be computed are figures.
@@ -121,7 +168,7 @@ impl Model {
         let path = path.as_ref();
         let robot = read_robot(path, options)?;
         check_values(&robot, path)?;
-        Model::of(robot, path)
+        Ok(Model { description: options.description(), ..Model::of(robot, path)? })
     }
 
     /// Derives the dynamics of a robot; `path` stands in messages.
@@ -143,6 +190,7 @@ impl Model {
         };
         Ok(Model {
             path: path.to_path_buf(),
+            description: None,
             reference: ModelReference { name: robot.name.clone(), fingerprint: format!("{fingerprint:016x}") },
             standard_regressor: standard.bound(),
             base_regressor,
@@ -157,6 +205,16 @@ impl Model {
     /// The base regressor: compiled in where this robot is, a tape otherwise.
     pub fn regressor(&self) -> &dyn Regressor {
         self.regressor.as_ref()
+    }
+
+    /// Opens a log of the robot, and says what its columns were taken for.
+    ///
+    /// Fails where it cannot be read, where a column is missing, and where one of a sliding joint is in units of angles.
+    pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
+        let (log, columns) = LogSource::open(path, self.regressor().coordinates(), names)?;
+        let slides: Vec<bool> = (0..columns.coordinates.len()).map(|k| self.regressor().is_prismatic(k)).collect();
+        let columns = columns.with_sliding(&slides);
+        Ok((log, columns.map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?))
     }
 
     /// The base regressor alone.
@@ -231,10 +289,12 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
-    /// The base parameters of an estimate, in the order of the regressor; what is not identifiable is zero.
-    pub fn values(&self, estimate: &Estimate) -> Vec<f64> {
-        let value = |base: &BaseParameter| estimate.value(&ParameterId::Base(base.name.clone()));
-        self.regressor.parameters().iter().map(|base| value(base).unwrap_or(0.0)).collect()
+    /// The base parameters of an estimate that predict torques, in the order of the regressor.
+    ///
+    /// Fails where one is missing.
+    pub fn values(&self, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+        let value = |base: &BaseParameter| predicts(estimate, &ParameterId::Base(base.name.clone()));
+        self.regressor.parameters().iter().map(value).collect()
     }
 
     /// Drive gains of an estimate, one a coordinate, N m/A.
@@ -243,21 +303,25 @@ impl Model {
         self.regressor.coordinates().iter().map(gain).collect()
     }
 
-    /// What a known load adds to the base parameters.
+    /// Contribution of a known load to the base parameters.
     ///
     /// Fails where the robot has no such link.
     pub fn added_by(&self, load: &KnownLoad) -> Result<Vec<f64>, Error> {
         load.base_parameters(&self.robot, &self.standard_map()).map_err(Error::new)
     }
 
-    /// Refuses an artefact that was made with another robot or geometry; an empty fingerprint passes.
+    /// Refuses an artefact that was made with another robot or geometry, or does not say with which.
     pub fn check(&self, file: &Path, made_with: &ModelReference) -> Result<(), Error> {
         let ours = &self.reference;
-        if made_with.fingerprint.is_empty() || made_with.fingerprint == ours.fingerprint {
+        if made_with.fingerprint == ours.fingerprint {
             return Ok(());
         }
+        if made_with.fingerprint.is_empty() {
+            return Err(Error::new(format_args!("{}: it does not say with which model it was made", file.display())));
+        }
         Err(Error::new(format_args!(
-            "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed; make it again",
+            "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
+             other options (--rotor-inertia, --value, --mimic, --floating-base)",
             file.display(),
             made_with.name,
             made_with.fingerprint,
@@ -265,6 +329,14 @@ impl Model {
             ours.fingerprint
         )))
     }
+}
+
+/// What predicts torques for a parameter of an estimate.
+///
+/// Fails where it is missing.
+pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Error> {
+    let missing = || Error::new(format_args!("the estimate has no parameter {id}, which this model has"));
+    estimate.prediction(id).ok_or_else(missing)
 }
 
 /// The coordinates of a robot, as its file names them.

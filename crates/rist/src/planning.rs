@@ -3,6 +3,7 @@
 use identification::experiments::candidates::{CandidateGrid, candidates};
 use identification::experiments::exchange::{Criterion, Search};
 use identification::experiments::profile::Profile;
+use identification::experiments::ranges::{check_limits, check_samples};
 use identification::simulate::dynamics::RegressorDynamics;
 use identification::simulate::setup::{SimulationSetup, motion_limits};
 
@@ -15,7 +16,9 @@ use crate::model::Model;
 pub struct PlanRequest {
     /// Number of experiments.
     pub experiments: usize,
+    /// Criterion by which plans are compared.
     pub criterion: Criterion,
+    /// How swings change their velocity.
     pub profile: Profile,
     /// Configurations a coordinate.
     pub steps: usize,
@@ -27,6 +30,7 @@ pub struct PlanRequest {
     pub rate: f64,
     /// Starts of the search.
     pub starts: usize,
+    /// Seed of the random starts.
     pub seed: u64,
 }
 
@@ -48,26 +52,26 @@ impl Default for PlanRequest {
 
 /// A plan, and what had to be assumed for it.
 pub struct Planned {
+    /// The chosen experiments with what they promise.
     pub plan: ExperimentPlan,
-    /// What the description does not say, in sentences.
+    /// Sentences on what the description does not say.
     pub notes: Vec<String>,
 }
 
 /// Chooses the experiments with the greatest determinant (or the least condition number) of their information.
 /// `progress`: starts done, starts, best value.
 ///
-/// Fails where a number of the request is not positive, and where the limits leave no motion.
+/// Fails where a number of the request or a limit of the description is out of range, and where the limits leave no
+/// motion.
 pub fn plan(
     model: &Model,
     request: &PlanRequest,
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Result<Planned, Error> {
-    for (x, what) in [(request.rate, "--rate"), (request.duration, "--duration")] {
-        if !(x.is_finite() && x > 0.0) {
-            return Err(Error::new(format_args!("{what} must be a positive number, not {x}")));
-        }
-    }
+    check(request)?;
     let (limits, mut notes) = motion_limits(&model.robot);
+    check_limits(model.regressor().coordinates(), &limits)
+        .map_err(|e| Error::new(format_args!("{}: {e}", model.path.display())))?;
     let noise = match model.described_parameters() {
         Some(truth) => {
             let dynamics = RegressorDynamics::new(model.regressor(), truth);
@@ -92,7 +96,7 @@ pub fn plan(
         return Err(Error::new("the limits leave no motion: widen them in the model, or raise --steps"));
     }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let search = Search { starts: request.starts.max(1), threads, seed: request.seed, ..Search::default() };
+    let search = Search { starts: request.starts, threads, seed: request.seed, ..Search::default() };
     let plan = ExperimentPlan::choose(
         model.reference.clone(),
         model.regressor(),
@@ -104,4 +108,47 @@ pub fn plan(
         progress,
     );
     Ok(Planned { plan, notes })
+}
+
+/// What a plan can have: more experiments than anybody runs, more candidates than a machine holds.
+fn check(request: &PlanRequest) -> Result<(), Error> {
+    for (what, x, range) in [("--rate", request.rate, 1.0..=2e4), ("--duration", request.duration, 0.1..=3600.0)] {
+        if !range.contains(&x) {
+            let (from, to) = range.into_inner();
+            return Err(Error::new(format_args!("{what} is {x}; expected is a number from {from} to {to}")));
+        }
+    }
+    for (what, x, most) in [
+        ("--experiments", request.experiments, 1000),
+        ("--steps", request.steps, 1000),
+        ("--configurations", request.configurations, 100_000),
+        ("--starts", request.starts, 10_000),
+    ] {
+        if !(1..=most).contains(&x) {
+            return Err(Error::new(format_args!("{what} is {x}; expected is a number from 1 to {most}")));
+        }
+    }
+    check_samples(request.rate * request.duration).map_err(|e| Error::new(format_args!("--rate and --duration: {e}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rates and counts that no controller has are refused before anything is computed.
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        check(&PlanRequest::default()).unwrap();
+        for (request, said) in [
+            (PlanRequest { rate: 1e300, ..PlanRequest::default() }, "--rate"),
+            (PlanRequest { rate: f64::NAN, ..PlanRequest::default() }, "--rate"),
+            (PlanRequest { duration: 0.0, ..PlanRequest::default() }, "--duration"),
+            (PlanRequest { experiments: usize::MAX, ..PlanRequest::default() }, "--experiments"),
+            (PlanRequest { steps: 0, ..PlanRequest::default() }, "--steps"),
+            (PlanRequest { rate: 2e4, duration: 3000.0, ..PlanRequest::default() }, "samples"),
+        ] {
+            let refused = check(&request).unwrap_err().to_string();
+            assert!(refused.contains(said), "{refused}");
+        }
+    }
 }

@@ -1,8 +1,9 @@
-//! From logs to parameters: columns, gains, delay, friction, fit, bodies that can exist, remarks.
+//! From logs to parameters, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
 use std::fmt::Write as _;
 
 use identification::estimate::consistent::{bodies, identify_consistent};
+use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::described::described_residuals;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::Fit;
@@ -10,11 +11,8 @@ use identification::estimate::options::Options;
 use identification::estimate::passport::{Passport, passport};
 use identification::estimate::remarks::outgrown;
 use identification::estimate::rotors::rotors;
-use identification::estimate::selection::{
-    Delay, FrictionSelection, estimate_delay, friction_candidates, select_friction,
-};
+use identification::estimate::selection::{FrictionSelection, friction_candidates, select_friction};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Verdict};
-use identification::estimators::consistent::Outcome;
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::pseudo_inertia::Ten;
@@ -28,14 +26,14 @@ use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
 
-/// What is asked of an identification from logs; the default is weighted least squares with viscous and Coulomb
+/// The request for an identification from logs; the default is weighted least squares with viscous and Coulomb
 /// friction and an offset.
 #[derive(Default)]
 pub struct IdentifyRequest<'a> {
     /// Columns, transmission, signals, friction, weights.
     pub options: Options,
-    /// What is known of the drive gains where the logs hold currents, by coordinate. Empty: those of the options, else
-    /// of the description.
+    /// Knowledge of the drive gains where the logs hold currents, by coordinate. Empty: the gains of the options, or else
+    /// those of the description.
     pub gains: Vec<(String, Gain)>,
     /// Find the delay of the torques instead of taking that of the options.
     pub find_delay: bool,
@@ -45,11 +43,13 @@ pub struct IdentifyRequest<'a> {
     pub consistent: bool,
     /// Logs of the same robot with a load, and the link that carries it (the last, without a name).
     pub loaded: &'a [LogSource],
+    /// The link that carries the load; `None`: the last.
     pub loaded_link: Option<String>,
 }
 
-/// What an identification found.
+/// The outcome of an identification.
 pub struct Identification {
+    /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
     /// The delay, where it was searched.
     pub delay: Option<Delay>,
@@ -90,6 +90,8 @@ pub struct Bodies {
     pub links: Vec<(LinkId, Ten)>,
     /// Rotor inertia of each coordinate, kg m^2 (kg); zero where the model has none.
     pub armatures: Vec<f64>,
+    /// Why they are not to be used; nothing is written into a simulator's file while it says so.
+    pub refusal: Option<String>,
 }
 
 /// Identifies the base parameters and the friction of a robot from its logs.
@@ -148,16 +150,17 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
             Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite())
         };
         bodies_evidence = Some(BodiesEvidence {
-            stalled: found.consistent.outcome == Outcome::Stalled,
-            least_squares: found.least_squares.estimate.total,
+            refusal: found.refusal(),
             mass_ratios: named.iter().zip(&known).filter_map(ratio).collect(),
         });
-        bodies_found = Some(Bodies { links, armatures: armatures(model, &found.consistent.phi) });
+        let armatures = armatures(model, &found.consistent.phi);
+        bodies_found = Some(Bodies { links, armatures, refusal: found.refusal() });
         estimate = found.estimate;
     }
 
-    // What everything stands on, and what is worth a sentence.
+    // The remarks, and the gains that the estimate stands on.
     estimate.fingerprint = model.reference.fingerprint.clone();
+    estimate.description = model.description.clone();
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, &request.gains, &found));
         widen(&mut estimate, &found);
@@ -181,7 +184,7 @@ fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Resu
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {
         return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual {:.4}, without it {:.4}; the residual still falls there, at the end of the search: no \
+            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the residual still falls there, at the end of the search: no \
              delay explains these logs; look at units, signs and drive gains, or give the delay",
             delay.seconds, delay.residual, delay.residual_without
         )));

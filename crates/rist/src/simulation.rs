@@ -1,10 +1,11 @@
-//! The logs that the experiments of a plan would give.
+//! Simulates the experiments of a plan: the logs that they would give.
 
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
 use identification::experiments::candidates::MotionLimits;
 use identification::experiments::exciting_trajectory::Reference;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
+use identification::experiments::ranges::{check_limits, check_samples};
 use identification::experiments::record::Record;
 use identification::model::known_load::KnownLoad;
 use identification::model::parameter::{BaseParameter, Parameter, ParameterId};
@@ -27,6 +28,7 @@ pub struct SimulateRequest {
     pub load: Option<KnownLoad>,
     /// An estimate whose torques the controller adds.
     pub feedforward: Option<Estimate>,
+    /// Seed of the noise.
     pub seed: u64,
     /// Neither noise nor rounding of the sensors.
     pub noise_free: bool,
@@ -39,18 +41,19 @@ impl Default for SimulateRequest {
     }
 }
 
-/// What a simulation leaves behind.
+/// The outcome of a simulation.
 pub struct Simulated {
     /// The parameters and gains behind the logs.
     pub truth: Estimate,
-    /// What the description does not say and was assumed, in sentences.
+    /// Sentences on what the description does not say and was assumed.
     pub notes: Vec<String>,
 }
 
 /// Simulates the experiments of a plan in closed loop, with friction, noise and drive gains; hands over each record
 /// with its name: those of the plan, `v01`, .. for validation, `e01_loaded`, .. with the load.
 ///
-/// Fails where the description has no inertial parameters or impossible ones, and where `take` does.
+/// Fails where the description has no inertial parameters or impossible ones, where a limit is out of range, and where
+/// `take` does.
 pub fn simulate(
     model: &Model,
     plan: &ExperimentPlan,
@@ -66,10 +69,14 @@ pub fn simulate(
     };
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
     let mut setup = SimulationSetup::for_robot(&model.robot, &dynamics);
+    let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
+    check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
+    check_validation(&setup.limits, plan.sample_time_s, request.validation_motions).map_err(refused)?;
     for (coordinate, gain) in &request.gains {
         setup.drives.gain[model.coordinate(coordinate)?] = *gain;
     }
-    let mut feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
+    let feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
+    let mut feedforward = feedforward.transpose()?;
     let mut run = Run { model, setup: &setup, request, index: 0, take };
     for (e, t) in plan.experiments.iter().zip(&trajectories) {
         run.motion(&e.name, &dynamics, &t.reference(), feedforward.as_ref())?;
@@ -89,6 +96,22 @@ pub fn simulate(
         }
     }
     Ok(Simulated { truth: truth_of(model, &setup, &truth), notes: setup.notes })
+}
+
+/// Motions for validation are at most this many.
+const MOST_MOTIONS: usize = 1000;
+
+/// Refuses motions for validation that nobody waits for.
+fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
+    if motions > MOST_MOTIONS {
+        return Err(format!("{motions} motions for validation are asked for, at most {MOST_MOTIONS} are made"));
+    }
+    let motion = ValidationMotion::default();
+    let longest = |l: &MotionLimits| motion.seconds(l.position.1 - l.position.0, l.velocity, l.acceleration);
+    let longest = limits.iter().map(longest).fold(0.0, f64::max);
+    let samples = motion.moves as f64 * longest / sample_time;
+    let of = |e: String| format!("a motion for validation within these limits: {e} (--validation 0 makes none)");
+    if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
 /// A motion from point to point at the limits, one a number.
@@ -132,7 +155,7 @@ impl Run<'_> {
     }
 }
 
-/// What the controller adds to its own torque.
+/// The feedforward that the controller adds to its own torque.
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,
@@ -141,10 +164,10 @@ struct Feedforward {
 }
 
 impl Feedforward {
-    fn new(model: &Model, estimate: &Estimate, gain: &[f64]) -> Feedforward {
+    fn new(model: &Model, estimate: &Estimate, gain: &[f64]) -> Result<Feedforward, Error> {
         let estimated = model.estimated_gains(estimate);
         let factor = gain.iter().zip(estimated).map(|(k, found)| found.map_or(1.0, |found| k / found)).collect();
-        Feedforward { parameters: model.values(estimate), factor }
+        Ok(Feedforward { parameters: model.values(estimate)?, factor })
     }
 
     /// N m, one series a coordinate.
@@ -174,6 +197,7 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64]) -> Estimate {
     Estimate {
         model: model.reference.name.clone(),
         fingerprint: model.reference.fingerprint.clone(),
+        description: model.description.clone(),
         method: "simulated with these values".into(),
         parameters,
         ..Estimate::default()

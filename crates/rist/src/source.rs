@@ -1,7 +1,7 @@
 //! A robot's functions as source for a project of the user's own.
 
-use modeling::RobotFunction;
-use robot::{Link, LinkId, Robot};
+use modeling::{LinkFrame, RobotFunction};
+use robot::Robot;
 
 use crate::error::Error;
 
@@ -11,7 +11,10 @@ pub enum Language {
     /// One file: no_std, generic over f64, f32 and numbers of your own.
     Rust,
     /// C99: a header of this name and a source file that need math.h.
-    C { header: String },
+    C {
+        /// Name of the header, as the source includes it.
+        header: String,
+    },
 }
 
 /// Generated source.
@@ -39,7 +42,7 @@ const PLAIN: [(&str, RobotFunction); 10] = [
 ];
 
 /// A function of one link.
-type OfLink = fn(LinkId) -> RobotFunction;
+type OfLink = fn(LinkFrame) -> RobotFunction;
 
 /// The functions of one link.
 const OF_LINK: [(&str, OfLink); 3] = [
@@ -56,13 +59,14 @@ pub fn function_names() -> String {
     format!("{} and {last}", names.join(", "))
 }
 
-/// A function by its name: `inertia-matrix`, `pose=5`; a link is named by its name, its joint or its label.
+/// A function by its name: `inertia-matrix`, `pose=5`; a link is named by its name, its joint or its label, a
+/// URDF's also where it is fixed to a moving one; functions of it are in the frame that the file gives it.
 ///
 /// Fails with the names there are.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {
     let (name, link) = text.split_once('=').map_or((text, None), |(name, link)| (name, Some(link)));
     if let Some((_, function)) = PLAIN.iter().find(|(plain, _)| link.is_none() && *plain == name) {
-        return Ok(*function);
+        return Ok(function.clone());
     }
     let Some((_, make)) = OF_LINK.iter().find(|(of_link, _)| *of_link == name) else {
         return Err(Error::new(format_args!("there is no function `{text}`; there are {}", function_names())));
@@ -70,10 +74,9 @@ pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error>
     let Some(wanted) = link else {
         return Err(Error::new(format_args!("`{name}` needs its link: `{name}=LINK`")));
     };
-    let is = |l: &Link| l.name == wanted || l.joint.name == wanted || l.label == wanted;
-    robot.links.iter().position(is).map(|j| make(LinkId(j))).ok_or_else(|| {
-        let names: Vec<&str> = robot.links.iter().map(|l| l.name.as_str()).collect();
-        Error::new(format_args!("{} has no link `{wanted}`; it has {}", robot.name, names.join(", ")))
+    LinkFrame::named(robot, wanted).map(make).ok_or_else(|| {
+        let names = LinkFrame::names(robot).join(", ");
+        Error::new(format_args!("{} has no moving link `{wanted}`; it has {names}", robot.name))
     })
 }
 

@@ -11,7 +11,7 @@ use identification::spectrum::validate::validate_motions;
 use logs::{ColumnNames, Effort, Log, LogSource};
 
 use crate::error::Error;
-use crate::model::Model;
+use crate::model::{Model, predicts};
 use crate::{Estimate, Validation};
 
 /// Hz, of the low-pass on position and torque of motions of a plan, where none is given: twice the cut-off of the
@@ -20,12 +20,13 @@ pub const MOTION_CUTOFF: f64 = 20.0;
 
 /// Predicts logs as those of the estimate were fitted, with its signals and its friction, log by log.
 ///
-/// Empty for an estimate of experiments: [`validate_experiments`] is for that. Fails where a log cannot be read.
+/// Empty for an estimate of experiments: [`validate_experiments`] is for that. Fails where a log cannot be read, and
+/// where the estimate lacks a parameter.
 pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<(String, Residuals)>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
-    let x: Vec<f64> = linear.parameters.iter().map(|p| estimate.value(&p.id).unwrap_or(0.0)).collect();
+    let x = linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect::<Result<Vec<f64>, Error>>()?;
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
         Ok((log.name(), held_out::validate(&linear, &x, &records)?))
@@ -69,7 +70,7 @@ pub fn validate_experiments(
             gain[model.coordinate(coordinate)?] = *given;
         }
     }
-    let parameters = model.values(estimate);
+    let parameters = model.values(estimate)?;
     let method = &estimate.method;
     Ok(validate_motions(&model.reference, method, regressor, &parameters, &gain, &records, cutoff)?)
 }

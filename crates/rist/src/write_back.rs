@@ -1,4 +1,4 @@
-//! What was identified, written into the files that simulators read.
+//! Writes identified parameters into the files that simulators read.
 
 use identification::model::parameter::FrictionParameter::*;
 use identification::model::parameter::ParameterId;
@@ -12,12 +12,13 @@ use crate::samples::Bodies;
 /// A URDF with the identified bodies, joint damping and friction; the rest of the text as it was. Its notes say what a
 /// URDF has no place for.
 ///
-/// Fails where the text is no URDF.
+/// Fails where the text is no URDF, and with a verdict where the bodies are not to be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
     let file = model.path.display().to_string();
     if !urdf.trim_start().starts_with('<') {
         return Err(Error::new(format_args!("{file}: --write-urdf needs a model that is a URDF")));
     }
+    usable(bodies)?;
     let dynamics = joint_dynamics(model, estimate).unwrap_or_default();
     let write_back = identification::write::write_back::write_back;
     let mut written = write_back(urdf, &file, &model.robot, &bodies.links, &dynamics)?;
@@ -28,11 +29,20 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
 
 /// MuJoCo's `<joint>` elements with damping, friction loss and armature.
 ///
-/// Fails where the friction of the estimate has no damping and friction loss.
+/// Fails where the friction of the estimate has no damping and friction loss, and with a verdict where the bodies are
+/// not to be used.
 pub fn write_mjcf_joints(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Result<String, Error> {
+    usable(bodies)?;
     match joint_dynamics(model, estimate) {
         Some(dynamics) => Ok(mjcf_joints(&dynamics, &bodies.armatures)),
         None => Err(Error::new("--write-mjcf needs --friction viscous,coulomb or asymmetric")),
+    }
+}
+
+fn usable(bodies: &Bodies) -> Result<(), Error> {
+    match &bodies.refusal {
+        Some(reason) => Err(Error::verdict(format_args!("nothing is written for a simulator: {reason}"))),
+        None => Ok(()),
     }
 }
 
@@ -50,7 +60,7 @@ fn joint_dynamics(model: &Model, estimate: &Estimate) -> Option<Vec<JointDynamic
     model.regressor().coordinates().iter().map(friction).collect()
 }
 
-/// What a URDF has no place for.
+/// Sentences on what a URDF has no place for.
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, estimate).is_none() {

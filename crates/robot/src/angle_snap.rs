@@ -1,7 +1,10 @@
 //! Angles and lengths as they were meant: 1.5707 is pi/2.
 //!
-//! An angle within [`RIGHT`] of a multiple of pi/2, or within [`ROUND`] of a multiple of pi/4 or
-//! pi/6, is taken to be that multiple: sine and cosine are then exact, and no base parameter is
+//! Taken for a multiple of pi/2, pi/4 or pi/6 is an angle within [`ROUND`] of it: no calibration measures
+//! so little. Taken for a multiple of pi/2 is also an angle that is this multiple rounded or cut off where
+//! its decimals end, down to four of them ([`CUT`]): 1.5707 and 1.5708 are pi/2. An angle of the same size
+//! with more digits says what it means: 1.57065 is not pi/2, and neither 0.0001 nor 0.00015 is zero, since
+//! zero has no digits to leave out. Sine and cosine of what is taken are exact, and no base parameter is
 //! born from the digits somebody left out.
 
 use std::f64::consts::PI;
@@ -11,9 +14,9 @@ use crate::robot::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
-/// rad: 3.1415 is 9.3e-5 away from pi.
-const RIGHT: f64 = 1e-4;
-/// rad: 0.7854 is 1.8e-6 away from pi/4.
+/// rad: 3.1415 is 9.3e-5 away from pi, and 1.57 is 8e-4 away from pi/2, which is an angle of its own.
+const CUT: f64 = 1e-4;
+/// rad, one arc second: 0.7854 is 1.8e-6 away from pi/4, and 3.67e-6 is what 1.5708 leaves of pi/2.
 const ROUND: f64 = 5e-6;
 /// Sine of the angle between a given axis and the coordinate axis it is taken for.
 const AXIS: f64 = 1e-6;
@@ -47,11 +50,19 @@ pub(crate) fn given_angle(angle: f64, angles: Angles) -> Value {
     let step = n.rem_euclid(12.0);
     let tolerance = match (step as i64, angles) {
         (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, Angles::AsGiven) => SILENT,
-        (0 | 6, Angles::Meant) => RIGHT,
+        (0 | 6, Angles::Meant) => ROUND.max(last_decimal(angle).min(CUT)),
         (2 | 3 | 4 | 8 | 9 | 10, Angles::Meant) => ROUND,
         _ => -1.0,
     };
     if away <= tolerance && n.abs() < 1e6 { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
+}
+
+/// One unit of the last decimal an angle is written with: 1e-4 of 1.5707.
+fn last_decimal(angle: f64) -> f64 {
+    let text = angle.to_string();
+    let decimals = text.split_once('.').map_or(0, |(_, after)| after.len());
+    // A unit of the last place, since 10^-4 itself is rounded.
+    10f64.powi(-(decimals.min(300) as i32)) * (1.0 - f64::EPSILON)
 }
 
 /// An angle computed from snapped ones, in (-pi, pi].
@@ -119,14 +130,15 @@ fn exact_entry(x: f64) -> f64 {
 }
 
 /// The unit vector along an axis as given; `None` for the zero vector.
-pub(crate) fn unit_axis(axis: Vector3) -> Option<Vector3> {
+pub(crate) fn unit_axis(axis: Vector3, angles: Angles) -> Option<Vector3> {
     let largest = axis.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     if largest < NO_AXIS {
         return None;
     }
     let axis = scaled(axis, 1.0 / largest);
     let unit = scaled(axis, 1.0 / norm(axis));
-    let along = (0..3).find(|&i| (0..3).all(|j| j == i || unit[j].abs() <= AXIS));
+    let tolerance = if angles == Angles::Meant { AXIS } else { SILENT };
+    let along = (0..3).find(|&i| (0..3).all(|j| j == i || unit[j].abs() <= tolerance));
     Some(match along {
         Some(i) => [0, 1, 2].map(|j| if j == i { unit[i].signum() } else { 0.0 }),
         None => unit.map(exact_entry),
@@ -161,7 +173,7 @@ pub(crate) fn snap_angles(robot: &mut Robot, angles: Angles) {
         snap(&format!("cut of loop {}", i + 1), &mut one.cut.geometry);
         snap(&format!("twin of loop {}", i + 1), &mut one.twin.geometry);
     }
-    robot.notes.extend(notes);
+    robot.snapped.extend(notes);
 }
 
 #[cfg(test)]
@@ -187,7 +199,8 @@ mod tests {
                 "{angle}"
             );
         }
-        for angle in ["1.57", "0.7853", "0.2618", "1.75057"] {
+        // 1.57065, 0.0001 and 0.00015 are calibrated, and so is 1e-4 beside a right angle.
+        for angle in ["1.57", "0.7853", "0.2618", "1.75057", "1.57065", "0.0001", "-0.00015", "1.5708963", "3.14149"] {
             let angle = angle.parse().unwrap();
             assert_eq!(given_angle(angle, Angles::Meant), Value::Number(angle));
         }
@@ -206,8 +219,8 @@ mod tests {
         let quarter = given_angle(PI / 4.0, Angles::Meant);
         let m = rotation(&[quarter.clone(), Value::ZERO, quarter]);
         assert_eq!(m[0], [0.5f64.sqrt(), -0.5, 0.5]);
-        assert_eq!(unit_axis([0.0, -3.0, 1e-9]), Some([0.0, -1.0, 0.0]));
-        assert_eq!(unit_axis([1e300, 1e300, 0.0]), Some([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0]));
-        assert_eq!(unit_axis([0.0; 3]), None);
+        assert_eq!(unit_axis([0.0, -3.0, 1e-9], Angles::Meant), Some([0.0, -1.0, 0.0]));
+        assert_eq!(unit_axis([1e300, 1e300, 0.0], Angles::Meant), Some([0.5f64.sqrt(), 0.5f64.sqrt(), 0.0]));
+        assert_eq!(unit_axis([0.0; 3], Angles::Meant), None);
     }
 }

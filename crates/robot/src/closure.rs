@@ -1,4 +1,4 @@
-//! Whether the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
+//! Checks that the loops of a robot close: 0T_cut(q) = 0T_twin(q) at every q.
 //!
 //! Both sides are trigonometric polynomials in the coordinates, so agreement at a few generic
 //! configurations is agreement everywhere. A loop with passive coordinates closes only where they

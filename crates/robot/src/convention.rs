@@ -9,7 +9,7 @@
 //! ```text
 //! I_O = I_C + m (c . c E - c c^T)
 //! ```
-//! What is read and written is linear but for m in the denominator: those about the centre of mass
+//! The conversions are linear but for m in the denominator: conventions about the centre of mass
 //! need m != 0. The frame is the caller's: Khalil's link frame, or [`crate::Link::file_frame`].
 
 use crate::inertial::{Part, Pose, transform_inertial};

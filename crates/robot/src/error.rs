@@ -1,4 +1,4 @@
-//! What is wrong with a description, and where.
+//! The error of a description: what is wrong, and where.
 
 use std::fmt;
 

@@ -32,6 +32,8 @@ impl Robot {
             frame.antecedent = moved(frame.antecedent);
             renumber(&mut frame.variable);
         }
+        links[base.0].inertial = robot.base.inertial.take();
+        links[base.0].parts = std::mem::take(&mut robot.base.parts);
         links.append(&mut robot.links);
         robot.links = links;
         robot.massless = COORDINATES.len();
@@ -82,6 +84,7 @@ fn root_links() -> Vec<Link> {
             inertial: None,
             file_frame: Pose::IDENTITY,
             parts: Vec::new(),
+            frames: Vec::new(),
         }
     };
     root.into_iter().enumerate().map(link).collect()

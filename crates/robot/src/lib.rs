@@ -1,4 +1,4 @@
-//! What a robot is, and the files that describe it.
+//! The description of a robot, and the files that hold it.
 //!
 //! A [`Robot`] is a tree of links in Khalil-Kleinfinger frames, cut where it closes on itself.
 //! Every file format ends in the same `Robot`; algorithms read it and never change it.

@@ -1,10 +1,10 @@
-//! Classic mistakes in a description's inertial parameters, found by what no body can have.
+//! Finds classic mistakes in a description's inertial parameters by what no body can have.
 //!
 //! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia
 //! S = (tr(I_C)/2) E - I_C must be positive definite [Wensing, Kim, Slotine 2018]: its eigenvalues
 //! are the halves of the slacks of the triangle inequality of the principal moments. Where it is
 //! not, the mistakes that would explain it are tried: exchanged entries, an inertia about the other
-//! point. What stays within the possible cannot be found out.
+//! point. A mistake that still gives a possible body cannot be found.
 //!
 //! Not here: whether the figures are those of the robot; that is identification's.
 
@@ -56,6 +56,9 @@ const SMALL_RADIUS: f64 = 1e-4;
 /// The findings, link by link.
 pub fn lint(robot: &Robot) -> Vec<Finding> {
     let mut findings = Vec::new();
+    for part in &robot.base.parts {
+        about_centre(part, &Pose::IDENTITY, &mut findings);
+    }
     for link in &robot.links {
         if link.parts.is_empty() {
             if let Some(x) = link.inertial {
@@ -64,7 +67,7 @@ pub fn lint(robot: &Robot) -> Vec<Finding> {
             continue;
         }
         for part in &link.parts {
-            about_centre(part, &mut findings);
+            about_centre(part, &link.file_frame, &mut findings);
             turned_frame(link, part, &mut findings);
         }
     }
@@ -101,8 +104,8 @@ fn about_origin(name: &str, x: &[f64; 10], findings: &mut Vec<Finding>) {
     }
 }
 
-/// A part given about its centre of mass.
-fn about_centre(part: &Part, findings: &mut Vec<Finding>) {
+/// A part given about its centre of mass; `file_frame`: the frame that its file means, in the link's.
+fn about_centre(part: &Part, file_frame: &Pose, findings: &mut Vec<Finding>) {
     let mut find = |mistake, text| findings.push(Finding { link: part.name.clone(), mistake, text });
     if part.mass < 0.0 {
         return find(Mistake::NegativeMass, format!("its mass is {} kg", part.mass));
@@ -113,7 +116,7 @@ fn about_centre(part: &Part, findings: &mut Vec<Finding>) {
         }
         return;
     }
-    units(part, part.pose.position, &mut find);
+    units(part, file_frame.inverse().compose(&part.pose).position, &mut find);
     if possible(&part.inertia) {
         return;
     }

@@ -1,4 +1,4 @@
-//! The passive joints of closed loops as affine functions of the coordinates, where they are such.
+//! The passive joints of closed loops as affine functions of the coordinates, where they are affine.
 //!
 //! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation, and two more by
 //! its polygon where, with what other loops have settled already, the sides that keep their angle to
@@ -8,10 +8,10 @@
 //! - four vectors, of equal lengths across: a parallelogram, v_1 = -v_3 and v_2 = -v_4. The crossed
 //!   four-bar with the same sides is the other solution of the closure, and is not meant.
 //!
-//! The loops are gone through again as long as one of them settles something: parallelograms that
-//! share links settle one after the other. The constants of the relations are exact: by how they
-//! change with each symbol, they are recognised as integer combinations of symbols and a multiple
-//! of pi/12. What is not settled stays a passive coordinate.
+//! The pass over the loops is repeated as long as one of them settles something: parallelograms that
+//! share links settle one after the other. The constants of the relations are exact: their change with
+//! each symbol shows them to be integer combinations of symbols and a multiple of pi/12. A joint that
+//! is not settled stays a passive coordinate.
 //!
 //! Not here: general four-bars, slider-cranks and spatial loops, which no affine relation describes.
 

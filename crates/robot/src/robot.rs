@@ -25,14 +25,19 @@ pub struct Robot {
     pub passive: Vec<PassiveCoordinate>,
     /// Antecedents come before what they carry.
     pub links: Vec<Link>,
+    /// The body that the links hang on, where the file describes one: it has no say while it stands still, and becomes
+    /// a link when it floats.
+    pub base: Base,
     /// How many of the first links only carry others: they have no inertial parameters.
     pub massless: usize,
     /// Pairs of frames that coincide; empty for a tree.
     pub loops: Vec<Loop>,
     /// Acceleration of gravity in the base frame, m/s^2.
     pub gravity: [Value; 3],
-    /// What the reader of the file changed or guessed, to be told to the user.
+    /// What the reader of the file guessed, to be told to the user.
     pub notes: Vec<Note>,
+    /// The angles and axes that the reader took for others: the robot is not the file's to the last digit.
+    pub snapped: Vec<Note>,
 }
 
 /// One generalised coordinate.
@@ -85,6 +90,18 @@ pub struct Link {
     /// Frame of the joint as the file has it (a URDF's child link), in the link frame.
     pub file_frame: Pose,
     /// The rigid parts the file lumps into this link, in the order of the file.
+    pub parts: Vec<Part>,
+    /// The frames that the file fixes to this link, its own first, by name and with their place in the link frame: the
+    /// links of a URDF. Empty where the link frame is the file's.
+    pub frames: Vec<(String, Pose)>,
+}
+
+/// The base of a robot as a body.
+#[derive(Clone, Debug, Default)]
+pub struct Base {
+    /// XX .. M about the origin of the base frame, in it, where known.
+    pub inertial: Option<[f64; 10]>,
+    /// The rigid parts that the file lumps into it.
     pub parts: Vec<Part>,
 }
 

@@ -1,4 +1,4 @@
-//! .par files: what they say, and what the loops say of what they do not.
+//! .par files: their content, and the passive joints that follow from their loops.
 
 use std::path::Path;
 

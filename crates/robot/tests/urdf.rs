@@ -1,4 +1,4 @@
-//! Re-framing: what comes out is where the file has it, and sparse.
+//! Re-framing: every joint is where the file has it, and the parameters are sparse.
 
 use std::fmt::Write;
 
@@ -66,7 +66,8 @@ fn angles_are_snapped_and_told() {
         + &joint("one", "continuous", "a", "b", ["0 0 0", "1.5707 0 0", "0 0 1"])
         + &joint("two", "continuous", "b", "c", ["0.2 0 0", "1.57079632679 0 -0.7854", "0 1e-7 1"]);
     let robot = read(&body);
-    let notes: Vec<String> = robot.notes.iter().map(|n| format!("{}: {}", n.subject, n.text)).collect();
+    let notes: Vec<String> =
+        robot.notes.iter().chain(&robot.snapped).map(|n| format!("{}: {}", n.subject, n.text)).collect();
     let told = |part: &str| notes.iter().any(|n| n.contains(part));
     assert!(told("one: roll 1.5707 is taken as pi/2"), "{notes:?}");
     assert!(told("two: yaw -0.7854 is taken as -pi/4") && told("two: axis"), "{notes:?}");

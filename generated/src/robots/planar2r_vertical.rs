@@ -17,6 +17,7 @@
 //! MY2
 //! IA2
 //! No effect: XX1 XY1 XZ1 YY1 YZ1 MZ1 M1 XX2 XY2 XZ2 YY2 YZ2 MZ2
+//! With gy = 9.81, L1 = 0.5
 //! ```
 
 /// The robot.
@@ -94,12 +95,13 @@ impl Real for f64 {
     fn from_f64(x: f64) -> f64 {
         x
     }
-    /// Within 2e-16 of the sine and cosine of x for |x| < 1e5. Reduction to [-pi/4, pi/4] by
+    /// Within 2e-16 of the sine and cosine of x for |x| < 2^27, NaN beyond. Reduction to [-pi/4, pi/4] by
     /// three parts of pi/2 (Cody and Waite 1980, the parts of Cephes), then the minimax
     /// polynomials of fdlibm (Sun Microsystems 1993).
     #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {
         const ROUND: f64 = 6755399441055744.0;
+        const REACH: f64 = 1.3393857589828342e300;
         const PARTS: [f64; 3] = [
             1.570796251296997,
             7.549789415861596e-8,
@@ -108,7 +110,9 @@ impl Real for f64 {
         let turns = self * core::f64::consts::FRAC_2_PI + ROUND;
         let quadrant = turns.to_bits();
         let n = turns - ROUND;
-        let x = ((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2];
+        let reach = self * REACH;
+        let x = (((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2])
+            * (1.0 + 0.0 * reach);
         let z = x * x;
         let s = x
             + x * z

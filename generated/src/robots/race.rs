@@ -29,6 +29,8 @@
 //! D2MY10
 //! No effect: XX1 XY1 XZ1 YY1 YZ1 MX1 MY1 MZ1 M1 MX2 MY2 MZ2 M2 XX3 XY3 XZ3 YZ3 ZZ3 MY3 XX5 XY5 XZ5 YZ5
 //! ZZ5 MY5 XX6 XY6 XZ6 YY6 YZ6 MZ6 MZ7 MX8 MY8 MZ8 M8
+//! With D2 = 0.3, DEL = 2.6179938779914944, D4 = 0.3, D6 = 0.17, D7 = 0.08, D8 = 0.08, G10 =
+//! 1.0471975511965976, D10 = 0.07
 //! ```
 
 /// The robot.
@@ -375,12 +377,13 @@ impl Real for f64 {
     fn from_f64(x: f64) -> f64 {
         x
     }
-    /// Within 2e-16 of the sine and cosine of x for |x| < 1e5. Reduction to [-pi/4, pi/4] by
+    /// Within 2e-16 of the sine and cosine of x for |x| < 2^27, NaN beyond. Reduction to [-pi/4, pi/4] by
     /// three parts of pi/2 (Cody and Waite 1980, the parts of Cephes), then the minimax
     /// polynomials of fdlibm (Sun Microsystems 1993).
     #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {
         const ROUND: f64 = 6755399441055744.0;
+        const REACH: f64 = 1.3393857589828342e300;
         const PARTS: [f64; 3] = [
             1.570796251296997,
             7.549789415861596e-8,
@@ -389,7 +392,9 @@ impl Real for f64 {
         let turns = self * core::f64::consts::FRAC_2_PI + ROUND;
         let quadrant = turns.to_bits();
         let n = turns - ROUND;
-        let x = ((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2];
+        let reach = self * REACH;
+        let x = (((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2])
+            * (1.0 + 0.0 * reach);
         let z = x * x;
         let s = x
             + x * z

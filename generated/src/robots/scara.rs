@@ -22,6 +22,7 @@
 //! IA4
 //! No effect: XX1 XY1 XZ1 YY1 YZ1 MX1 MY1 MZ1 M1 XX2 XY2 XZ2 YY2 YZ2 MZ2 XX3 XY3 XZ3 YY3 YZ3 MZ3 XX4
 //! XY4 XZ4 YY4 YZ4 MZ4
+//! With gz = 9.81, D2 = 0.425, D3 = 0.375
 //! ```
 
 /// The robot.
@@ -182,12 +183,13 @@ impl Real for f64 {
     fn from_f64(x: f64) -> f64 {
         x
     }
-    /// Within 2e-16 of the sine and cosine of x for |x| < 1e5. Reduction to [-pi/4, pi/4] by
+    /// Within 2e-16 of the sine and cosine of x for |x| < 2^27, NaN beyond. Reduction to [-pi/4, pi/4] by
     /// three parts of pi/2 (Cody and Waite 1980, the parts of Cephes), then the minimax
     /// polynomials of fdlibm (Sun Microsystems 1993).
     #[inline(always)]
     fn sin_cos(self) -> (f64, f64) {
         const ROUND: f64 = 6755399441055744.0;
+        const REACH: f64 = 1.3393857589828342e300;
         const PARTS: [f64; 3] = [
             1.570796251296997,
             7.549789415861596e-8,
@@ -196,7 +198,9 @@ impl Real for f64 {
         let turns = self * core::f64::consts::FRAC_2_PI + ROUND;
         let quadrant = turns.to_bits();
         let n = turns - ROUND;
-        let x = ((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2];
+        let reach = self * REACH;
+        let x = (((self - n * PARTS[0]) - n * PARTS[1]) - n * PARTS[2])
+            * (1.0 + 0.0 * reach);
         let z = x * x;
         let s = x
             + x * z

@@ -4,7 +4,7 @@
 //! same next year. tau = D X + equation (5), four friction columns a joint.
 
 use identification::algebra::least_squares::solve;
-use identification::algebra::triangle::{Block, Triangle};
+use identification::algebra::triangle::Accumulator;
 use identification::experiments::measured_motion::MeasuredMotion;
 use identification::model::regressor::Regressor;
 use identification::signals::butterworth::Butterworth;
@@ -28,8 +28,7 @@ pub fn filtered_least_squares(
     let filters =
         (Butterworth::low_pass(4, 40.0, rate), Butterworth::low_pass(4, 0.4 * rate / DECIMATION as f64, rate));
     let (Some(first), Some(second)) = filters else { return vec![] };
-    let mut triangle = Triangle::new(p + 4 * n);
-    let mut block = Block::new(p + 4 * n);
+    let mut rows = Accumulator::new(p + 4 * n);
     for e in experiments {
         let mut row = vec![0.0; p + 4 * n];
         if e.period().is_none() {
@@ -37,9 +36,8 @@ pub fn filtered_least_squares(
             for (i, d) in sweep.rows.iter().enumerate() {
                 let w = 1.0 / sweep.deviation[i];
                 row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
-                block.push(&row, w * sweep.right[i]);
+                rows.push(&row, w * sweep.right[i]);
             }
-            triangle.fold(&mut block);
             continue;
         }
         let smooth: Vec<Vec<f64>> = e.q.iter().map(|q| first.zero_phase(q)).collect();
@@ -62,15 +60,11 @@ pub fn filtered_least_squares(
             for i in (BORDER..motion.len().saturating_sub(BORDER)).step_by(DECIMATION) {
                 (0..p).for_each(|c| row[c] = w * d[c][i]);
                 (0..4).for_each(|c| row[p + 4 * j + c] = w * f[c][i]);
-                if block.is_full() {
-                    triangle.fold(&mut block);
-                }
-                block.push(&row, w * y[i]);
+                rows.push(&row, w * y[i]);
             }
-            triangle.fold(&mut block);
         }
     }
-    solve(&triangle).x[..p].to_vec()
+    solve(&rows.finish()).x[..p].to_vec()
 }
 
 /// The columns of equation (5) at one velocity.

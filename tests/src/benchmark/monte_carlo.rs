@@ -19,7 +19,7 @@ use crate::benchmark::filtered_estimation::{filtered_least_squares, friction_row
 use crate::benchmark::scenario::{BenchmarkArm, Scenario};
 use identification::algebra::least_squares::solve;
 use identification::algebra::random::Random;
-use identification::algebra::triangle::{Block, Triangle};
+use identification::algebra::triangle::Accumulator;
 use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
 use identification::experiments::measured_motion::MeasuredMotion;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
@@ -115,7 +115,7 @@ impl<'a> Fixture<'a> {
         let (n, p) = (arm.drives.gain.len(), arm.truth.len());
         let mut fixture =
             Fixture { arm, scenario, experiments: vec![], sigma: vec![], validation: vec![], tracking: 0.0 };
-        let mut information = Triangle::new(p + 4 * n);
+        let mut information = Accumulator::new(p + 4 * n);
         for (trajectory, record) in plan.iter().zip(fixture.records(arm.dynamics, plan, 77)?) {
             let reference = trajectory.reference();
             for k in 0..n {
@@ -125,7 +125,7 @@ impl<'a> Fixture<'a> {
             add_information(&mut information, arm, &fixture.scenario.sensing, trajectory, &record);
             fixture.experiments.extend(SpectralExperiment::new(trajectory.clone(), &record));
         }
-        let bound = solve(&information);
+        let bound = solve(&information.finish());
         fixture.sigma = (0..p).map(|i| bound.inverse[(i, i)].max(0.0).sqrt()).collect();
         for seed in 0..10 {
             let motion = ValidationMotion::default();
@@ -327,7 +327,7 @@ fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMo
 
 /// Rows of every sample and moving joint with four friction columns, over the torque noise.
 fn add_information(
-    information: &mut Triangle,
+    information: &mut Accumulator,
     arm: &BenchmarkArm,
     sensing: &Sensing,
     trajectory: &ExcitingTrajectory,
@@ -340,20 +340,15 @@ fn add_information(
     windows.iter_mut().for_each(|w| w.end = w.end.min(last));
     let motion = cut_motion(record, &windows);
     let columns = motion.regressor_columns(arm.regressor);
-    let mut block = Block::new(information.columns());
     for j in trajectory.moving() {
-        let mut row = vec![0.0; information.columns()];
+        let mut row = vec![0.0; p + 4 * arm.friction.len()];
         for i in 0..motion.len() {
             let w = 1.0 / sensing.torque_noise[j];
             (0..p).for_each(|c| row[c] = w * columns[j][c][i]);
             friction_row(motion.dq[j][i], &mut row[p + 4 * j..p + 4 * j + 4]);
             row[p + 4 * j..p + 4 * j + 4].iter_mut().for_each(|x| *x *= w);
-            if block.is_full() {
-                information.fold(&mut block);
-            }
-            block.push(&row, 0.0);
+            information.push(&row, 0.0);
         }
-        information.fold(&mut block);
     }
 }
 

@@ -157,7 +157,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
     let compressed = recording(Some("zstd"), 60, ALL).finish();
     let plain = recording(Some(""), 60, ALL).finish();
     let middle = plain.len() / 2;
-    let (snappy, brotli) = (Pages { codec: 1, ..PLAIN }, Pages { codec: 4, ..PLAIN });
+    let (snappy, lzo) = (Pages { codec: 1, ..PLAIN }, Pages { codec: 3, ..PLAIN });
     let whole = parquet(|_| None, snappy);
     let mut long_index = whole.clone();
     let end = long_index.len();
@@ -203,8 +203,9 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
         ),
         (
             one_chunk(9, 0, "", &[5, 255, 255, 255, 255, 255, 255, 255, 255]),
-            "18446744073709551615 bytes are claimed where 0 are left: the record is damaged",
+            "the chunk is damaged: it ends within a record; `mcap recover` saves the others",
         ),
+        (one_chunk(18, 0, "", &[0; 18]), "the chunk is damaged: it holds records of the opcode 0"),
         (one_chunk(9, 1, "", &[9, 0, 0, 0, 0, 0, 0, 0, 0]), "instead of 00000001; `mcap recover` saves the others"),
         (
             [&plain[..middle], &[plain[middle] ^ 1], &plain[middle + 1..]].concat(),
@@ -216,15 +217,12 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
             replaced(recording(None, 60, ALL).finish(), b"\x01\0\0\0\0\0", b"\x07"),
             "a message of channel 7, which is not told",
         ),
-        (
-            b"SQLite format 3\0 and so on".to_vec(),
-            "this is a rosbag2 in sqlite3, which is not read; convert its directory to MCAP: `ros2 bag convert",
-        ),
+        (b"SQLite format 3\0 and so on".to_vec(), "this is no rosbag2 in sqlite3 that can be read: "),
         (
             b"#ROSBAG V2.0\n\0\0\0\0".to_vec(),
             "this is a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`",
         ),
-        (b"\x28\xb5\x2f\xfd\0\0\0\0".to_vec(), "this is a zstd stream; unpack it first"),
+        (b"\x28\xb5\x2f\xfd\0\0\0\0".to_vec(), "the zstd stream: it cannot be unpacked"),
         (b"\x89MCAP1\r\n\0\0".to_vec(), "this is a binary file"),
         // Parquet.
         (whole[..whole.len() / 2].to_vec(), "does not end with PAR1: it is cut short, or its writer was never closed"),
@@ -233,8 +231,8 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
         (parquet(|k| text(k, 1), PLAIN), "column `q1`: `text (BYTE_ARRAY)` is not a number"),
         (parquet(|_| Some(Values::Text(80)), PLAIN), "no column holds numbers; the columns are: t, q1, tau1"),
         (
-            parquet(|_| None, brotli),
-            "column `t`: it is compressed with BROTLI; write it with snappy, zstd, gzip, lz4_raw or uncompressed",
+            parquet(|_| None, lzo),
+            "column `t`: it is compressed with LZO; write it with snappy, zstd, gzip, brotli, lz4 or uncompressed",
         ),
         (parquet(|_| Some(Values::Double(vec![])), PLAIN), "the file has no row; the columns are: t, q1, tau1"),
         (parquet(|k| (k == 2).then(|| Values::Double(vec![None; 80])), snappy), "column `tau1` holds no number at all"),
@@ -259,8 +257,8 @@ fn every_broken_container_has_its_message() {
         assert!(message(&wheels, &path).starts_with("no error"));
     }
     for (named, expected) in [
-        ("broken.csv#/joint_states", "only a recording (MCAP) has topics; name the file alone"),
-        ("", "no file of this directory is a recording; a log, or a rosbag2 with MCAP files, is expected"),
+        ("broken.csv#/joint_states", "only a recording (MCAP, rosbag2) has topics; name the file alone"),
+        ("", "no file of this directory is a recording; a log, or a rosbag2 with MCAP or sqlite3 files, is expected"),
         ("nothing.mcap#/joint_states", "cannot be read"),
     ] {
         let found = message(&wheels, &folder.join(named));
@@ -287,7 +285,7 @@ fn mutilated_containers_do_not_panic() {
             wholes.push(parquet(|_| None, Pages { codec, version, dictionary, rows_a_group: 50 }));
         }
     }
-    for other in ["pyarrow.parquet", "polars.parquet"] {
+    for other in ["pyarrow.parquet", "polars.parquet", "pyarrow_brotli.parquet", "pyarrow_lz4.parquet"] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
         wholes.push(std::fs::read(folder.join(other)).unwrap());
     }

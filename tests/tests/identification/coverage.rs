@@ -9,6 +9,7 @@ use identification::estimate::options::Options;
 use identification::estimators::consistent::{Prior, consistent};
 use identification::estimators::correlated_deviation::robust;
 use identification::estimators::huber::reweighted;
+use identification::estimators::loss::Loss;
 use identification::estimators::weighted::{Weights, fit};
 use identification::model::friction::terms::sign;
 use identification::model::linear_model::Model;
@@ -82,11 +83,11 @@ fn estimators_against_the_bound() {
             (0..model.p()).map(|c| (s.variance * s.inverse[(c, c)]).sqrt()).collect()
         };
         let (ols, _) = solve(&white, Weights::None);
-        let huber = reweighted(&model, std::slice::from_ref(&white), &ols).unwrap().solution;
+        let huber = reweighted(&model, std::slice::from_ref(&white), &ols, Loss::Huber).unwrap().solution;
         tallies[0].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[1].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
         let (ols, _) = solve(&spikes, Weights::None);
-        let found = reweighted(&model, std::slice::from_ref(&spikes), &ols).unwrap();
+        let found = reweighted(&model, std::slice::from_ref(&spikes), &ols, Loss::Huber).unwrap();
         let (huber, influence) = (&found.solution, |j: usize, e: f64| found.influence(j, e));
         let wide = robust(&model, std::slice::from_ref(&spikes), huber, &found.weights, &influence).unwrap();
         let ratio = (0..3).map(|c| (wide.sigma[c] / sigma(huber)[c]).powi(2)).sum::<f64>() / 3.0;
@@ -130,17 +131,13 @@ fn consistency_helps_poor_data_only() {
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);
         for _ in 0..40 {
-            let (mut triangle, mut block) = (
-                identification::algebra::triangle::Triangle::new(10),
-                identification::algebra::triangle::Block::new(10),
-            );
+            let mut rows = identification::algebra::triangle::Accumulator::new(10);
             for _ in 0..60 {
                 let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
                 let y: f64 = row.iter().zip(body).map(|(a, b)| a * b).sum();
-                block.push(&row, y + noise * random.normal());
+                rows.push(&row, y + noise * random.normal());
             }
-            triangle.fold(&mut block);
-            let white = weighted(&[triangle], &[1.0 / noise]);
+            let white = weighted(&[rows.finish()], &[1.0 / noise]);
             let free = identification::algebra::least_squares::solve(&white);
             let prior = Prior { bodies: vec![None], scale: 1.0, gamma: 1e-3, discount: 1.0, friction: Vec::new() };
             let constrained = consistent(&white, &map, &prior);

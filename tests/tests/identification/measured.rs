@@ -4,11 +4,11 @@
 use std::path::PathBuf;
 
 use identification::estimate::artefact::Estimate;
+use identification::estimate::delay::estimate_delay;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identified::Status;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
-use identification::estimate::selection::estimate_delay;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::regressor::Regressor;
 use logs::{Log, LogSource};

@@ -1,4 +1,4 @@
-//! The words of `rist identify`.
+//! The arguments of `rist identify`.
 
 use std::path::PathBuf;
 
@@ -11,20 +11,20 @@ use crate::model::ModelArguments;
 /// Identify a robot's base parameters and friction from logs
 ///
 /// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
-/// directory: the time t, positions, torques or currents and, where measured, velocities of every coordinate, found
-/// by their names (q1 or q_<coordinate>, dq.., tau.., i..).
+/// directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
+/// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
 
-    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording; with --plan the directory
+    /// The logs, fitted together; log.mcap#/topic names one of several topics of a recording. With --plan: the directory
     /// of its logs, one an experiment: e01.csv, ..
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
 
-    /// ls: least squares on filtered samples; of the experiments of a plan, rist: the paper's rows of Sp; rist-mh:
-    /// all their harmonics, with friction
+    /// ls: least squares on filtered samples. For the experiments of a plan: rist takes the paper's rows of Sp, rist-mh
+    /// all harmonics, with friction
     #[arg(long, value_enum, default_value_t = Method::Ls)]
     pub method: Method,
 
@@ -32,8 +32,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub plan: Option<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A [default: as the file says, with --load none]; of some drives only:
-    /// the others are estimated. ls: q5=11+-2 expects a gain near 11
+    /// Torque per unit of current of a drive, N m/A [default: as the file says; with --load, none]. Where only some
+    /// drives are given, the others are estimated. With ls, q5=11+-2 expects a gain near 11
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     pub gain: Vec<String>,
 
@@ -42,11 +42,12 @@ pub struct Arguments {
     pub validate: Vec<PathBuf>,
 
     /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
-    /// The logs of experiments done again with it, e01_loaded.csv, .., stand beside the others; no gain need be known
+    /// The logs of the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
 
-    /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the log]
+    /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]; rist-mh: highest frequency
+    /// of its equations [default: 20]
     #[arg(long, value_name = "HZ")]
     pub cutoff: Option<f64>,
 
@@ -58,17 +59,19 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     pub decimate: Option<usize>,
 
-    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]
+    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]; rist-mh: auto
+    /// estimates what is left of it with the parameters
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     pub delay: Option<Delay>,
 
     /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
-    /// stribeck=V (V in rad/s), none, or auto: by prediction of what was left out [default: viscous,coulomb,offset]
+    /// stribeck=V (V in rad/s), none, or auto: the set that best predicts what was left out [default:
+    /// viscous,coulomb,offset]
     #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
     pub friction: Option<Vec<Friction>>,
 
     /// What rows weigh: none: all alike (OLS); joint: by the residual of their joint (WLS); huber: and less where
-    /// they do not fit [default: joint]
+    /// they do not fit; bisquare: and nothing where they do not fit at all [default: joint]
     #[arg(long, value_parser = weights)]
     pub weights: Option<Weights>,
 
@@ -76,8 +79,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub options: Option<PathBuf>,
 
-    /// Only bodies that can exist: physically consistent parameters, held where the log is silent by the
-    /// description's own bodies
+    /// Physically consistent parameters: only bodies that can exist. Where the log is silent, the bodies of the
+    /// description hold them
     #[arg(long)]
     pub consistent: bool,
 
@@ -106,7 +109,7 @@ pub struct Arguments {
     pub out: Option<PathBuf>,
 }
 
-/// Which equations are solved.
+/// The equations to solve.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Method {
     Ls,
@@ -142,12 +145,13 @@ fn weights(text: &str) -> Result<Weights, String> {
         "none" => Ok(Weights::None),
         "joint" => Ok(Weights::Joint),
         "huber" => Ok(Weights::Huber),
-        _ => Err("expected none, joint or huber".into()),
+        "bisquare" => Ok(Weights::Bisquare),
+        _ => Err("expected none, joint, huber or bisquare".into()),
     }
 }
 
 /// `viscous`, `stribeck=0.1`, `none`, `auto`.
-fn friction(text: &str) -> Result<Friction, String> {
+pub fn friction(text: &str) -> Result<Friction, String> {
     let (name, speed) = match text.split_once('=') {
         Some((name, speed)) => (name, Some(speed)),
         None => (text, None),
@@ -179,4 +183,22 @@ fn friction(text: &str) -> Result<Friction, String> {
         }
     };
     Ok(Friction::Term(term))
+}
+
+impl Arguments {
+    /// The flags that speak of samples of logs, which experiments do not heed, as far as they are given.
+    pub fn of_samples(&self) -> Vec<&'static str> {
+        let given = [
+            ("--validate", !self.validate.is_empty()),
+            ("--order", self.order.is_some()),
+            ("--decimate", self.decimate.is_some()),
+            ("--friction", self.friction.is_some()),
+            ("--weights", self.weights.is_some()),
+            ("--consistent", self.consistent),
+            ("--loaded", !self.loaded.is_empty()),
+            ("--write-urdf", self.write_urdf.is_some()),
+            ("--write-mjcf", self.write_mjcf.is_some()),
+        ];
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag).collect()
+    }
 }

@@ -1,34 +1,84 @@
 //! `rist identify --method rist|rist-mh`: the logs of a plan -> parameters.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use identification::estimate::options::Options;
 use identification::spectrum::identify::SpectralMethod;
+use identification::spectrum::rist_mh::data::HarmonicOptions;
+use logs::ColumnNames;
 use rist::ExperimentLogs;
 
-use super::arguments::Arguments;
+use super::arguments::{Arguments, Delay};
 use crate::artefact::{gains, read_load, read_plan};
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
+use crate::output::{check_output, write_file};
 use crate::verdict::refused;
 
 pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("--plan takes one directory of logs"));
     };
+    let unheeded = arguments.of_samples();
+    if !unheeded.is_empty() {
+        return Err(Failure::new(format_args!(
+            "{}: for logs, not for the experiments of a plan (--method ls); `rist validate` predicts other logs",
+            unheeded.join(", ")
+        )));
+    }
+    let of_user =
+        [&arguments.model.model].into_iter().chain(&arguments.plan).chain(&arguments.load).chain(&arguments.options);
+    let mut inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let columns = match &arguments.options {
-        Some(path) => Options::read(path)?.columns,
+        Some(path) => columns(path)?,
         None => Default::default(),
     };
     let model = arguments.model.derive()?;
     let plan = read_plan(plan, &model)?;
     let load = arguments.load.as_ref().map(|file| Ok::<_, Failure>((file.clone(), read_load(file)?))).transpose()?;
     let gains = gains(&arguments.gain, &model)?;
-    let estimate =
-        rist::identify_experiments(&model, &ExperimentLogs { directory, plan: &plan, columns, gains, load }, method)?;
+    let options = options(arguments, method)?;
+    let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
+    let estimate = rist::identify_experiments(&model, &logs, method)?;
     let verdict = rist::estimate_verdict(&estimate);
     print(&format!("{estimate}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
-        write_file(out, &estimate.to_yaml()?)?;
+        inputs.extend(estimate.logs.iter().map(Path::new));
+        write_file(out, &estimate.to_yaml()?, &inputs)?;
     }
     refused(&verdict, false)
+}
+
+/// The columns of an options file, which has nothing else for experiments.
+fn columns(path: &Path) -> Result<ColumnNames, Failure> {
+    let given = Options::read(path)?;
+    let columns = given.columns.clone();
+    match given == (Options { columns: given.columns.clone(), ..Options::default() }) {
+        true => Ok(columns),
+        false => Err(Failure::new(format_args!(
+            "{}: of the options only columns are for the experiments of a plan",
+            path.display()
+        ))),
+    }
+}
+
+/// The band and the delay of RIST-MH; the paper's rows have neither.
+fn options(arguments: &Arguments, method: SpectralMethod) -> Result<HarmonicOptions, Failure> {
+    let mut options = HarmonicOptions::default();
+    if method == SpectralMethod::Paper && (arguments.cutoff.is_some() || arguments.delay.is_some()) {
+        return Err(Failure::new("--cutoff and --delay: the paper's rows have neither; --method rist-mh has both"));
+    }
+    if let Some(hz) = arguments.cutoff {
+        if !(hz.is_finite() && hz > 0.0) {
+            return Err(Failure::new(format_args!("--cutoff {hz}: a positive number of Hz is expected")));
+        }
+        options.band.equations = hz;
+        options.band.motion = options.band.motion.max(2.0 * hz);
+    }
+    match arguments.delay {
+        Some(Delay::Seconds(seconds)) => options.band.delay = seconds,
+        Some(Delay::Auto) => options.delay = true,
+        None => {}
+    }
+    Ok(options)
 }

@@ -4,8 +4,8 @@ mod arguments;
 mod experiments;
 mod samples;
 
-pub use arguments::Arguments;
 use arguments::Method;
+pub use arguments::{Arguments, Friction, friction};
 use identification::spectrum::identify::SpectralMethod;
 
 use crate::failure::Failure;

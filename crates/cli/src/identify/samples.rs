@@ -11,7 +11,8 @@ use rist::{IdentifyRequest, Model, Trust};
 
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
-use crate::failure::{Failure, print, write_file};
+use crate::failure::{Failure, print};
+use crate::output::{check_output, is_same, write_file};
 use crate::verdict::refused;
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -33,12 +34,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         loaded_link: arguments.loaded_link.clone(),
         options: options.clone(),
     };
-    let found = rist::identify(&model, &logs, &request)?;
+    let mut found = rist::identify(&model, &logs, &request)?;
 
     // A String never fails to grow.
     if let Some(delay) = &found.delay {
         let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
-        let _ = writeln!(text, "delay {seconds:.4} s: residual {with:.4}, without it {without:.4}");
+        let _ = writeln!(text, "delay {seconds:.4} s: residual away from reversals {with:.4}, without it {without:.4}");
     }
     if let Some(selection) = &found.friction {
         let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
@@ -57,19 +58,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let predicted = predictions.iter().map(|(_, p)| p.total).reduce(f64::max);
     let verdict = found.verdict(predicted);
     let _ = write!(text, "\n{verdict}");
+    if let Some(bodies) = found.bodies.as_mut().filter(|_| arguments.anyway) {
+        bodies.refusal = None;
+    }
     let is_withheld = verdict.trust == Trust::No && !arguments.anyway;
     let written = if is_withheld { Vec::new() } else { written(arguments, &model, &found)? };
     print(&text)?;
     for (out, text) in written {
-        write_file(out, &text)?;
+        write_file(out, &text, &inputs(arguments))?;
     }
     if let Some(out) = &arguments.out {
-        write_file(out, &found.estimate.to_yaml()?)?;
+        write_file(out, &found.estimate.to_yaml()?, &inputs(arguments))?;
     }
     refused(&verdict, is_withheld && writes)
 }
 
-/// The texts for simulators that were asked for, with their files; says what a format cannot hold.
+/// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
 fn written<'a>(
     arguments: &'a Arguments,
     model: &Model,
@@ -90,7 +94,7 @@ fn written<'a>(
     Ok(written)
 }
 
-/// Opens logs, and says what their columns were taken for where that changes.
+/// Opens logs, and prints what their columns were taken for where that changes.
 struct Opened<'a> {
     columns: &'a ColumnNames,
     before: String,
@@ -100,7 +104,7 @@ impl Opened<'_> {
     fn logs(&mut self, model: &Model, paths: &[PathBuf], text: &mut String) -> Result<Vec<LogSource>, Failure> {
         let mut logs = Vec::new();
         for path in paths {
-            let (log, columns) = LogSource::open(path, model.regressor().coordinates(), self.columns)?;
+            let (log, columns) = model.open_log(path, self.columns)?;
             let columns = columns.to_string();
             let _ = writeln!(text, "{}", path.display());
             if columns != self.before {
@@ -125,24 +129,23 @@ fn expected_gain(text: &str) -> Result<(String, Gain), Failure> {
     }
 }
 
-/// Refuses outputs over inputs, and a log in two roles.
+/// What is read.
+fn inputs(arguments: &Arguments) -> Vec<&Path> {
+    let logs = [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten();
+    logs.chain([&arguments.model.model]).chain(&arguments.options).map(PathBuf::as_path).collect()
+}
+
+/// Refuses outputs over inputs or over each other, and a log in two roles.
 fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
-    let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
-    let inputs: Vec<&Path> =
-        [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten().map(AsRef::as_ref).collect();
-    for (i, log) in inputs.iter().enumerate() {
-        if inputs[..i].iter().any(|other| same(log, other)) {
+    let mut read = inputs(arguments);
+    for (i, log) in read.iter().enumerate() {
+        if read[..i].iter().any(|other| is_same(log, other)) {
             return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
         }
     }
-    let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf];
-    for out in outputs.into_iter().flatten() {
-        if inputs.iter().chain([&arguments.model.model.as_path()]).any(|input| same(out, input)) {
-            return Err(Failure::new(format_args!("{}: an input, which is not written over", out.display())));
-        }
+    for out in [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf].into_iter().flatten() {
+        check_output(out, &read)?;
+        read.push(out);
     }
     Ok(())
 }

@@ -5,8 +5,8 @@
 //! is signed, linear in M, 1 for M = v, and does not change when both are shifted in time. The
 //! record holds a whole number of periods, so f_P is a bin and there is neither leakage nor window.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], section 3.1. Single bins are summed directly (few are needed,
-//! and the sum is the same on every machine); whole spectra go through realfft.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly: few are needed, and the sum
+//! is the same on every machine. Whole spectra go through realfft.
 
 use realfft::RealFftPlanner;
 pub use realfft::num_complex::Complex;
@@ -71,7 +71,7 @@ pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
     (m * v.conj()).re / v.norm_sqr()
 }
 
-/// Mean over whole periods of `period` samples; a remainder is dropped.
+/// Mean over whole periods of `period` samples; the samples of an incomplete period are dropped.
 pub fn fold(x: &[f64], period: usize) -> Vec<f64> {
     let periods = x.len().checked_div(period).unwrap_or(0).max(1);
     (0..period).map(|i| x.iter().skip(i).step_by(period).take(periods).sum::<f64>() / periods as f64).collect()
@@ -88,8 +88,7 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
 
 /// Central differences of a periodic signal, wrapped around: (dx, ddx).
 ///
-/// Differences that stop at the edges of the window put an error of order noise/h^2 into every
-/// bin.
+/// Differences that stopped at the edges of the window would put an error of order noise/h^2 into every bin.
 pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let at = |i: usize| (x[(i + n - 1) % n], x[i], x[(i + 1) % n]);

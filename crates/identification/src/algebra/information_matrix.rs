@@ -1,7 +1,7 @@
 //! The information F = sum W_i' W_i of weighted rows, and its Cholesky factor.
 //!
-//! Small dense symmetric matrices (p of some ten to a hundred) in flat storage: the inner loop of
-//! planning, where a candidate costs a few thousand operations.
+//! The matrices are small, dense and symmetric (p between ten and a hundred) and stored flat. This is the inner
+//! loop of planning, where a candidate costs a few thousand operations.
 
 /// Weighted rows of W: m x p, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,23 +23,27 @@ impl Rows {
         self.entries.extend(std::iter::repeat_n(0.0, missing));
     }
 
+    /// Columns of a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.entries.len().checked_div(self.width).unwrap_or(0)
     }
 
+    /// Whether there is no row.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
+    /// The rows in turn.
     pub fn iter(&self) -> impl Iterator<Item = &[f64]> {
         self.entries.chunks_exact(self.width.max(1))
     }
 
-    /// Each column times its factor.
+    /// Multiplies each column by its factor.
     pub fn scaled(&self, factors: &[f64]) -> Rows {
         let entries = self.iter().flat_map(|row| row.iter().zip(factors).map(|(x, f)| x * f)).collect();
         Rows { width: self.width, entries }
@@ -62,6 +66,7 @@ pub struct InformationMatrix {
 #[derive(Clone, Debug)]
 pub struct InformationFactor {
     p: usize,
+    /// log det F.
     pub log_det: f64,
     /// Lower triangle, row by row with its zeros.
     inverse: Vec<f64>,
@@ -97,10 +102,12 @@ impl InformationMatrix {
         }
     }
 
+    /// Sum of the diagonal of F.
     pub fn trace(&self) -> f64 {
         (0..self.p).map(|i| self.entries[i * self.p + i]).sum()
     }
 
+    /// Entry (i, j) of F.
     pub fn at(&self, i: usize, j: usize) -> f64 {
         if i >= j { self.entries[i * self.p + j] } else { self.entries[j * self.p + i] }
     }

@@ -1,10 +1,10 @@
-//! Least squares from a triangle, with what the data cannot tell.
+//! Least squares from a triangle, and the directions that the data cannot tell.
 //!
 //! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is
 //! s_1 / s_p of the scaled columns. Directions with s_i <= TOLERANCE s_1 are not in the data: the
-//! parameters they touch have no value. [Golub, Van Loan 2013, 5.5; van der Sluis 1969 on scaling]
+//! parameters they touch have no value. [Golub, Van Loan 2013, 5.5; van der Sluis 1969, on scaling]
 //!
-//! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1: white noise of equal strength in all rows.
+//! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,7 @@ const TOUCHED: f64 = 1e-3;
 /// The least-squares solution and its uncertainty.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// p; the smallest one where it is not unique.
+    /// p values; the solution of least norm where it is not unique.
     pub x: Vec<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
@@ -29,11 +29,12 @@ pub struct Solution {
     pub variance: f64,
     /// Singular values of the scaled columns, largest first.
     pub singular_values: Vec<f64>,
-    /// Of the scaled columns; infinite when a direction is missing.
+    /// Condition number of the scaled columns; infinite when a direction is missing.
     pub condition_number: f64,
     /// Directions of the parameter space (original units, largest entry 1) with their singular
     /// value over the largest, the weakest first.
     pub weak: Vec<(f64, Vec<f64>)>,
+    /// Number of independent columns.
     pub rank: usize,
 }
 
@@ -96,19 +97,15 @@ pub fn solve(triangle: &Triangle) -> Solution {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     fn triangle(rows: &[(Vec<f64>, f64)]) -> Triangle {
         let p = rows[0].0.len();
-        let (mut t, mut block) = (Triangle::new(p), Block::new(p));
+        let mut block = Accumulator::new(p);
         for (row, y) in rows {
-            if block.is_full() {
-                t.fold(&mut block);
-            }
             block.push(row, *y);
         }
-        t.fold(&mut block);
-        t
+        block.finish()
     }
 
     #[test]
@@ -130,7 +127,7 @@ mod tests {
         assert!(solution.condition_number < 1.5, "scaling makes unlike units alike: {}", solution.condition_number);
     }
 
-    /// The normalised error of many experiments has unit variance: sigma is what it says.
+    /// The normalised error of many experiments has unit variance: sigma is right.
     #[test]
     fn sigma_is_calibrated() {
         let mut random = Random::new(6);

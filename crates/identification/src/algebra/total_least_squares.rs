@@ -1,8 +1,8 @@
-//! Mixed least squares - total least squares: some columns are exact, some hold noise.
+//! Mixed least squares and total least squares: some columns are exact, others hold noise.
 //!
-//! [W_1 | W_2] [X_1; X_2] = y, W_1 exact, W_2 and y noisy. The exact columns are taken out by QR; of
-//! what remains, [R_22 S, r_2], S = diag(s) the scaling, the right singular vector of the smallest
-//! singular value gives X_2; X_1 follows by back substitution [Golub, Van Loan 1980; Van Huffel,
+//! [W_1 | W_2] [X_1; X_2] = y, W_1 exact, W_2 and y noisy. QR takes the exact columns out. [R_22 S, r_2] remains,
+//! S = diag(s) the scaling; the right singular vector of its smallest singular value gives X_2, and X_1 follows by
+//! back substitution [Golub, Van Loan 1980; Van Huffel,
 //! Vandewalle 1991, 3.6].
 //!
 //! The scaling matters: each noisy column is divided by the standard deviation that its noise has
@@ -18,8 +18,8 @@ use crate::algebra::triangle::{Triangle, select};
 pub struct TotalLeastSquares {
     /// In the order of the triangle's columns.
     pub x: Vec<f64>,
-    /// Singular values of the noisy part, largest first: the last is the noise, a gap before it is
-    /// needed for an answer.
+    /// Singular values of the noisy part, largest first. The last is the noise; without a gap before it there is
+    /// no answer.
     pub singular_values: Vec<f64>,
 }
 
@@ -69,20 +69,16 @@ mod tests {
     use super::*;
     use crate::algebra::least_squares::solve;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     fn triangle(column_noise: f64, noise: f64, seed: u64) -> Triangle {
         let mut random = Random::new(seed);
-        let (mut t, mut block) = (Triangle::new(2), Block::new(2));
+        let mut rows = Accumulator::new(2);
         for _ in 0..500 {
             let (a, b) = (random.normal(), random.normal());
-            block.push(&[a + column_noise * random.normal(), b], 2.0 * a - b + noise * random.normal());
-            if block.is_full() {
-                t.fold(&mut block);
-            }
+            rows.push(&[a + column_noise * random.normal(), b], 2.0 * a - b + noise * random.normal());
         }
-        t.fold(&mut block);
-        t
+        rows.finish()
     }
 
     #[test]

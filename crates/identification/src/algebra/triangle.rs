@@ -1,4 +1,4 @@
-//! Least squares that stream: rows go into a triangle and are forgotten.
+//! Streaming least squares: rows go into a triangle and are forgotten.
 //!
 //! [W y] = Q [R z; 0 rho] for all rows seen so far. A block B of rows is folded in by Householder
 //! reflections that annihilate B below R: v = [e_k; B_k / (R_kk - beta)], beta = -sign(R_kk)
@@ -9,8 +9,8 @@
 //! |---|---|---|---|
 //! | R, z, rho | `entries` | (p + 1) x (p + 1), upper, column by column | the unit of y per unit of the parameter |
 //!
-//! Columns that never held anything but zeros cost nothing. Weights are not here: a triangle of one
-//! joint is scaled as a whole when it is merged.
+//! A column that has held only zeros costs nothing. Weights are not here: the triangle of a joint is scaled as a
+//! whole when it is merged.
 
 /// The triangle of p columns and one right-hand side.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,15 +18,46 @@ pub struct Triangle {
     p: usize,
     /// Entry (i, j) of the triangle, i <= j <= p, at j (p + 1) + i.
     entries: Vec<f64>,
-    /// Columns that ever held anything but zeros.
+    /// Columns that have held something other than zeros.
     live: Vec<bool>,
     /// Rows folded in.
     pub rows: usize,
 }
 
-/// Rows on their way into a triangle, column by column.
+/// Rows on their way into a triangle.
 #[derive(Clone, Debug)]
-pub struct Block {
+pub struct Accumulator {
+    triangle: Triangle,
+    block: Block,
+}
+
+impl Accumulator {
+    /// No row yet, with `p` columns and a right-hand side.
+    pub fn new(p: usize) -> Accumulator {
+        Accumulator { triangle: Triangle::new(p), block: Block::new(p) }
+    }
+
+    /// Appends a row of coefficients and its right-hand side.
+    ///
+    /// # Panics
+    /// When `row` is not p long.
+    pub fn push(&mut self, row: &[f64], y: f64) {
+        if self.block.is_full() {
+            self.triangle.fold(&mut self.block);
+        }
+        self.block.push(row, y);
+    }
+
+    /// The triangle of all rows.
+    pub fn finish(mut self) -> Triangle {
+        self.triangle.fold(&mut self.block);
+        self.triangle
+    }
+}
+
+/// Rows side by side, column by column.
+#[derive(Clone, Debug)]
+struct Block {
     columns: usize,
     capacity: usize,
     rows: usize,
@@ -34,24 +65,20 @@ pub struct Block {
     entries: Vec<f64>,
 }
 
-/// Rows a block: it stays in the second-level cache for a hundred columns.
+/// Rows in a block: with a hundred columns it stays in the second-level cache.
 const BLOCK_ROWS: usize = 512;
 
 impl Block {
-    pub fn new(p: usize) -> Block {
+    fn new(p: usize) -> Block {
         let capacity = BLOCK_ROWS;
         Block { columns: p + 1, capacity, rows: 0, entries: vec![0.0; (p + 1) * capacity] }
     }
 
-    pub fn is_full(&self) -> bool {
+    fn is_full(&self) -> bool {
         self.rows == self.capacity
     }
 
-    /// Appends a row of coefficients and its right-hand side.
-    ///
-    /// # Panics
-    /// When the block is full or `row` is not p long.
-    pub fn push(&mut self, row: &[f64], y: f64) {
+    fn push(&mut self, row: &[f64], y: f64) {
         assert!(!self.is_full() && row.len() + 1 == self.columns);
         for (c, &x) in row.iter().chain(std::iter::once(&y)).enumerate() {
             self.entries[c * self.capacity + self.rows] = x;
@@ -61,10 +88,12 @@ impl Block {
 }
 
 impl Triangle {
+    /// The triangle of no rows with `p` columns and a right-hand side.
     pub fn new(p: usize) -> Triangle {
         Triangle { p, entries: vec![0.0; (p + 1) * (p + 1)], live: vec![false; p + 1], rows: 0 }
     }
 
+    /// Number of columns without the right-hand side.
     pub fn columns(&self) -> usize {
         self.p
     }
@@ -75,7 +104,7 @@ impl Triangle {
     }
 
     /// Folds the rows of a block in and empties it.
-    pub fn fold(&mut self, block: &mut Block) {
+    fn fold(&mut self, block: &mut Block) {
         self.rows += block.rows;
         self.reflect(&mut block.entries, block.capacity, block.rows);
         block.rows = 0;
@@ -140,7 +169,7 @@ impl Triangle {
     }
 }
 
-/// Sum of products, in thirty-two running sums so that the processor's vectors are full.
+/// Sum of products, in thirty-two running sums that fill the processor's vectors.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 32;
     let mut sums = [0.0; LANES];

@@ -1,4 +1,4 @@
-//! What was identified, how well, and what the data cannot tell.
+//! The estimate: the parameters, their deviations, the residuals, and what the data cannot tell.
 
 use std::fmt;
 
@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
+use crate::model::description_options::DescriptionOptions;
 use crate::model::parameter::ParameterId;
 
 /// Identified parameters with their uncertainty and the residual they leave.
@@ -16,33 +17,44 @@ use crate::model::parameter::ParameterId;
 pub struct Estimate {
     /// Name of the robot.
     pub model: String,
-    /// Of the base regressor it was made with; empty where it is not kept.
+    /// Fingerprint of the base regressor it was made with; empty where it is not kept.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fingerprint: String,
+    /// How the description of the robot was read, where that was not as it stands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub description: Option<DescriptionOptions>,
     /// How it was estimated, in words.
     pub method: String,
+    /// Files that it was made from, as the user named them.
     pub logs: Vec<String>,
+    /// Base parameters, then friction, couplings and drive gains.
     pub parameters: Vec<Identified>,
+    /// Residuals of the model, one a coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
     /// `total` on tenths of the record predicted from the others.
     pub cross_validation: Option<f64>,
-    /// Of the columns scaled to unit norm.
+    /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
+    /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
-    /// Rows of all joints.
+    /// Number of rows of all joints.
     pub rows: usize,
-    /// Hz.
+    /// Cut-off of the low-pass, Hz.
     pub cutoff: f64,
-    /// What the data cannot tell, in sentences.
+    /// Sentences on what the data cannot tell.
     pub remarks: Vec<String>,
-    /// What it was made with, so that other logs can be predicted alike; absent for estimates of experiments.
+    /// The options it was made with, so that other logs can be predicted in the same way; absent for estimates of
+    /// experiments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Options>,
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
+    /// Number of parameters, the last line of a file: one without it is cut short. `None` in memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parameter_count: Option<usize>,
 }
 
 impl Estimate {
@@ -59,14 +71,36 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// The text of estimate.yaml.
-    pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))
+    /// What predicts torques for a parameter; `None` where it is not there.
+    pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
+        self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
 
-    /// Reads estimate.yaml; fails with the line of what is no estimate.
+    /// The text of estimate.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        let whole = Estimate { parameter_count: Some(self.parameters.len()), ..self.clone() };
+        serde_yaml::to_string(&whole).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))
+    }
+
+    /// Reads estimate.yaml; fails with the line of what is no estimate, where the file is cut short, and with the name of
+    /// a parameter whose value is no number.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no estimate: {e}")))
+        let at = |message: String| Error::at(file, 0, message);
+        let mut estimate: Estimate = serde_yaml::from_str(text).map_err(|e| at(format!("this is no estimate: {e}")))?;
+        let found = estimate.parameters.len();
+        match estimate.parameter_count.take() {
+            Some(count) if count == found => {}
+            Some(count) => return Err(at(format!("{found} parameters where there were {count}: make the file again"))),
+            None => {
+                let message = "the last line, parameter_count, is missing: the file is cut short; make it again";
+                return Err(at(message.into()));
+            }
+        }
+        let numbers = |p: &Identified| [p.value, p.sigma, p.robust_sigma, p.used_for_prediction];
+        match estimate.parameters.iter().find(|p| numbers(p).into_iter().flatten().any(|x| !x.is_finite())) {
+            Some(p) => Err(at(format!("{} holds what is no number: make the file again", p.id))),
+            None => Ok(estimate),
+        }
     }
 }
 
@@ -119,7 +153,7 @@ mod tests {
             model: "arm".into(),
             parameters: vec![
                 Identified::new("ZZR1".parse().unwrap(), Unit::INERTIA, 1.25, Deviations::white(0.0125)),
-                Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS),
+                Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS, 0.5),
             ],
             joints: vec![JointResidual {
                 coordinate: "q1".into(),
@@ -144,6 +178,21 @@ mod tests {
         assert!(
             Estimate::from_yaml("estimate.yaml", "parameters: 3").unwrap_err().to_string().contains("estimate.yaml")
         );
+    }
+
+    /// Wherever a file ends too early, it is no estimate; nor with a value that is no number.
+    #[test]
+    fn what_is_cut_short_is_refused() {
+        let text = estimate().to_yaml().unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        for end in 0..lines.len() {
+            let cut = lines[..end].join("\n");
+            assert!(Estimate::from_yaml("e.yaml", &cut).is_err(), "{cut}");
+        }
+        let other = text.replace("value: 1.25", "value: .nan");
+        assert!(Estimate::from_yaml("e.yaml", &other).unwrap_err().to_string().contains("ZZR1 holds"), "{other}");
+        let fewer = text.replace("parameter_count: 2", "parameter_count: 3");
+        assert!(Estimate::from_yaml("e.yaml", &fewer).unwrap_err().to_string().contains("2 parameters where"));
     }
 
     #[test]

@@ -1,10 +1,9 @@
-//! From logs to parameters that a simulator accepts: the way in to `physical`.
+//! From logs to parameters that a simulator accepts: the way in to `estimators::consistent`.
 //!
-//! The weights by joint are those of WLS. The data are discounted by the median over the
-//! parameters of (robust sigma / white sigma)^2, so that the reference is weighed against what the
-//! residuals are worth; friction that the motion does not show is bounded by the torque it would
-//! make: FV_j has the standard deviation max|tau_j| / (fastest joint's speed), FS_j, FT_j, OFF_j
-//! that of max|tau_j|.
+//! The weights by joint are those of WLS. The data are discounted by the median of (robust sigma / white sigma)^2 over
+//! the parameters, so that the reference is weighed against what the residuals are worth. The torque that friction would
+//! make bounds the friction that the motion does not show: the standard deviation of FV_j is max|tau_j| / (fastest
+//! joint's speed), that of FS_j, FT_j and OFF_j is max|tau_j|.
 
 use logs::Error;
 use nalgebra::DMatrix;
@@ -14,6 +13,7 @@ use crate::estimate::artefact::Estimate;
 use crate::estimate::held_out::residuals;
 use crate::estimate::identify::Fit;
 use crate::estimate::options::Options;
+use crate::estimators::barrier::{LARGER, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::model::linear_model::Model;
@@ -24,7 +24,7 @@ use crate::model::standard_map::StandardMap;
 use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
 
-/// What the consistent estimate adds to the data.
+/// The options of the consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
@@ -42,15 +42,17 @@ impl Default for Consistency {
     }
 }
 
-/// A consistent estimate, the least squares it stands beside, and the solver's account.
+/// A consistent estimate, with the least squares beside it and the solver's account.
 pub struct ConsistentFit {
+    /// Least squares on the same rows.
     pub least_squares: Fit,
+    /// The solver's account, with all standard parameters.
     pub consistent: Consistent,
     /// Base parameters and friction, values of the consistent solution.
     pub estimate: Estimate,
 }
 
-/// Bodies that can exist, from what least squares was given; `references` in the order of the map's bodies,
+/// Finds bodies that can exist from the data of a least-squares fit; `references` are in the order of the map's bodies,
 /// where known.
 ///
 /// Fails when the map does not fit the regressor, or the prior has no weight.
@@ -104,17 +106,48 @@ pub fn identify_consistent(
         // comes from the reference, and is no finding.
         *parameter = parameter.clone().with_value(x);
     }
-    estimate.remarks.push(format!(
-        "physically consistent in {} Newton steps ({:?}): 1/2 chi^2 = {:.3}, at most {:.1e} above the optimum over all bodies; residual {:.4}, least squares {:.4}; data counted 1/{:.1}",
-        consistent.newton_steps,
-        consistent.outcome,
-        consistent.objective,
-        consistent.gap,
-        estimate.total,
-        fit.estimate.total,
-        prior.discount
-    ));
+    estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
+}
+
+/// How the solver ended, and what the bodies cost beside the best there are.
+fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {
+    let residuals = format!("residual {:.4}, least squares {:.4}", estimate.total, least_squares.total);
+    let (steps, objective) = (consistent.newton_steps, consistent.objective);
+    let Some(excess) = consistent.excess else {
+        return format!(
+            "not solved: no step leads on after {steps} of Newton's method, and these bodies are not those nearest to the \
+             data; {residuals}; look at signs and units of the torques"
+        );
+    };
+    let yields = match consistent.prior_share {
+        1.0 => String::new(),
+        share => format!("; the description has 1/{:.0} of its weight, since the data contradict it", 1.0 / share),
+    };
+    format!(
+        "physically consistent in {steps} Newton steps: {residuals}; 1/2 chi^2 = {objective:.3}, data counted \
+         1/{discount:.1}, at most {excess:.1e} above the least over all bodies up to {LARGER} times as large{yields}"
+    )
+}
+
+/// A residual this many times that of least squares, and this share of the torques, is none of noise.
+const OUT_OF_PROPORTION: f64 = 2.0;
+const LARGE: f64 = 0.02;
+
+impl ConsistentFit {
+    /// Why these bodies are not to be used; `None` where nothing speaks against them.
+    pub fn refusal(&self) -> Option<String> {
+        let (total, least) = (self.estimate.total, self.least_squares.estimate.total);
+        if self.consistent.outcome == Outcome::Stalled {
+            return Some("the bodies nearest to the data were not found: the solver stalled".into());
+        }
+        (total > LARGE && total > OUT_OF_PROPORTION * least).then(|| {
+            format!(
+                "no bodies explain these logs: they leave a residual of {total:.4}, least squares {least:.4}; look at \
+                 signs, units and columns of the torques"
+            )
+        })
+    }
 }
 
 /// kg: the mass of the ball that stands for unknown bodies, from the largest first moment at an arm

@@ -1,8 +1,8 @@
-//! The motion of one joint in what is left of the torque of another.
+//! The motion of one joint in the residual of another.
 //!
-//! The residual e_j of a joint is regressed on ddq_k, dq_k and the direction of each other joint k: the share
-//! of |e_j|^2 that they explain is near zero where the model is whole. A motor that also turns with another
-//! joint, whose inertia and friction the model does not have, shows as a large share.
+//! The residual e_j of a joint is regressed on ddq_k, dq_k and the direction of each other joint k. The share of
+//! |e_j|^2 that they explain is near zero where the model is complete. It is large where a motor also turns with
+//! another joint and the model lacks its inertia and friction.
 
 use logs::Error;
 use nalgebra::{Matrix3, Matrix4};
@@ -10,12 +10,14 @@ use nalgebra::{Matrix3, Matrix4};
 use crate::model::linear_model::Model;
 use crate::signals::records::Records;
 
-/// Joint `of` moves, and it shows in what is left of joint `joint`.
+/// The motion of joint `of` shows in the residual of joint `joint`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossTalk {
+    /// The joint whose residual is explained.
     pub joint: usize,
+    /// The joint whose motion explains it.
     pub of: usize,
-    /// Of the squares of the residual.
+    /// Share of the squares of the residual.
     pub share: f64,
 }
 
@@ -50,7 +52,7 @@ fn explained(products: &Matrix4<f64>) -> f64 {
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
     let right = nalgebra::Vector3::from_fn(|i, _| scale(i) * products[(i, 3)]);
-    // A column that is one of the others, or none, explains nothing of its own.
+    // A column that repeats others, or is zero, explains nothing of its own.
     let solved = gram.pseudo_inverse(1e-9).map(|inverse| right.dot(&(inverse * right)));
     match solved {
         Ok(square) if total > 0.0 => square / total,

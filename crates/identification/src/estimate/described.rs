@@ -4,7 +4,7 @@
 //! joint of the fit, X stays that of the description.
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::estimate::held_out::residuals;
 use crate::estimate::residuals::Residuals;
 use crate::model::linear_model::Model;
@@ -12,21 +12,16 @@ use crate::model::linear_model::Model;
 /// What base parameters `described` leave of the rows behind triangles by joint, friction fitted; `weights` by joint.
 pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
     let (p, base) = (model.p(), described.len());
-    let mut rest = Triangle::new(p - base);
+    let mut rest = Accumulator::new(p - base);
     for (joint, weight) in joints.iter().zip(weights) {
-        let mut block = Block::new(p - base);
         for i in 0..=p {
-            if block.is_full() {
-                rest.fold(&mut block);
-            }
             let entry = |c: usize| if i <= c { weight * joint.at(i, c) } else { 0.0 };
             let known: f64 = described.iter().enumerate().map(|(c, x)| entry(c) * x).sum();
             let row: Vec<f64> = (base..p).map(entry).collect();
-            block.push(&row, entry(p) - known);
+            rest.push(&row, entry(p) - known);
         }
-        rest.fold(&mut block);
     }
-    let x = [described, &solve(&rest).x].concat();
+    let x = [described, &solve(&rest.finish()).x].concat();
     residuals(model, joints, &x)
 }
 

@@ -1,11 +1,10 @@
 //! Drive gains from logs of motor currents: the equations of `drive_gains` from filtered samples.
 //!
-//! The triangle of each joint, currents on the right, is its equations. Residuals of logs stay the same for
-//! a while: n samples count as n/s, s = (1 + rho) / (1 - rho), rho their correlation from sample to sample.
+//! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same
+//! for a while: n samples count as n/s, s = (1 + rho) / (1 - rho), rho their correlation from sample to sample.
 //!
-//! Wrist joints carry little that other joints feel: their gains are weakly observable, and errors of
-//! the model decide them. An expected value with its deviation holds them, weighed against the data at what
-//! those are worth.
+//! Other joints hardly feel what wrist joints carry: the gains of wrists are weakly observable, and errors of the model
+//! decide them. An expected value with its deviation holds them; it is weighed against the discounted data.
 
 use logs::{Effort, Error, LogSource};
 
@@ -20,9 +19,9 @@ use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
-/// Gains from logs of motor currents; `known` where a gain is known, everything else as in `options`.
+/// Gains from logs of motor currents. `known` says which gains are known, `options` everything else.
 ///
-/// The noise of the answer is in A, the discount of correlated samples in it. Fails as `identify` does, for logs
+/// The noise of the answer is in A and contains the discount of correlated samples. Fails as `identify` does, for logs
 /// without currents, and as [`drive_gains`] does.
 pub fn estimate_drive_gains(
     regressor: &dyn Regressor,
@@ -65,26 +64,22 @@ fn equations(joints: &[Triangle], discount: f64) -> Vec<JointEquations> {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     /// Two joints that share two parameters, currents with noise.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {
         let (x, k) = ([2.0, -1.0], [3.0, 0.5]);
         let mut random = Random::new(seed);
-        let mut out = vec![Triangle::new(2), Triangle::new(2)];
-        for (j, t) in out.iter_mut().enumerate() {
-            let mut block = Block::new(2);
+        let joint = |k: f64| {
+            let mut rows = Accumulator::new(2);
             for _ in 0..500 {
                 let row = [random.normal(), random.normal()];
                 let torque = row[0] * x[0] + row[1] * x[1];
-                block.push(&row, torque / k[j] + noise * random.normal());
-                if block.is_full() {
-                    t.fold(&mut block);
-                }
+                rows.push(&row, torque / k + noise * random.normal());
             }
-            t.fold(&mut block);
-        }
-        out
+            rows.finish()
+        };
+        k.map(joint).to_vec()
     }
 
     #[test]

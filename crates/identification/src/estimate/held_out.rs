@@ -7,7 +7,7 @@
 use logs::Error;
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
@@ -23,13 +23,13 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
 
 /// Leaves out each part of the record in turn and predicts it from the others.
 ///
-/// A direction that only one part tells about (without it, weaker than [`HELD`] of its columns) keeps the value of
-/// the whole record: leaving that part out is no test of it.
+/// A direction that only one part shows (without that part it is weaker than [`HELD`] of its columns) keeps the value
+/// of the whole record: leaving the part out does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     // The weights by joint are those of the whole record: a tenth of it does not change them.
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
     let parts: Vec<Triangle> = observation.parts.iter().map(|joints| weighted(joints, &weights)).collect();
-    // Before and behind each part: what is left without it.
+    // Without a part, its neighbours before and behind it remain.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
         let before = parts.map(|part| {
@@ -60,17 +60,13 @@ const HELD: f64 = 1e-3;
 /// Rows that hold each parameter at `x` by a share of its column.
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let p = rows.columns();
-    let (mut triangle, mut block) = (Triangle::new(p), Block::new(p));
+    let mut block = Accumulator::new(p);
     for c in 0..p {
         let mut row = vec![0.0; p];
         row[c] = HELD * rows.column_norm(c);
         block.push(&row, row[c] * x[c]);
-        if block.is_full() {
-            triangle.fold(&mut block);
-        }
     }
-    triangle.fold(&mut block);
-    triangle
+    block.finish()
 }
 
 /// The residual that `x` leaves in triangles by joint.

@@ -11,10 +11,12 @@ pub const INTERVAL: f64 = 1.96;
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identified {
+    /// Identity of the parameter.
     #[serde(rename = "name")]
     pub id: ParameterId,
+    /// SI unit of the value.
     pub unit: Unit,
-    /// None: not identifiable from these data.
+    /// `None` where the data do not determine it.
     pub value: Option<f64>,
     /// Standard deviation for white noise, in the unit of the value.
     pub sigma: Option<f64>,
@@ -22,14 +24,21 @@ pub struct Identified {
     #[serde(default)]
     pub robust_sigma: Option<f64>,
     /// 100 sigma / |value|, the larger sigma of the two, %.
+    #[serde(rename = "relative_sigma_percent", alias = "relative_sigma")]
     pub relative_sigma: Option<f64>,
+    /// Whether the value can be used.
     pub status: Status,
+    /// Of a parameter that is not identifiable: one of the many values that explain the data alike, the smallest. It is
+    /// no finding; the sums that the data determine need it to predict torques.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub used_for_prediction: Option<f64>,
 }
 
 /// Whether a value can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
+    /// Zero is outside its 95 % interval.
     Identified,
     /// Zero is within its 95 % interval.
     NotSignificant,
@@ -51,7 +60,7 @@ pub struct Deviations {
 }
 
 impl Deviations {
-    /// Of white noise alone.
+    /// Deviations that allow for white noise alone.
     pub fn white(white: f64) -> Deviations {
         Deviations { white, robust: None, weak: false }
     }
@@ -81,13 +90,20 @@ impl Identified {
             robust_sigma: deviations.robust,
             relative_sigma: relative.is_finite().then_some(relative),
             status,
+            used_for_prediction: None,
         }
     }
 
-    /// A parameter about which the data say nothing.
-    pub fn unidentifiable(id: ParameterId, unit: Unit) -> Identified {
+    /// A parameter that the data do not determine; `used_for_prediction`: what it is beside the others of a solution.
+    pub fn unidentifiable(id: ParameterId, unit: Unit, used_for_prediction: f64) -> Identified {
         let (value, sigma, robust_sigma, relative_sigma) = (None, None, None, None);
-        Identified { id, unit, value, sigma, robust_sigma, relative_sigma, status: Status::NotIdentifiable }
+        let (status, used_for_prediction) = (Status::NotIdentifiable, Some(used_for_prediction));
+        Identified { id, unit, value, sigma, robust_sigma, relative_sigma, status, used_for_prediction }
+    }
+
+    /// What predicts torques: the value, or what stands for it where there is none.
+    pub fn prediction(&self) -> f64 {
+        self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }
 
     /// A value that is given, not estimated.
@@ -95,11 +111,11 @@ impl Identified {
         Identified { sigma: None, relative_sigma: None, ..Identified::new(id, unit, value, Deviations::white(0.0)) }
     }
 
-    /// The same with another value, its deviations kept; nothing where it is not identifiable.
+    /// The same with another value, its deviations kept; it stays without a finding where it is not identifiable.
     pub fn with_value(self, value: f64) -> Identified {
         match self.deviations() {
             Some(deviations) => Identified::new(self.id, self.unit, value, deviations),
-            None => self,
+            None => Identified::unidentifiable(self.id, self.unit, value),
         }
     }
 
@@ -151,8 +167,9 @@ mod tests {
     fn weak_stays_weak_and_unidentifiable_gets_no_value() {
         let weak = found(1.0, Deviations { white: 0.1, robust: None, weak: true });
         assert_eq!((weak.status, weak.clone().with_value(2.0).status), (Status::Weak, Status::Weak));
-        let open = Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS);
-        assert_eq!(open.clone().with_value(3.0), open);
+        let open = Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS, 2.0);
+        let other = open.clone().with_value(3.0);
+        assert_eq!((other.value, other.status, other.prediction()), (None, Status::NotIdentifiable, 3.0));
         assert_eq!(open.clone().widened(3.0), open);
     }
 }

@@ -1,8 +1,7 @@
 //! From logs to an estimate: the one way in.
 //!
-//! OLS weighs all rows alike; WLS multiplies the rows of joint j by 1 / std(residual of joint j),
-//! three times over [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`)
-//! need the rows again.
+//! `estimators::weighted` solves; `estimators::huber` goes over the rows again where its weights are asked for. The
+//! intervals, the held-out errors and the remarks are added here.
 
 use logs::{Error, Log};
 
@@ -16,6 +15,7 @@ use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::reweighted;
+use crate::estimators::loss::Loss;
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
@@ -40,17 +40,20 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
 
 /// An estimate with everything it came from.
 pub struct Fit {
+    /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
+    /// The rows as triangles, by part of the record and by joint.
     pub observation: Observation,
+    /// The solution behind the values.
     pub solution: Solution,
-    /// 1 / standard deviation of the residual, a joint; ones for OLS.
+    /// 1 / standard deviation of the residual, one a joint; ones for OLS.
     pub weights: Vec<f64>,
 }
 
 impl Fit {
     /// From logs held in memory.
     pub fn of(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Fit, Error> {
-        let preparation = options.preparation();
+        let preparation = options.preparation().for_logs(logs)?;
         let mut records = Vec::new();
         for log in logs {
             records.extend(states(regressor, log, &preparation)?);
@@ -80,8 +83,11 @@ impl Fit {
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
         let (mut sigma, mut less) = (None, None);
-        if options.weights == Weights::Huber {
-            let mut found = reweighted(&model, records, &solution)?;
+        if matches!(options.weights, Weights::Huber | Weights::Bisquare) {
+            let mut found = reweighted(&model, records, &solution, Loss::Huber)?;
+            if options.weights == Weights::Bisquare {
+                found = reweighted(&model, records, &found.solution, Loss::Bisquare)?;
+            }
             let influence = |j: usize, e: f64| found.influence(j, e);
             let by = crate::estimators::correlated_deviation::robust(
                 &model,
@@ -106,7 +112,8 @@ impl Fit {
             let share = |(name, share): (&String, &f64)| format!("{name} {:.1} %", 100.0 * share);
             let shares: Vec<String> = regressor.coordinates().iter().zip(less).map(share).collect();
             let shares = shares.join(", ");
-            estimate.remarks.push(format!("rows that count less than fully, in the residuals too: {shares}"));
+            let how = if options.weights == Weights::Huber { "less than fully" } else { "nothing" };
+            estimate.remarks.push(format!("rows that count {how}, in the residuals too: {shares}"));
         }
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
@@ -116,13 +123,17 @@ impl Fit {
             joint.held_out = Some(out.relative);
         }
         for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
-            joint.f95 = Some(f95);
+            joint.f95 = (f95 > 0.0).then_some(f95);
+        }
+        if options.signal.order > 0 && options.signal.cutoff.is_none() {
+            estimate.remarks.extend(without_frequency(&estimate.joints));
         }
         estimate.model = options.model.clone();
         estimate.method = match options.weights {
             Weights::None => "ordinary least squares".into(),
             Weights::Joint => "least squares weighted by joint".into(),
             Weights::Huber => "robust least squares (Huber), weighted by joint".into(),
+            Weights::Bisquare => "robust least squares (bisquare from Huber's), weighted by joint".into(),
         };
         estimate.logs = logs;
         let mut used = options.clone();
@@ -139,10 +150,24 @@ impl Fit {
     }
 }
 
-/// Of a joint's residual, and a joint's residual of its torque, above which another joint's motion in it is worth a
-/// sentence. Measured robots whose transmission is known stay below 0.25 of the first; a TX40 without the coupling
-/// of its wrist has 0.84.
+/// A sentence on joints that do not count for the cut-off.
+fn without_frequency(joints: &[JointResidual]) -> Option<String> {
+    let names: Vec<&str> = joints.iter().filter(|j| j.f95.is_none()).map(|j| j.coordinate.as_str()).collect();
+    match names.len() {
+        0 => None,
+        all if all == joints.len() => Some("no joint moves: the cut-off is a fifth of the sampling rate".into()),
+        _ => Some(format!(
+            "the cut-off is that of the other joints: {} hardly move beside them, and what frequency they show is that of \
+             noise",
+            names.join(", ")
+        )),
+    }
+}
+
+/// Share of a joint's residual explained by another joint's motion, above which we say so. Measured robots whose
+/// transmission is known stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
 const TALK: f64 = 0.5;
+/// Smaller residuals, relative to the joint's torque, get no sentence.
 const TALK_RESIDUAL: f64 = 0.02;
 
 /// Sentences on joints whose residual another joint's motion explains.
@@ -151,8 +176,8 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     let sentence = |t: &CrossTalk| {
         let (joint, of) = (&joints[t.joint], &joints[t.of].coordinate);
         format!(
-            "what is left of the torque of {} ({:.0} % of it) moves with {of}, which explains {:.0} % of that: a motor that \
-             turns with both joints has inertia and friction that the model does not (transmission: couplings)",
+            "the residual of the torque of {} ({:.0} % of the torque) moves with {of}, which explains {:.0} % of it: a motor \
+             turns with both joints, and the model lacks its inertia and friction (transmission: couplings)",
             joint.coordinate,
             100.0 * joint.relative,
             100.0 * t.share
@@ -173,7 +198,7 @@ fn report(
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] {
-            return Identified::unidentifiable(id, unit);
+            return Identified::unidentifiable(id, unit, solution.x[c]);
         }
         let white = (solution.variance * solution.inverse[(c, c)]).sqrt();
         let deviations = Deviations { white, robust: Some(robust[c]), weak: weak(parameter, &still) };

@@ -3,6 +3,7 @@
 pub mod artefact;
 pub mod consistent;
 pub mod cross_talk;
+pub mod delay;
 pub mod described;
 pub mod drive_gains;
 pub mod held_out;

@@ -15,10 +15,15 @@ use crate::signals::transmission::Transmission;
 pub struct Options {
     /// Name of the robot, for the report.
     pub model: String,
+    /// Which column of a log is which signal.
     pub columns: ColumnNames,
+    /// Transmission between the log and the joints.
     pub transmission: Transmission,
+    /// How signals become states.
     pub signal: Signal,
+    /// Friction columns of every joint.
     pub friction: Vec<FrictionTerm>,
+    /// How much each row counts.
     pub weights: Weights,
     /// Whether the estimate carries its covariance.
     pub covariance: bool,
@@ -46,12 +51,12 @@ impl Options {
         serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
     }
 
-    /// What is done to a log: the signal options, with rows at standstill kept where no friction of the model is dry.
+    /// The preparation of a log: the signal options, which keep rows at standstill where no friction of the model is dry.
     pub fn preparation(&self) -> Preparation {
         let mut signal = self.signal.clone();
         if !self.friction.iter().any(|term| term.is_dry()) {
             signal.standstill.get_or_insert(0.0);
         }
-        Preparation { transmission: self.transmission.clone(), signal }
+        Preparation { transmission: self.transmission.clone(), signal, content: None }
     }
 }

@@ -1,4 +1,4 @@
-//! What the data cannot tell, in words, with the motion that would have told it.
+//! Sentences on what the data cannot tell, each with the motion that would have told it.
 
 use crate::algebra::least_squares::Solution;
 use crate::estimate::identified::Identified;
@@ -17,7 +17,7 @@ const SLOW: f64 = 0.2;
 /// Scaled condition numbers above this are worth a sentence.
 const ILL_CONDITIONED: f64 = 100.0;
 
-/// rad: joints of arms that turn farther than two turns are rare, columns in degrees are not.
+/// rad. Few joints of arms turn farther than two turns; columns in degrees are more common.
 const FAR: f64 = 4.0 * std::f64::consts::PI;
 
 /// Joints that hardly move: a small range, and slow beside the fastest joint.
@@ -58,7 +58,7 @@ pub fn driving(parameter: &Identified) -> Option<String> {
 /// A body this many times as heavy as its description, or as light, is worth a sentence.
 const OUTGROWN: f64 = 3.0;
 
-/// A sentence on a body whose mass has little to do with that of the description.
+/// A sentence on a body whose mass differs much from that of the description.
 pub fn outgrown((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
     let (mass, given) = (body[9], known[9]);
     let ratio = mass / given;
@@ -106,7 +106,7 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
     if !at_rest.is_empty() {
         out.push(format!(
-            "rows left out, the joint stands still and stiction is not in the model: {}",
+            "rows left out because the joint stands still and stiction is not in the model: {}",
             at_rest.join(", ")
         ));
     }
@@ -147,7 +147,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// The little motion behind some parameters, where there is little.
+/// Names the joints whose little motion lies behind some parameters.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

@@ -1,4 +1,4 @@
-//! What a model leaves unexplained of the torques, by joint.
+//! The residuals of a model by joint: the torque that it leaves unexplained.
 //!
 //! relative_j = |tau_j - W_j X| / |tau_j| over the rows of joint j; the total over the rows of all joints.
 
@@ -10,9 +10,10 @@ use crate::estimators::weighted::relative;
 use crate::model::regressor::Regressor;
 use crate::model::unit::Unit;
 
-/// What the model leaves unexplained of the torque of one joint.
+/// The residual of one joint: the torque that the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointResidual {
+    /// Name of the coordinate.
     pub coordinate: String,
     /// Root mean square, in `unit`.
     pub rms: f64,
@@ -21,6 +22,7 @@ pub struct JointResidual {
     pub unit: Unit,
     /// |tau_j - W_j X| / |tau_j|.
     pub relative: f64,
+    /// Rows of the joint.
     pub rows: usize,
     /// `relative` on tenths of the record predicted from the others.
     #[serde(default)]
@@ -34,21 +36,25 @@ fn torque() -> Unit {
     Unit::TORQUE
 }
 
-/// Squares of the torque and of what is left of it, and the rows they are of.
+/// Squares of the torque and of its residual, and the number of rows behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Squares {
+    /// |tau_j|^2.
     pub torque: f64,
+    /// Square of what is left of it.
     pub left: f64,
+    /// Rows of the joint.
     pub rows: usize,
 }
 
 /// Residuals of all joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Residuals {
+    /// One a coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
-    /// What both were made of, one a joint.
+    /// The squares behind both, one a joint.
     pub squares: Vec<Squares>,
 }
 

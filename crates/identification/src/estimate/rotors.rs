@@ -1,4 +1,4 @@
-//! Whether rotor inertias that the model does not have would predict better.
+//! Tells whether rotor inertias that the model lacks would predict better.
 
 use logs::Error;
 
@@ -10,15 +10,15 @@ use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::Records;
 
-/// Held-out error with rotor inertias over that without, below which they are worth a sentence: what chance alone
-/// gives on measured robots that have none stays above.
+/// Held-out error with rotor inertias over that without, below which we say so. On measured robots that need none,
+/// chance alone stays above it.
 const WORTH: f64 = 0.97;
 
 /// Where nothing is left to explain, a difference is rounding.
 const NOTHING_LEFT: f64 = 1e-3;
 
-/// A sentence where tenths of the record left out are predicted better with rotor inertias; `observation` is that of
-/// the records without them.
+/// A sentence where rotor inertias predict the tenths left out better; `observation` is that of the records without
+/// them.
 ///
 /// Fails when a record cannot be read again.
 pub fn rotors<R: Records + ?Sized>(
@@ -40,8 +40,8 @@ pub fn rotors<R: Records + ?Sized>(
     let (without, with) = (total(&options.friction, observation), total(&friction, &wider));
     Ok((with < WORTH * without && without > NOTHING_LEFT).then(|| {
         format!(
-            "the model has no rotor inertias; with them (--rotor-inertia actuated) tenths of the record left out are \
-             predicted with {with:.4} instead of {without:.4}"
+            "the model has no rotor inertias; with them (--rotor-inertia actuated) the error on tenths left out is \
+             {with:.4} instead of {without:.4}"
         )
     }))
 }

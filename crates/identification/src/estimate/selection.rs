@@ -1,13 +1,12 @@
-//! Choices made by prediction: which friction, which delay; with the evidence.
+//! The friction model, chosen by prediction, with the evidence.
 //!
 //! Friction models are compared by blocked cross-validation: each tenth of each record is predicted
 //! from the rest. The smallest model whose error is within 1 % of the best is taken; more columns
-//! always fit better, seldom predict better. The delay of the torques is the one with the smallest
-//! residual; it shifts the torques by linear interpolation before they are filtered.
+//! always fit better, seldom predict better.
 
 use std::fmt;
 
-use logs::{Error, LogSource};
+use logs::Error;
 
 use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::options::Options;
@@ -17,27 +16,31 @@ use crate::model::friction::terms::FrictionTerm;
 use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
-use crate::signals::records::{Records, SourceRecords};
+use crate::signals::records::Records;
 
 /// One friction model and what it reached.
 #[derive(Clone, Debug)]
 pub struct FrictionCandidate {
+    /// Friction columns of every joint.
     pub terms: Vec<FrictionTerm>,
     /// Columns of all joints.
     pub columns: usize,
     /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
     pub fitted: f64,
+    /// Residuals on tenths of the record predicted from the others.
     pub predicted: Residuals,
 }
 
 /// The candidates in the order given, and the one to take.
 #[derive(Clone, Debug)]
 pub struct FrictionSelection {
+    /// All that were tried, the simplest first.
     pub candidates: Vec<FrictionCandidate>,
+    /// Index of the one that is used.
     pub chosen: usize,
 }
 
-/// Errors this close to the best are as good.
+/// Relative difference from the best error up to which another is as good.
 const AS_GOOD: f64 = 1.01;
 
 /// The customary candidates; speeds as shares of the fastest joint's, rad/s. Load-dependent friction
@@ -103,79 +106,6 @@ impl fmt::Display for FrictionSelection {
     }
 }
 
-/// The delay of the torques behind the positions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Delay {
-    /// s; positive: the torques are late.
-    pub seconds: f64,
-    /// |tau - W X| / |tau| there and without delay.
-    pub residual: f64,
-    pub residual_without: f64,
-    /// The residual still falls where the search ends: the delay is another, or none explains it.
-    pub at_the_end: bool,
-}
-
-/// s: delays are looked for up to this, to both sides, in steps of [`STEP`] and then finer.
-const LONGEST: f64 = 0.06;
-const STEP: f64 = 0.004;
-
-/// Finds the delay with the smallest residual, to a tenth of a millisecond.
-///
-/// Fails as `identify` does.
-pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
-    let residual = |delay: f64| -> Result<f64, Error> {
-        let mut options = options.clone();
-        options.signal.delay = delay;
-        let records = SourceRecords::new(regressor, logs, &options.preparation())?;
-        let joints = Observation::of_records(&model, &records, None)?.joints(|_| true);
-        let (solution, _) = fit(&joints, options.weights);
-        Ok(residuals(&model, &joints, &solution.x).total)
-    };
-    let residual_without = residual(0.0)?;
-    let mut best = (0.0, residual_without);
-    // Downhill from no delay, to both sides: the residual has one valley, and most delays are short.
-    for direction in [STEP, -STEP] {
-        let mut steps = 1;
-        while f64::from(steps) * STEP <= LONGEST {
-            let delay = f64::from(steps) * direction;
-            let r = residual(delay)?;
-            if r < best.1 {
-                best = (delay, r);
-            } else if steps > 1 {
-                break;
-            }
-            steps += 1;
-        }
-    }
-    // Golden section around the best of the grid.
-    let width = STEP;
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (best.0 - width, best.0 + width);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut fc, mut fd) = (residual(c)?, residual(d)?);
-    while b - a > 1e-4 {
-        if fc < fd {
-            (b, d, fd) = (d, c, fc);
-            c = b - golden * (b - a);
-            fc = residual(c)?;
-        } else {
-            (a, c, fc) = (c, d, fd);
-            d = a + golden * (b - a);
-            fd = residual(d)?;
-        }
-    }
-    let middle = 0.5 * (a + b);
-    let last = residual(middle)?;
-    if last < best.1 {
-        best = (middle, last);
-    }
-    // The finer search reaches one step beyond the last of the grid.
-    let at_the_end = best.0.abs() > LONGEST + 0.9 * STEP;
-    Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,14 +115,12 @@ mod tests {
     use crate::test_arm::Pendulum;
     use logs::{Effort, Log, LogReport};
 
-    fn log(late: f64, friction: impl Fn(f64, usize) -> f64) -> Log {
+    fn log(friction: impl Fn(f64, usize) -> f64) -> Log {
         let arm = Pendulum::new();
         let states = arm.states(3000);
         let mut random = Random::new(41);
         let tau: Vec<f64> =
             (0..states.len()).map(|r| states.tau[r] + friction(states.dq[r], r) + 0.02 * random.normal()).collect();
-        let earlier: Vec<f64> = states.t.iter().map(|t| t - late).collect();
-        let tau = crate::signals::resample::interpolate(&states.t, &tau, &earlier);
         Log {
             name: "log.csv".into(),
             coordinates: vec!["q1".into()],
@@ -214,7 +142,7 @@ mod tests {
         let candidates = friction_candidates(3.0);
         let signal = Signal { filtered_sign: true, ..Signal::default() };
         let options = Options { signal, ..Options::default() };
-        let plain = log(0.0, |dq, _| 0.3 * dq + 0.5 * dq.signum());
+        let plain = log(|dq, _| 0.3 * dq + 0.5 * dq.signum());
         let select = |log: Log| {
             let records = states(&arm, &log, &options.preparation()).unwrap();
             select_friction(&arm, records.as_slice(), &options, &candidates).unwrap()
@@ -225,20 +153,9 @@ mod tests {
             [FrictionTerm::Viscous, FrictionTerm::Coulomb],
             "{chosen}"
         );
-        let asymmetric = log(0.0, |dq, _| if dq > 0.0 { 0.3 * dq + 0.5 } else { 0.6 * dq - 0.9 });
+        let asymmetric = log(|dq, _| if dq > 0.0 { 0.3 * dq + 0.5 } else { 0.6 * dq - 0.9 });
         let chosen = select(asymmetric);
         assert_eq!(chosen.candidates[chosen.chosen].terms, [FrictionTerm::Asymmetric], "{chosen}");
         assert!(select_friction(&arm, [].as_slice(), &Options::default(), &candidates).is_err());
-    }
-
-    #[test]
-    fn the_delay_is_found() {
-        let arm = Pendulum::new();
-        let delay =
-            estimate_delay(&arm, &[LogSource::Held(log(0.006, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
-        assert!((delay.seconds - 0.006).abs() < 5e-4, "{delay:?}");
-        assert!(delay.residual < delay.residual_without && !delay.at_the_end);
-        let late = estimate_delay(&arm, &[LogSource::Held(log(0.1, |dq, _| 0.3 * dq))], &Options::default()).unwrap();
-        assert!(late.at_the_end, "{late:?}");
     }
 }

@@ -14,14 +14,17 @@ use crate::model::unit::Unit;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Validation {
+    /// The robot it is about.
     pub model: ModelReference,
-    /// How the estimate that predicts was made.
+    /// How the predicting estimate was made.
     pub method: String,
     /// Cut-off of the low-pass, Hz; 0: none.
     pub cutoff_hz: f64,
+    /// One a coordinate, over all motions.
     pub joints: Vec<JointValidation>,
-    /// Over all joints and motions.
+    /// Relative error over all joints and motions.
     pub total: f64,
+    /// One a log, over all joints.
     pub motions: Vec<MotionValidation>,
     /// Torques over time of the first motion, one a joint.
     #[serde(default)]
@@ -31,6 +34,7 @@ pub struct Validation {
 /// One joint over all motions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointValidation {
+    /// Name of the coordinate.
     pub coordinate: String,
     /// |tau - tau_predicted| / |tau|.
     pub relative: f64,
@@ -50,24 +54,30 @@ pub struct JointValidation {
 /// One motion over all joints.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MotionValidation {
+    /// The log, as the user named it.
     pub name: String,
+    /// |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
-    /// By joint, where the motion was predicted with everything the estimate has.
+    /// One a joint, where the motion was predicted with everything the estimate has.
     #[serde(default)]
     pub joints: Vec<JointResidual>,
 }
 
-/// What figure 2 shows of one joint: s and N m.
+/// The torques of one joint over time, as figure 2 of the paper shows them: s and N m.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TorquePicture {
+    /// Name of the coordinate.
     pub coordinate: String,
+    /// Instants, s.
     pub t: Vec<f64>,
+    /// N m (N), filtered.
     pub measured: Vec<f64>,
+    /// N m (N).
     pub predicted: Vec<f64>,
 }
 
 impl Validation {
-    /// Of logs that an estimate from samples predicts with its own friction, by name.
+    /// The validation of logs, by name, that an estimate from samples predicts with its own friction.
     pub fn of_logs(
         model: ModelReference,
         method: &str,
@@ -112,7 +122,7 @@ impl Validation {
         serde_yaml::to_string(self).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
     }
 
-    /// Reads validation.yaml; fails with the line of what is no validation.
+    /// Reads validation.yaml; fails with the line that is not that of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
         serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
     }

@@ -14,28 +14,32 @@ use crate::estimate::passport::Passport;
 /// Whether to use what was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trust {
+    /// Nothing speaks against it.
     Yes,
+    /// A number is doubtful.
     WithCare,
+    /// A number says no.
     No,
 }
 
 /// The last three lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
+    /// The answer.
     pub trust: Trust,
+    /// What was found, with the error of the description beside it.
     pub found: String,
     /// Why, the weightiest reason first.
     pub reasons: Vec<String>,
+    /// What to do now.
     pub next: String,
 }
 
-/// The consistent bodies beside least squares on the same rows.
+/// The consistent bodies beside the description.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodiesEvidence {
-    /// The solver ended before it converged.
-    pub stalled: bool,
-    /// |tau - W X| / |tau| of least squares.
-    pub least_squares: f64,
+    /// Why they are not to be used; `None` where the solver found them and they fit.
+    pub refusal: Option<String>,
     /// Identified over described mass of each body that has one.
     pub mass_ratios: Vec<f64>,
 }
@@ -43,7 +47,9 @@ pub struct BodiesEvidence {
 /// What a verdict is made from.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence<'a> {
+    /// The parameters, their statuses and conditioning.
     pub estimate: &'a Estimate,
+    /// Of the logs that were fitted, or of those that are validated.
     pub passport: Option<&'a Passport>,
     /// |tau - W X| / |tau| of the description with fitted friction, on the logs that `total` is of.
     pub described: Option<f64>,
@@ -53,6 +59,7 @@ pub struct Evidence<'a> {
     pub held_out: Option<f64>,
     /// On logs that were not fitted.
     pub predicted: Option<f64>,
+    /// Where only bodies that can exist were asked for.
     pub bodies: Option<&'a BodiesEvidence>,
 }
 
@@ -65,10 +72,6 @@ const POOR: f64 = 0.25;
 /// everything fits.
 const OVERFITTED: f64 = 2.0;
 const SMALL: f64 = 0.02;
-
-/// Consistent over least-squares residual above which no bodies explain the log; those of measured robots stay below
-/// 1.2.
-const UNPHYSICAL: f64 = 2.0;
 
 /// All masses times one factor: beyond this factor, within this spread of it.
 const FACTOR: f64 = 2.5;
@@ -103,16 +106,7 @@ fn against(evidence: &Evidence) -> Vec<String> {
         }
     }
     let Some(bodies) = evidence.bodies else { return reasons };
-    let worse = evidence.estimate.total / bodies.least_squares;
-    if evidence.estimate.total > SMALL && worse > UNPHYSICAL {
-        reasons.push(format!(
-            "bodies that can exist leave {}, free parameters {}: no robot does what this log says",
-            percent(evidence.estimate.total),
-            percent(bodies.least_squares)
-        ));
-    } else if bodies.stalled {
-        reasons.push("the solver of the consistent bodies stalled".into());
-    }
+    reasons.extend(bodies.refusal.clone());
     if let Some(factor) = common_factor(&bodies.mass_ratios) {
         reasons.push(format!(
             "all masses are about {factor:.2} times those of the description: a unit or a gain is wrong"

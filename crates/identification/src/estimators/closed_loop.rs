@@ -4,15 +4,14 @@
 //! experiment; the simulated states hold no measurement noise.
 //! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured
 //!   ones: unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
-//! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states: needs the measured torques only
+//! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states: it needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
-//! Standard deviations: white noise, C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1; and with the scores Z_r' e_r summed over the span of
-//! `robust`, since a filter that leaves several samples a period leaves them alike.
+//! Standard deviations: for white noise, C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For others the scores Z_r' e_r are summed over
+//! the span of `correlated_deviation`: a filter that leaves several samples a period leaves neighbours alike.
 //!
-//! Rows are weighed by joint with the residual of the start. The simulator is handed in: what it
-//! integrates, and with which controller, is its own affair; it must give states at the samples of
-//! the measured record.
+//! Rows are weighed by joint with the residual of the start. The caller hands the simulator in. The simulator chooses
+//! what it integrates and with which controller; it must give states at the samples of the measured record.
 
 use logs::Error;
 use nalgebra::{DMatrix, DVector};
@@ -32,21 +31,26 @@ pub trait Simulator {
 /// Which of the two estimators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClosedLoop {
+    /// IV: the simulated states are the instruments.
     InstrumentalVariables,
+    /// DIDIM: the simulated states make the columns.
     DirectAndInverse,
 }
 
 /// The solution and how it was reached.
 #[derive(Clone, Debug)]
 pub struct Simulated {
+    /// Parameters, in the order of the model.
     pub x: Vec<f64>,
     /// Standard deviations for white torque noise.
     pub sigma: Vec<f64>,
-    /// Those for residuals that stay the same for a while.
+    /// Standard deviations that allow for residuals which stay the same for a while.
     pub robust: Vec<f64>,
+    /// Simulations of the robot that it took.
     pub iterations: usize,
     /// Relative change of the parameters' norm in the last iteration.
     pub change: f64,
+    /// Whether the parameters settled within the iterations allowed.
     pub converged: bool,
 }
 

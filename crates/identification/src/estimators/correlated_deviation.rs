@@ -1,14 +1,14 @@
 //! Standard deviations that hold when residuals stay the same for a while.
 //!
 //! x - X = sum_r h_r, h_r = A^-1 W_r' e_r with A = W' W, the rows weighted. White noise would give
-//! C = sigma^2 A^-1; what a model leaves unexplained is no white noise. With h correlated over time,
+//! C = sigma^2 A^-1, but what a model leaves unexplained is not white. With h correlated over time,
 //!   var x = sum_l (1 - |l|/L) sum_r h_r h_(r-l)        [Newey, West 1987]
 //! of each parameter, and since the Bartlett weights are those of overlapping sums,
 //!   var x = 1/L sum_k S_k^2,  S_k = sum of L successive h_r,
-//! which needs L vectors at a time. Short spans miss what correlation reaches beyond them; so h is
-//! whitened before, u_r = h_r - a h_(r-1) with a the parameter's own correlation from sample to
-//! sample, and the variance of u divided by (1 - a)^2 [Andrews, Monahan 1992]. L by the rule for a
-//! first-order process of the residuals' correlation:
+//! which needs L vectors at a time. Short spans miss the correlation that reaches beyond them. Therefore h is
+//! whitened first, u_r = h_r - a h_(r-1) with a the parameter's own correlation from sample to
+//! sample, and the variance of u is divided by (1 - a)^2 [Andrews, Monahan 1992]. L follows the rule for a
+//! first-order process with the correlation of the residuals:
 //!   L = 1.1447 (4 rho^2 / ((1 - rho)^2 (1 + rho)^2) n)^(1/3)   [Andrews 1991]
 //! with rho the largest among the joints, and at most a tenth of the record. A span that is a share b of the
 //! record leaves the variance itself uncertain: 95 % intervals reach 1.96 + 2.9694 b + 0.4160 b^2 - 0.5324 b^3
@@ -24,7 +24,7 @@ use crate::signals::records::Records;
 /// Longest span, in samples: bounds the memory.
 const LONGEST: usize = 4096;
 
-/// A correlation nearer to one cannot be told from a drift without end.
+/// A correlation nearer to one cannot be told from an endless drift.
 const LONGEST_MEMORY: f64 = 0.97;
 
 /// Autocorrelation-robust standard deviations of the parameters.
@@ -72,8 +72,8 @@ impl OverlappingSums {
     }
 }
 
-/// From the records of a fit, its solution and its weights by joint; `influence(j, e)`: what a residual e of joint j
-/// counts as, e itself for least squares.
+/// Deviations from the records of a fit, its solution and its weights by joint. `influence(j, e)` is what a residual e
+/// of joint j counts as: e itself for least squares.
 ///
 /// Fails when a record cannot be read.
 pub fn robust<R: Records + ?Sized>(
@@ -165,7 +165,7 @@ pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
-    // One sample more than a correlation of one could be told from.
+    // With fewer samples a correlation of one could not be told from another.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
     let length = 1.1447 * (alpha * n as f64).cbrt();

@@ -7,7 +7,7 @@
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Triangle, select};
 
-/// When elimination stops.
+/// The limits at which elimination stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elimination {
     /// Largest over smallest relative standard deviation that may remain.
@@ -29,7 +29,7 @@ pub struct Essential {
     pub kept: Vec<usize>,
     /// Dropped columns, in the order of dropping.
     pub dropped: Vec<usize>,
-    /// In the order of `kept`.
+    /// The solution, its parameters in the order of `kept`.
     pub solution: Solution,
     /// p values: zero where dropped.
     pub x: Vec<f64>,
@@ -81,19 +81,19 @@ fn relative_sigma(solution: &Solution, c: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Block;
+    use crate::algebra::triangle::Accumulator;
 
     #[test]
     fn parameters_that_are_zero_go() {
         let mut random = Random::new(4);
         let truth = [3.0, 0.0, -1.0, 0.0, 0.5];
-        let (mut triangle, mut block) = (Triangle::new(5), Block::new(5));
+        let mut rows = Accumulator::new(5);
         for _ in 0..500 {
             let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
             let y: f64 = row.iter().zip(truth).map(|(a, b)| a * b).sum();
-            block.push(&row, y + 0.2 * random.normal());
+            rows.push(&row, y + 0.2 * random.normal());
         }
-        triangle.fold(&mut block);
+        let triangle = rows.finish();
         let found = essential(&triangle, Elimination::default());
         assert_eq!(found.kept, [0, 2, 4]);
         assert_eq!((found.x[1], found.x[3]), (0.0, 0.0));
@@ -104,16 +104,14 @@ mod tests {
     #[test]
     fn a_selection_is_the_smaller_problem() {
         let mut random = Random::new(9);
-        let (mut whole, mut part) = (Triangle::new(3), Triangle::new(2));
-        let (mut a, mut b) = (Block::new(3), Block::new(2));
+        let (mut a, mut b) = (Accumulator::new(3), Accumulator::new(2));
         for _ in 0..100 {
             let row = [random.normal(), random.normal(), random.normal()];
             let y = random.normal();
             a.push(&row, y);
             b.push(&[row[2], row[0]], y);
         }
-        whole.fold(&mut a);
-        part.fold(&mut b);
+        let (whole, part) = (a.finish(), b.finish());
         let (x, y) = (solve(&select(&whole, &[2, 0])), solve(&part));
         for c in 0..2 {
             assert!((x.x[c] - y.x[c]).abs() < 1e-13);

@@ -9,7 +9,7 @@ use logs::Error;
 use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
 
@@ -18,6 +18,7 @@ use crate::model::standard_map::StandardMap;
 pub struct Payload {
     /// XX XY XZ YY YZ ZZ MX MY MZ M in and about the frame of the link.
     pub parameters: Ten,
+    /// Standard deviations for white noise.
     pub sigma: Ten,
     /// 10 x 10.
     pub covariance: DMatrix<f64>,
@@ -25,12 +26,12 @@ pub struct Payload {
     pub determined: [bool; 10],
     /// Smallest eigenvalue of its pseudo-inertia: negative for what cannot be a body.
     pub smallest_eigenvalue: f64,
-    /// Of the whole problem: parameters, then the load.
+    /// The solution of the whole problem: parameters, then the load.
     pub solution: Solution,
 }
 
-/// From the triangles by joint of the log without and with the load, the load on body `link` of the
-/// map. `weights` by joint.
+/// Finds the load on body `link` of the map from the triangles by joint of the log without it and of the log with it.
+/// `weights` are by joint.
 ///
 /// Fails when the map has no such body or does not fit the triangles.
 pub fn payload(
@@ -51,13 +52,10 @@ pub fn payload(
     }
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
-    let (mut total, mut block) = (Triangle::new(m), Block::new(m));
+    let mut block = Accumulator::new(m);
     for (triangles, loaded) in [(without, false), (with, true)] {
         for (t, &weight) in triangles.iter().zip(weights) {
             for i in 0..=p {
-                if block.is_full() {
-                    total.fold(&mut block);
-                }
                 let mut row = vec![0.0; m];
                 (i..p).for_each(|c| row[c] = weight * t.at(i, c));
                 if loaded {
@@ -69,7 +67,7 @@ pub fn payload(
             }
         }
     }
-    total.fold(&mut block);
+    let mut total = block.finish();
     total.rows = without.iter().chain(with).map(|t| t.rows).sum();
     let solution = solve(&total);
     let at = |k: usize| p + k;
@@ -90,8 +88,8 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::estimate::consistent::identity_map;
 
-    /// Two logs of random rows, ten columns of the body and one of friction, the second with the load on the body:
-    /// the load comes back within its own sigma.
+    /// Two logs of random rows hold ten columns of the body and one of friction; the second has the load on the body.
+    /// The load comes back within its own sigma.
     #[test]
     fn the_load_comes_back_within_its_sigma() {
         let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
@@ -102,7 +100,7 @@ mod tests {
         let (mut squares, draws) = ([0.0; 10], 200);
         for _ in 0..draws {
             let mut log = |loaded: f64| {
-                let (mut triangle, mut block) = (Triangle::new(11), Block::new(11));
+                let mut block = Accumulator::new(11);
                 for _ in 0..60 {
                     // The eleventh column is friction, which the load does not change.
                     let row: Vec<f64> = (0..11).map(|_| random.normal()).collect();
@@ -110,7 +108,7 @@ mod tests {
                     let torque = own + loaded * row.iter().zip(load).map(|(x, l)| x * l).sum::<f64>();
                     block.push(&row, torque + noise * random.normal());
                 }
-                triangle.fold(&mut block);
+                let triangle = block.finish();
                 [triangle]
             };
             let (without, with) = (log(0.0), log(1.0));

@@ -9,7 +9,7 @@ use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::Triangle;
 use crate::rows::observation::weighted;
 
-/// What the rows weigh.
+/// The weights of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Weights {
@@ -19,9 +19,11 @@ pub enum Weights {
     Joint,
     /// As `Joint`, and rows that do not fit count less: robust regression.
     Huber,
+    /// As `Huber`, and from there on rows that do not fit at all do not count.
+    Bisquare,
 }
 
-/// Reweightings of WLS.
+/// Number of reweightings of WLS.
 const REWEIGHTINGS: usize = 3;
 
 /// Solves with the weights asked for; also returns the weights.
@@ -45,7 +47,7 @@ fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
     if joint.rows == 0 || total == 0.0 { 1.0 } else { (joint.rows as f64 / residual.max(floor)).sqrt() }
 }
 
-/// |residual| / |total| from squares; 0 of nothing.
+/// |residual| / |total| from squares; 0 where the total is 0.
 pub fn relative(total: f64, residual: f64) -> f64 {
     if total > 0.0 { (residual / total).sqrt() } else { 0.0 }
 }

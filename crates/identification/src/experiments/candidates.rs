@@ -14,7 +14,7 @@
 //! L is cut to the range; T is rounded up to a multiple of four samples at this L, which lowers the
 //! acceleration and never raises it. Slow joints move by v_small T/4.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], section 3.2 and table 1, made exact.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
 
 use crate::algebra::information_matrix::Rows;
 use crate::algebra::random::Random;
@@ -24,11 +24,14 @@ use crate::experiments::paper_rows::{gravity_rows, spectral_rows};
 use crate::experiments::profile::Profile;
 use crate::model::regressor::Regressor;
 
-/// What a coordinate can do; rad, rad/s, rad/s^2.
+/// The limits of a coordinate; rad, rad/s, rad/s^2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLimits {
+    /// Smallest and largest position, rad (m).
     pub position: (f64, f64),
+    /// Largest speed, rad/s (m/s).
     pub velocity: f64,
+    /// Largest acceleration, rad/s^2 (m/s^2).
     pub acceleration: f64,
     /// Smallest velocity without stick-slip.
     pub slow_velocity: f64,
@@ -38,9 +41,10 @@ pub struct MotionLimits {
     pub quantum: f64,
 }
 
-/// How the candidates are laid out.
+/// The grid on which the candidates lie.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateGrid {
+    /// How swings change their velocity.
     pub profile: Profile,
     /// Configurations a coordinate, between its limits less a tenth on each side.
     pub steps: usize,
@@ -48,22 +52,27 @@ pub struct CandidateGrid {
     pub configurations: usize,
     /// Seconds recorded in one experiment.
     pub duration: f64,
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
     /// Gravity sweeps are of use: the robot is not balanced.
     pub gravity: bool,
+    /// Seed of the choice among configurations.
     pub seed: u64,
 }
 
-/// A motion with what it would show.
+/// A motion with the rows that it would give.
 #[derive(Clone, Debug)]
 pub struct Candidate {
+    /// The motion.
     pub trajectory: ExcitingTrajectory,
     /// Rows as the paper has them, N m per unit: for criterion (15).
     pub raw: Rows,
     /// The same over their standard deviations: for the determinant.
     pub information: Rows,
 }
+
+/// s in one direction, or two and a half times what is recorded of another motion: slow axes sweep a part of their way.
+const LONGEST_SWEEP: f64 = 10.0;
 
 /// Least stroke of a periodic motion, in encoder counts.
 const LEAST_COUNTS: f64 = 200.0;
@@ -196,8 +205,9 @@ pub fn swing(
 /// A sweep as long as the limits allow about this centre, at 1 rad/s or the slow velocity, whichever is greater.
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f64]) -> Option<ExcitingTrajectory> {
     let limit = &limits[fast];
-    let room = 1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]);
     let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
+    let longest = LONGEST_SWEEP.max(2.5 * grid.duration) * velocity;
+    let room = longest.min(1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
     // Ramps at 2 rad/s^2, and 0.15 s of settling that is not used.
     let least = velocity * velocity / 2.0 + 0.4 * velocity;
     (room > least).then(|| ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time))

@@ -22,21 +22,22 @@ use crate::experiments::exchange::scales;
 /// An approximate design and the proof of its quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateDesign {
-    /// One a candidate, summing to 1.
+    /// Weights, one a candidate, with the sum 1.
     pub weights: Vec<f64>,
     /// log det M(w); minus infinity when the candidates together have not full rank.
     pub log_det: f64,
     /// No design exceeds log_det + gap.
     pub gap: f64,
+    /// Steps of the ascent.
     pub iterations: usize,
 }
 
 /// Lower bound on sqrt(tr F tr F^-1) of any plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConditionBound {
-    /// Proved.
+    /// The proved bound.
     pub bound: f64,
-    /// Reached by an approximate design.
+    /// The value that an approximate design reaches.
     pub reached: f64,
 }
 

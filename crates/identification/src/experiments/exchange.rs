@@ -11,14 +11,14 @@
 //! | greatest log det F | information rows | [Fedorov 1972] |
 //! | least sqrt(tr F tr F^-1) | raw rows | (15) of [Vandanjon, Gautier, Desbats 1995] |
 //!
-//! The two are not the same plan. Starts are enumerated, each with its own stream of random
-//! numbers, and the first of the best wins: the number of threads changes nothing. How far the
-//! plan is from the best possible is in `certificate`.
+//! The two criteria give different plans. Starts are enumerated, each with its own stream of random
+//! numbers, and the first of the best wins: the number of threads changes nothing. `certificate`
+//! bounds how far the plan is from the best possible.
 
 use crate::algebra::information_matrix::{InformationFactor, InformationMatrix, Rows};
 use crate::algebra::random::Random;
 
-/// What a plan maximises.
+/// The criterion that a plan maximises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Criterion {
     /// log det F.
@@ -27,13 +27,16 @@ pub enum Criterion {
     FrobeniusCondition,
 }
 
-/// How hard to search.
+/// The effort of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Search {
+    /// Random plans the search starts from.
     pub starts: usize,
     /// At most this many passes over the positions in a start.
     pub sweeps: usize,
+    /// Threads that share the starts; the result does not depend on them.
     pub threads: usize,
+    /// Seed of the random plans.
     pub seed: u64,
 }
 
@@ -48,13 +51,13 @@ impl Default for Search {
 pub struct Selection {
     /// Indices of candidates, ascending; a candidate may be run twice.
     pub chosen: Vec<usize>,
-    /// Of the criterion, without the ridge; minus infinity when the plan has not full rank.
+    /// Value of the criterion, without the ridge; minus infinity when the plan has not full rank.
     pub value: f64,
     /// Value reached by each start, in order.
     pub starts: Vec<f64>,
 }
 
-/// Of the mean information of a plan: keeps the update formulas finite while a plan lacks rank.
+/// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks rank.
 const RIDGE: f64 = 1e-9;
 
 /// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
@@ -117,8 +120,8 @@ pub fn value_of(blocks: &[Rows], chosen: &[usize], criterion: Criterion) -> f64 
     }
 }
 
-/// Columns over their root mean square, so that the ridge is small for each; (15) is about the
-/// columns as they are, and is only brought to unit trace.
+/// Divides columns by their root mean square, so that the ridge is small for each. Criterion (15) takes the
+/// columns as they are; only their trace is brought to one.
 fn equilibrated(blocks: &[Rows], criterion: Criterion) -> Vec<Rows> {
     let p = blocks.first().map_or(0, Rows::width);
     let scale = match criterion {

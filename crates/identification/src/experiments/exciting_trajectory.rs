@@ -17,23 +17,29 @@
 //! half-wave symmetry q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), so that
 //! friction of the moving joint stays orthogonal to its acceleration at odd harmonics.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], section 3.2.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2]
 
 use std::ops::Range;
 
 use crate::experiments::profile::Profile;
 
-/// What an experiment is meant to show.
+/// The purpose of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionKind {
+    /// The fast joint alone, at its greatest acceleration: its inertia.
     Inertial,
+    /// The fast joint at its greatest velocity, and a slow one: centrifugal torques.
     Centrifugal,
+    /// The fast joint at its greatest acceleration, and a slow one: inertia between them.
     Coupling,
+    /// Between the two, with all joints that the fast one carries.
     Mixed,
+    /// The fast joint alone, slowly forth and back: gravity.
     Gravity,
 }
 
 impl MotionKind {
+    /// All kinds, in the order of the paper.
     pub const ALL: [MotionKind; 5] =
         [MotionKind::Inertial, MotionKind::Centrifugal, MotionKind::Coupling, MotionKind::Mixed, MotionKind::Gravity];
 
@@ -54,11 +60,12 @@ impl MotionKind {
     }
 }
 
-/// How the moving joints move.
+/// The motion of the joints that move.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Whole periods between centre - half_range and centre + half_range.
     Swing {
+        /// How the swing changes its velocity.
         profile: Profile,
         /// Samples of one period.
         period: usize,
@@ -71,13 +78,13 @@ pub enum Motion {
     },
     /// Forth and back over `range` at a constant velocity.
     Sweep {
-        /// rad.
+        /// Length of the sweep, rad.
         range: f64,
-        /// rad/s.
+        /// Constant velocity, rad/s.
         velocity: f64,
-        /// Of the ramps at the ends, rad/s^2.
+        /// Acceleration of the ramps at the ends, rad/s^2.
         acceleration: f64,
-        /// Dropped after each ramp until the controller has settled, s.
+        /// Time dropped after each ramp, until the controller has settled, s.
         settling: f64,
     },
 }
@@ -85,6 +92,7 @@ pub enum Motion {
 /// The motion of one experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExcitingTrajectory {
+    /// Which torques it shows.
     pub kind: MotionKind,
     /// Coordinate of the fast joint, or of the only one that moves.
     pub fast: usize,
@@ -92,20 +100,24 @@ pub struct ExcitingTrajectory {
     pub slow: Vec<usize>,
     /// Middle of the motion, and where the locked joints stand, rad.
     pub centre: Vec<f64>,
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
+    /// How the fast joint moves.
     pub motion: Motion,
 }
 
 /// Reference motion, sampled: `q[k][i]` of coordinate k at instant i, rad, rad/s, rad/s^2.
 #[derive(Clone, Debug, Default)]
 pub struct Reference {
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s).
     pub dq: Vec<Vec<f64>>,
+    /// rad/s^2 (m/s^2).
     pub ddq: Vec<Vec<f64>>,
-    /// What is used: whole periods, or the two sections of constant velocity.
+    /// The samples that are used: whole periods, or the two sections of constant velocity.
     pub windows: Vec<Range<usize>>,
 }
 
@@ -131,7 +143,9 @@ impl Projector {
 /// Sp(D_joint, projector of the fast joint) X = Sp(tau_joint, the same).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SpectralEquation {
+    /// The joint whose torque is projected.
     pub joint: usize,
+    /// Signal on which it is projected.
     pub projector: Projector,
 }
 

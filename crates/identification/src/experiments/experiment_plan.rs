@@ -10,13 +10,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::Accumulator;
 use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
-use crate::experiments::planned_experiment::{PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter};
+use crate::experiments::planned_experiment::{
+    PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
+};
 use crate::experiments::profile::Profile;
+use crate::experiments::ranges::check_motion;
 use crate::model::parameter::{BaseParameter, Parameter, ParameterId};
 use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
@@ -24,11 +27,15 @@ use crate::model::regressor::Regressor;
 /// A plan and what it promises.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentPlan {
+    /// The robot it was made for.
     pub model: ModelReference,
+    /// Names, in the order of q.
     pub coordinates: Vec<String>,
+    /// s between samples of the controller.
     pub sample_time_s: f64,
     /// Assumed, a sample, N m, one a coordinate.
     pub torque_noise: Vec<f64>,
+    /// Number of motions it was chosen from.
     pub candidates: usize,
     /// `determinant` or `frobenius_condition`.
     pub criterion: String,
@@ -37,8 +44,11 @@ pub struct ExperimentPlan {
     pub d_efficiency_at_least: f64,
     /// Equation (15) for this plan, and what no plan can fall below.
     pub cond_fro: f64,
+    /// Bound on what any plan of as many experiments can reach.
     pub cond_fro_at_least: f64,
+    /// Number of parameters that the plan shows.
     pub rank: usize,
+    /// In the order in which each adds the most.
     pub experiments: Vec<PlannedExperiment>,
     /// Parameters in the order of the regressor.
     pub parameters: Vec<PredictedParameter>,
@@ -93,8 +103,10 @@ impl ExperimentPlan {
         }
     }
 
-    /// The motions, in order; fails where the file names no coordinate or kind.
+    /// The motions, in order; fails where the file names no coordinate or kind, where a number of a motion is out of
+    /// range, and where a name is none of a file of its own.
     pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
+        check_names(&self.experiments).map_err(|m| Error::at(file, 0, m))?;
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
     }
 
@@ -129,31 +141,29 @@ impl ExperimentPlan {
                     periods: s.periods,
                 }
             }
-            (None, Some(s)) => {
-                let positive = [s.range_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2];
-                if positive.iter().any(|x| x.is_nan() || *x <= 0.0) {
-                    return fail("range, velocity and acceleration of a sweep are positive".into());
-                }
-                Motion::Sweep {
-                    range: s.range_rad,
-                    velocity: s.velocity_rad_per_s,
-                    acceleration: s.acceleration_rad_per_s2,
-                    settling: s.settling_s,
-                }
-            }
+            (None, Some(s)) => Motion::Sweep {
+                range: s.range_rad,
+                velocity: s.velocity_rad_per_s,
+                acceleration: s.acceleration_rad_per_s2,
+                settling: s.settling_s,
+            },
             _ => return fail("it has either a swing or a sweep".into()),
         };
-        if e.centre.len() != n || self.sample_time_s.is_nan() || self.sample_time_s <= 0.0 {
-            return fail(format!("the centre has {n} angles and the sample time is positive"));
+        if e.centre.len() != n {
+            return fail(format!("the centre has {n} angles"));
         }
-        Ok(ExcitingTrajectory {
+        let trajectory = ExcitingTrajectory {
             kind,
             fast: place(&e.fast)?,
             slow: e.slow.iter().map(place).collect::<Result<_, _>>()?,
             centre: e.centre.clone(),
             sample_time: self.sample_time_s,
             motion,
-        })
+        };
+        match check_motion(&trajectory) {
+            Ok(()) => Ok(trajectory),
+            Err(what) => fail(what),
+        }
     }
 
     /// The parameters the plan says nothing about.
@@ -257,15 +267,11 @@ fn pick(blocks: &[Rows], chosen: &[usize]) -> Vec<Rows> {
 }
 
 fn fit<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Solution {
-    let (mut triangle, mut block) = (Triangle::new(p), Block::new(p));
+    let mut block = Accumulator::new(p);
     for row in blocks.flat_map(|b| b.iter().collect::<Vec<_>>()) {
-        if block.is_full() {
-            triangle.fold(&mut block);
-        }
         block.push(row, 0.0);
     }
-    triangle.fold(&mut block);
-    solve(&triangle)
+    solve(&block.finish())
 }
 
 impl fmt::Display for ExperimentPlan {
@@ -342,6 +348,10 @@ mod tests {
         plan.experiments[1].fast = "q9".into();
         let error = plan.trajectories("plan.yaml").unwrap_err();
         assert!(error.to_string().contains("experiment e02: there is no coordinate `q9`"), "{error}");
+        plan.experiments[1].fast = "q1".into();
+        plan.sample_time_s = 1e-9;
+        let error = plan.trajectories("plan.yaml").unwrap_err();
+        assert!(error.to_string().contains("experiment e01: the sample time is 1e-9 s"), "{error}");
         assert!(ExperimentPlan::from_yaml("plan.yaml", "experiments: 3").is_err());
     }
 }

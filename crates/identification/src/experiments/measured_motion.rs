@@ -6,8 +6,11 @@ use crate::model::regressor::Regressor;
 /// A motion as measured: q, dq, ddq, one series a coordinate, rad, rad/s, rad/s^2.
 #[derive(Clone, Debug, Default)]
 pub struct MeasuredMotion {
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s).
     pub dq: Vec<Vec<f64>>,
+    /// rad/s^2 (m/s^2).
     pub ddq: Vec<Vec<f64>>,
 }
 
@@ -44,6 +47,7 @@ impl MeasuredMotion {
         self.q.first().map_or(0, Vec::len)
     }
 
+    /// Whether there is no instant.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -1,8 +1,9 @@
-//! Exciting experiments: trajectories, candidates, the choice among them and what was recorded.
+//! Exciting experiments: trajectories, candidates, the choice among them, and records.
 
 pub mod candidates;
 pub mod certificate;
 pub mod exchange;
+pub mod excitation;
 pub mod exciting_trajectory;
 pub mod experiment_plan;
 pub mod measured_motion;
@@ -10,5 +11,7 @@ pub mod paper_rows;
 pub mod planned_experiment;
 pub mod point_to_point;
 pub mod profile;
+pub mod ranges;
 pub mod record;
+pub mod servo_script;
 pub mod trajectory_file;

@@ -8,7 +8,7 @@
 //! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank:
 //! the information of (13) without the squared condition of the normal equations (14).
 //!
-//! [Vandanjon, Gautier, Desbats 1995], sections 3.1 and 3.2; locked joints give no equation.
+//! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,9 +23,9 @@ use crate::model::regressor::Regressor;
 pub struct EquationBlock {
     /// N m per unit of parameter.
     pub rows: Rows,
-    /// Torque of what is known, a load, N m: rows X + known = right.
+    /// Torque of a known load, N m: rows X + known = right.
     pub known: Vec<f64>,
-    /// N m.
+    /// Right-hand sides, N m.
     pub right: Vec<f64>,
     /// Standard deviation of each right-hand side, N m.
     pub deviation: Vec<f64>,
@@ -112,7 +112,10 @@ pub fn gravity_rows(
 
 /// [A y] to the triangle of A's column-pivoted QR, cut where a row falls below 1e-9 of the first.
 fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let triangle = w.qr().unpack_r();
+    // Rows of zeros change no triangle, and make it square where there are few instants.
+    let few = (p + 1).saturating_sub(w.nrows());
+    let instants = w.nrows();
+    let triangle = w.insert_rows(instants, few, 0.0).qr().unpack_r();
     let a = triangle.columns(0, p).into_owned();
     let y: DVector<f64> = triangle.column(p).into_owned();
     let pivoted = a.col_piv_qr();
@@ -132,6 +135,7 @@ impl EquationBlock {
         EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
     }
 
+    /// Adds a row, its right-hand side, the standard deviation of that, and the joint it is of.
     pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
         self.rows.push(row);
         self.known.push(0.0);
@@ -140,7 +144,7 @@ impl EquationBlock {
         self.joint.push(joint);
     }
 
-    /// The torque of what adds `parameters` to X is known.
+    /// Sets the known torque of a load that adds `parameters` to X.
     pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
         let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
         self.known = self.rows.iter().map(torque).collect();
@@ -161,6 +165,21 @@ impl EquationBlock {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
+
+    /// A sweep of two or three samples each way: fewer instants than parameters.
+    #[test]
+    fn few_instants_are_few_rows() {
+        let arm = Pendulum::new();
+        for sample_time in [1.2, 0.8, 0.5, 0.1] {
+            let sweep = ExcitingTrajectory::sweep(0, &[0.3], 2.0, 1.0, sample_time);
+            let reference = sweep.reference();
+            let motion = MeasuredMotion::of_reference(&reference);
+            let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
+            let torque = vec![vec![0.0; motion.len()]];
+            let block = gravity_rows(&sweep, &arm, &motion.q, &torque, &[0.1], &directions);
+            assert!(block.right.len() <= motion.len().min(2), "{sample_time}: {}", block.right.len());
+        }
+    }
 
     #[test]
     fn gravity_rows_keep_the_information_of_the_centred_equations() {

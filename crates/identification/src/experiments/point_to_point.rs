@@ -15,12 +15,21 @@ pub struct ValidationMotion {
     pub velocity: f64,
     /// Share of the greatest acceleration.
     pub acceleration: f64,
+    /// Number of moves in one motion.
     pub moves: usize,
 }
 
 impl Default for ValidationMotion {
     fn default() -> ValidationMotion {
         ValidationMotion { range: 0.8, velocity: 0.8, acceleration: 0.7, moves: 3 }
+    }
+}
+
+impl ValidationMotion {
+    /// s that a move over `distance` takes within these limits.
+    pub fn seconds(&self, distance: f64, velocity: f64, acceleration: f64) -> f64 {
+        let by_velocity = 1.875 * distance / (self.velocity * velocity);
+        by_velocity.max((5.7735 * distance / (self.acceleration * acceleration)).sqrt())
     }
 }
 
@@ -43,13 +52,8 @@ pub fn validation_trajectory(
     let mut from = point();
     for _ in 0..motion.moves {
         let to = point();
-        let time = (0..n)
-            .map(|k| {
-                let l = (to[k] - from[k]).abs();
-                let by_velocity = 1.875 * l / (motion.velocity * velocity[k]);
-                by_velocity.max((5.7735 * l / (motion.acceleration * acceleration[k])).sqrt())
-            })
-            .fold(0.0, f64::max);
+        let time =
+            (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
         let count = (time / sample_time).ceil().max(1.0) as usize;
         let time = count as f64 * sample_time;
         for i in 0..count {

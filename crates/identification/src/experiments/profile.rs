@@ -1,9 +1,9 @@
 //! The shape of a swing: bang-bang as the paper has it, or smooth with the same symmetry.
 //!
-//! Both are odd about each quarter period and about each half: what makes friction of the moving joint
+//! Both are odd about each quarter period and about each half. That makes friction of the moving joint
 //! orthogonal to its acceleration at odd harmonics (`exciting_trajectory`).
 //!
-//! [Vandanjon, Gautier, Desbats 1995], section 3.2, for the bang-bang profile.
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2, for the bang-bang profile]
 
 /// The shape of a swing from A to B and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,13 @@
-//! What an experiment leaves behind: sampled positions and efforts.
+//! The record of an experiment: sampled positions and efforts.
 
-/// What was recorded: `q[k][i]` in rad, `current[k][i]` in A, of coordinate k at instant i.
+/// A record: `q[k][i]` in rad, `current[k][i]` in A, of coordinate k at instant i.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// s.
+    /// Time between samples, s.
     pub sample_time: f64,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// A, or N m (N) where torques were recorded.
     pub current: Vec<Vec<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! Regressors compiled in from the package `generated`.
+//! The regressors that the package `generated` compiles into the program.
 
 use crate::model::parameter::BaseParameter;
 use crate::model::regressor::{Coordinate, Regressor};
@@ -16,11 +16,11 @@ pub fn is_compiled(fingerprint: u64) -> bool {
     generated::find(fingerprint).is_some()
 }
 
-/// The compiled regressor that is this very function, when there is one.
+/// The compiled regressor that is exactly this function, where there is one.
 ///
 /// `fingerprint` is that of the robot's base regressor with its constants in place, so that a robot
 /// of the same name and another geometry is not taken for it. Coordinates and parameters are those of the caller's
-/// description: geometry alone decides which function it is. `None` too where their numbers are not the function's.
+/// description: geometry alone decides which function it is. Also `None` where the function has other numbers of them.
 pub fn compiled(fingerprint: u64, coordinates: Vec<Coordinate>, parameters: Vec<BaseParameter>) -> Option<Compiled> {
     let function = generated::find(fingerprint)?;
     let fits = function.coordinates.len() == coordinates.len() && function.parameters.len() == parameters.len();

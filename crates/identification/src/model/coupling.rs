@@ -1,6 +1,6 @@
-//! A motor that also turns with a joint beside its own: its inertia and friction act on both.
+//! A motor that also turns with a joint other than its own: its inertia and friction act on both.
 //!
-//! With c = R_mk / R_mm, beyond the columns that the joints have anyway:
+//! With c = R_mk / R_mm, the columns to be added to those of the joints are
 //!   tau_k += c (IAM ddq_m + FVM dq_m + FSM sign(dq_m + c dq_k))
 //!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
@@ -9,10 +9,12 @@ use crate::model::friction::terms::sign;
 #[cfg(doc)]
 use crate::model::parameter::CouplingParameter;
 
-/// Motor m turned by joint k beside its own.
+/// Motor m, which joint k turns too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coupling {
+    /// The coordinate of the motor.
     pub motor: usize,
+    /// The other coordinate that turns it.
     pub joint: usize,
     /// R_mk / R_mm.
     pub ratio: f64,

@@ -1,8 +1,8 @@
 //! A load that was weighed and measured before it was mounted: its file, and what it adds to the robot.
 //!
 //! With the ten parameters phi_L of the load in and about the frame of its link and X = B phi, the load adds B_L phi_L
-//! to the base parameters, B_L the ten columns of B that belong to the link: its torque D B_L phi_L is known. What is
-//! not known of a load is estimated in `payload`.
+//! to the base parameters, B_L the ten columns of B that belong to the link. Its torque D B_L phi_L is known. A load that
+//! is not known is estimated in `estimators::payload`.
 
 use logs::Error;
 use robot::{Part, Pose, Robot, transform_inertial};
@@ -30,16 +30,22 @@ pub struct KnownLoad {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Inertia {
+    /// kg m^2.
     pub xx: f64,
+    /// kg m^2, the entry of the matrix.
     pub xy: f64,
+    /// kg m^2, the entry of the matrix.
     pub xz: f64,
+    /// kg m^2.
     pub yy: f64,
+    /// kg m^2, the entry of the matrix.
     pub yz: f64,
+    /// kg m^2.
     pub zz: f64,
 }
 
 impl KnownLoad {
-    /// Reads the file; fails with the line of what is no load, and when no body has these figures.
+    /// Reads the file; fails with the line that is not that of a load, and when no body has these figures.
     pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
         let load: KnownLoad =
             serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no load: {e}")))?;
@@ -56,7 +62,7 @@ impl KnownLoad {
         Ok(load)
     }
 
-    /// What it adds to the base parameters of the map. Fails when the robot has no such link.
+    /// Its contribution to the base parameters of the map. Fails when the robot has no such link.
     pub fn base_parameters(&self, robot: &Robot, map: &StandardMap) -> Result<Vec<f64>, Error> {
         let link = robot.links.iter().find(|l| l.name == self.link);
         let body = map.bodies.iter().find(|(name, _)| *name == self.link);

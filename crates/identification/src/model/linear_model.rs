@@ -14,13 +14,18 @@ use crate::model::states::States;
 
 /// Dynamics, friction and couplings together: everything that is linear in its parameters.
 pub struct Model<'a> {
+    /// The base regressor.
     pub regressor: &'a dyn Regressor,
+    /// Friction columns of every joint.
     pub friction: &'a [FrictionTerm],
+    /// Motors that turn with a joint beside their own.
     pub couplings: &'a [Coupling],
+    /// In the order of the columns.
     pub parameters: Vec<Parameter>,
 }
 
 impl<'a> Model<'a> {
+    /// The columns in their order: base parameters, friction joint by joint, couplings.
     pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &'a [Coupling]) -> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
@@ -45,12 +50,12 @@ impl<'a> Model<'a> {
         Model { regressor, friction, couplings, parameters }
     }
 
-    /// Coordinates.
+    /// Number of coordinates.
     pub fn n(&self) -> usize {
         self.regressor.coordinates().len()
     }
 
-    /// Parameters.
+    /// Number of parameters.
     pub fn p(&self) -> usize {
         self.parameters.len()
     }
@@ -112,5 +117,5 @@ impl<'a> Model<'a> {
     }
 }
 
-/// Samples whose regressors are made together: eight a lane of the widest processor.
+/// Samples whose regressors are computed together: eight for each lane of the widest processor.
 const TOGETHER: usize = 64;

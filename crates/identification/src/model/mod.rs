@@ -1,7 +1,9 @@
-//! What is linear in the parameters: tau = Y X + friction + couplings.
+//! The model that is linear in the parameters: tau = Y X + friction + couplings.
 
 pub mod compiled;
 pub mod coupling;
+pub mod description_options;
+pub mod differentiable;
 pub mod friction;
 pub mod known_load;
 pub mod label;

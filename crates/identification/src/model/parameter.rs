@@ -1,4 +1,4 @@
-//! The parameters of the observation equation: what each is, how it is called, its unit.
+//! The parameters of the observation equation: the identity, the name and the unit of each.
 //!
 //! A name is the `Display` of a [`ParameterId`]: letters, then a [`Label`]. It is parsed only where a file is read.
 //!
@@ -21,14 +21,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::model::label::Label;
 use crate::model::unit::Unit;
 
-/// What a parameter is. Two parameters are the same when their names are.
+/// The identity of a parameter. Two parameters are the same when their names are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParameterId {
     /// A base parameter of the dynamics.
     Base(BaseName),
     /// Friction of one coordinate.
     Friction(FrictionParameter, Label),
-    /// Of a motor that turns with a joint beside its own.
+    /// Inertia or friction of a motor that turns with a joint other than its own.
     Coupling(CouplingParameter, Label),
     /// Torque per unit of current of one drive.
     DriveGain(Label),
@@ -76,7 +76,7 @@ impl fmt::Display for ParameterId {
     }
 }
 
-/// Reads a name as a file has it; fails where it is no parameter's.
+/// Reads a name as a file has it; fails where no parameter has that name.
 impl FromStr for ParameterId {
     type Err = String;
 
@@ -114,8 +114,9 @@ impl<'de> Deserialize<'de> for ParameterId {
 /// A column of the base regressor: its name, and the joint that its link moves with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
+    /// The name of the column.
     pub name: BaseName,
-    /// Coordinates with which the joint of its link moves: its own, or those that a passive joint follows.
+    /// The coordinates that move the joint of its link: its own, or those that a passive joint follows.
     pub coordinates: Vec<usize>,
     /// Whether that joint slides.
     pub is_prismatic: bool,
@@ -124,7 +125,7 @@ pub struct BaseParameter {
 impl BaseParameter {
     /// A parameter by its name, of a link that turns with one coordinate.
     ///
-    /// Fails where the name is no base parameter's.
+    /// Fails where no base parameter has that name.
     pub fn turning(name: &str, coordinate: usize) -> Result<BaseParameter, String> {
         Ok(BaseParameter { name: name.parse()?, coordinates: vec![coordinate], is_prismatic: false })
     }
@@ -135,9 +136,11 @@ impl BaseParameter {
 pub struct BaseName {
     /// Without gravity, the length through which a first moment acts; empty otherwise.
     pub lever: String,
+    /// The standard parameter whose column it is.
     pub inertial: Inertial,
     /// Whether other parameters regroup into it: the R behind the letters.
     pub absorbs: bool,
+    /// The label of its link.
     pub label: Label,
 }
 
@@ -185,19 +188,33 @@ impl FromStr for BaseName {
 /// A friction parameter of one coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionParameter {
+    /// FV.
     Viscous,
+    /// FS.
     Coulomb,
+    /// OFF.
     Offset,
+    /// FVP: viscous, for dq > 0.
     ViscousForward,
+    /// FSP: Coulomb, for dq > 0.
     CoulombForward,
+    /// FVN: viscous, for dq < 0.
     ViscousBackward,
+    /// FSN: Coulomb, for dq < 0; negative.
     CoulombBackward,
+    /// FT: what stiction has above Coulomb friction.
     Stribeck,
+    /// FTP: the same for dq > 0.
     StribeckForward,
+    /// FTN: the same for dq < 0.
     StribeckBackward,
+    /// FL: Coulomb friction per unit of torque.
     Load,
+    /// FLP: the same for dq > 0.
     LoadForward,
+    /// FLN: the same for dq < 0.
     LoadBackward,
+    /// IA: rotor inertia, for models that have none.
     Rotor,
 }
 
@@ -243,7 +260,7 @@ impl FrictionParameter {
         }
     }
 
-    /// Whether it multiplies a speed: a negative one drives the joint.
+    /// Whether it multiplies a speed: a negative value drives the joint.
     pub fn is_viscous(self) -> bool {
         use FrictionParameter::*;
         matches!(self, Viscous | ViscousForward | ViscousBackward)
@@ -261,11 +278,14 @@ impl FrictionParameter {
     }
 }
 
-/// A parameter of a motor that turns with a joint beside its own.
+/// A parameter of a motor that turns with a joint other than its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CouplingParameter {
+    /// IAM: rotor inertia of the motor.
     Rotor,
+    /// FVM: its viscous friction.
     Viscous,
+    /// FSM: its Coulomb friction.
     Coulomb,
 }
 
@@ -295,8 +315,9 @@ impl CouplingParameter {
 /// A column of the observation equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
+    /// Its identity.
     pub id: ParameterId,
-    /// Coordinates it moves with: that of a friction, those of the joint of a base parameter's link.
+    /// The coordinates it acts with: that of a friction, those that move the joint of a base parameter's link.
     pub coordinates: Vec<usize>,
     /// Whether its joint slides.
     pub is_prismatic: bool,

@@ -1,4 +1,4 @@
-//! The ten parameters of a body as one matrix that a mass distribution makes positive definite.
+//! The ten parameters of a body as one matrix, which is positive definite for a distribution of mass.
 //!
 //! P = [[S, h], [h', m]], S = tr(I)/2 1 - I the second moments, h the first moments, m the mass, all
 //! about the link's origin. P > 0 exactly when some distribution of positive mass has these
@@ -60,11 +60,11 @@ pub fn smallest_eigenvalue(x: &Ten) -> f64 {
 /// A body about its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Centroidal {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
-    /// m, of the centre of mass in the link frame.
+    /// Position of the centre of mass in the link frame, m.
     pub centre: [f64; 3],
-    /// kg m^2, about the centre of mass, axes of the link frame: xx xy xz yy yz zz.
+    /// Inertia about the centre of mass, axes of the link frame, kg m^2: xx xy xz yy yz zz.
     pub inertia: [f64; 6],
 }
 

@@ -5,7 +5,9 @@ use crate::model::parameter::BaseParameter;
 /// A coordinate of a robot: its name, and whether it is a length.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
+    /// As the description names it.
     pub name: String,
+    /// Whether it is a length, not an angle.
     pub is_prismatic: bool,
 }
 
@@ -20,7 +22,7 @@ pub trait Regressor: Sync {
     /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
     fn parameters(&self) -> &[BaseParameter];
 
-    /// Whether coordinate k is a length, not an angle: what units and what little motion are follows from it.
+    /// Whether coordinate k is a length, not an angle. Units, and the limit of little motion, follow from it.
     fn is_prismatic(&self, _k: usize) -> bool {
         false
     }
@@ -29,7 +31,7 @@ pub trait Regressor: Sync {
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
 
     /// Writes Y at many instants, one after the other: `states` holds q, dq, ddq of one instant after
-    /// the other. A regressor that can do several at a time says how.
+    /// the other. A regressor that computes several at a time overrides this.
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let n = self.coordinates().len();
         let size = n * self.parameters().len();

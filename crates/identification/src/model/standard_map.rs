@@ -1,8 +1,8 @@
-//! How the base parameters follow from the standard ones, in numbers: X = B phi.
+//! The map from the standard parameters to the base parameters in numbers: X = B phi.
 
 use nalgebra::DMatrix;
 
-/// How the base parameters of a robot follow from the standard ones of its links.
+/// The map from the standard parameters of a robot's links to its base parameters.
 #[derive(Clone, Debug)]
 pub struct StandardMap {
     /// Names of the standard parameters.
@@ -11,12 +11,12 @@ pub struct StandardMap {
     pub matrix: DMatrix<f64>,
     /// A link's name and its first column; ten in the order XX XY XZ YY YZ ZZ MX MY MZ M.
     pub bodies: Vec<(String, usize)>,
-    /// Columns that no motor can have negative: IA.
+    /// Columns that cannot be negative: the rotor inertias IA.
     pub rotors: Vec<usize>,
 }
 
 impl StandardMap {
-    /// From the entries (base, standard, coefficient) of B.
+    /// Makes the map from the entries (base, standard, coefficient) of B.
     pub fn new(
         standard: Vec<String>,
         base: usize,

@@ -3,33 +3,41 @@
 /// Samples ready for the regressor: row r of each n-column array is one instant.
 #[derive(Clone, Debug, Default)]
 pub struct States {
-    /// Coordinates.
+    /// Number of coordinates.
     pub n: usize,
+    /// s, one an instant.
     pub t: Vec<f64>,
     /// rad, rad/s, rad/s^2, N m (A); sample by sample, n each.
     pub q: Vec<f64>,
+    /// rad/s (m/s).
     pub dq: Vec<f64>,
+    /// rad/s^2 (m/s^2).
     pub ddq: Vec<f64>,
+    /// N m (N).
     pub tau: Vec<f64>,
-    /// sign(dq) or that sign filtered; then the directions of coupled motors, one a coupling.
+    /// sign(dq), or that sign after the filter; then the directions of coupled motors, one a coupling.
     pub direction: Vec<f64>,
+    /// Directions of coupled motors, one a coupling.
     pub motor_direction: Vec<f64>,
     /// Whether the row of joint j at sample r counts.
     pub used: Vec<bool>,
-    /// Hz, the cut-offs in force; 0: none.
+    /// Cut-offs in force, Hz; 0: none.
     pub cutoff: f64,
+    /// Hz, of the torques.
     pub effort_cutoff: f64,
     /// s between samples.
     pub period: f64,
-    /// Hz, a coordinate: 95 % of the energy of its velocity lies below.
+    /// Frequency below which 95 % of the energy of a coordinate's velocity lies, Hz, one a coordinate.
     pub f95: Vec<f64>,
 }
 
 impl States {
+    /// Number of instants.
     pub fn len(&self) -> usize {
         self.t.len()
     }
 
+    /// Whether there is no instant.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }

@@ -18,12 +18,19 @@ const BY_JOINT: [(Unit, Unit); 4] = [
 ];
 
 impl Unit {
+    /// kg m^2.
     pub const INERTIA: Unit = Unit("kg m^2");
+    /// kg m.
     pub const FIRST_MOMENT: Unit = Unit("kg m");
+    /// kg.
     pub const MASS: Unit = Unit("kg");
+    /// N m.
     pub const TORQUE: Unit = Unit("N m");
+    /// N m s/rad.
     pub const VISCOUS: Unit = Unit("N m s/rad");
+    /// N m/A.
     pub const DRIVE_GAIN: Unit = Unit("N m/A");
+    /// A number without unit.
     pub const ONE: Unit = Unit("1");
 
     /// The unit of a joint's own parameter where the joint slides, itself where it turns.

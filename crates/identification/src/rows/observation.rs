@@ -2,14 +2,14 @@
 //!
 //! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j; the parameters are those of the
 //! regressor, then the friction of each joint, then the couplings of the transmission. W is never
-//! held. Rows are kept apart by joint, so that weights by joint need no second pass, and by
-//! contiguous parts of the record, so that leaving parts out (validation) needs none either.
+//! held. Rows of different joints are kept apart, so that weights by joint need no second pass. Contiguous parts of
+//! the record are kept apart too, so that leaving parts out (validation) needs none either.
 
 use std::ops::Range;
 
 use logs::Error;
 
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::algebra::vector::dot;
 use crate::model::linear_model::Model;
 use crate::model::states::States;
@@ -18,18 +18,19 @@ use crate::signals::records::Records;
 /// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
+    /// Parameters whose residual is meant.
     pub x: &'a [f64],
+    /// From a joint and its residual to the factor of the row.
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Fewer samples than this are not worth a thread.
+/// With fewer samples than this, threads do not pay.
 const PARALLEL: usize = 20_000;
 
 /// One triangle a joint of the samples in a range.
 fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
     let (n, p) = (model.n(), model.p());
-    let mut blocks = vec![Block::new(p); n];
-    let mut triangles = vec![Triangle::new(p); n];
+    let mut joints = vec![Accumulator::new(p); n];
     model.rows(states, range, |r, w| {
         for j in (0..n).filter(|&j| states.used[r * n + j]) {
             let (row, tau) = (&mut w[j * p..(j + 1) * p], states.tau[r * n + j]);
@@ -37,16 +38,10 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
             if factor != 1.0 {
                 row.iter_mut().for_each(|x| *x *= factor);
             }
-            blocks[j].push(row, factor * tau);
-            if blocks[j].is_full() {
-                triangles[j].fold(&mut blocks[j]);
-            }
+            joints[j].push(row, factor * tau);
         }
     });
-    for (triangle, block) in triangles.iter_mut().zip(&mut blocks) {
-        triangle.fold(block);
-    }
-    triangles
+    joints.into_iter().map(Accumulator::finish).collect()
 }
 
 /// The triangles of the rows, by part of the record and by joint.
@@ -54,21 +49,21 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
 pub struct Observation {
     /// `parts[k][j]`: part k, joint j.
     pub parts: Vec<Vec<Triangle>>,
-    /// rad (m): smallest and largest position of each coordinate.
+    /// Smallest and largest position of each coordinate, rad (m).
     pub range: Vec<(f64, f64)>,
-    /// rad/s: the largest speed of each coordinate.
+    /// Largest speed of each coordinate, rad/s.
     pub speed: Vec<f64>,
-    /// N m (N): the largest torque of each coordinate.
+    /// Largest torque of each coordinate, N m (N).
     pub effort: Vec<f64>,
-    /// Hz: 95 % of the energy of each coordinate's velocity lies below, in the fastest record.
+    /// Frequency below which 95 % of the energy of each coordinate's velocity lies, in the fastest record, Hz.
     pub f95: Vec<f64>,
-    /// Samples of each coordinate that are no rows: it stands still there.
+    /// Number of samples of each coordinate that give no row because it stands still.
     pub still: Vec<usize>,
-    /// Hz, of the first record.
+    /// Cut-off of the first record, Hz.
     pub cutoff: f64,
 }
 
-/// More parts than this are merged by twos.
+/// Largest number of parts; more are merged in pairs.
 const MOST_PARTS: usize = 64;
 
 impl Observation {
@@ -101,7 +96,7 @@ impl Observation {
         let (n, len) = (model.n(), states.len());
         let parts = parts.clamp(1, len.max(1));
         let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
-        // Parts are independent: who computes one changes no bit of it.
+        // Parts are independent: which thread computes one changes no bit of it.
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(parts);
         let triangles = if threads < 2 || len < PARALLEL {
             (0..parts).map(part).collect()
@@ -128,7 +123,7 @@ impl Observation {
         Observation { parts: triangles, range, speed, effort, f95: states.f95.clone(), still, cutoff: states.cutoff }
     }
 
-    /// Takes the parts of another record.
+    /// Appends the parts of another record.
     pub fn append(&mut self, other: Observation) {
         self.parts.extend(other.parts);
         while self.parts.len() > MOST_PARTS {
@@ -149,7 +144,7 @@ impl Observation {
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
     }
 
-    /// One triangle a joint, of all parts for which `take` says so.
+    /// One triangle a joint, merged from the parts that `take` chooses.
     pub fn joints(&self, take: impl Fn(usize) -> bool) -> Vec<Triangle> {
         let mut chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
         let Some(first) = chosen.next() else {

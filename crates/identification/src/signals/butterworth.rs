@@ -2,8 +2,8 @@
 //!
 //! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)), the bilinear transform with the cut-off w_c
 //! prewarped; run both ways the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off).
-//! Ends: the signal is continued by 3 (n + 1) samples turned about its end point, and the state of
-//! every section starts as after an endless constant: the conventions of `scipy.signal.filtfilt`.
+//! At the ends the signal is continued by 3 (n + 1) samples turned about its end point, and the state of
+//! every section starts as after an endless constant. These are the conventions of `scipy.signal.filtfilt`.
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
@@ -22,7 +22,7 @@ struct Section {
 }
 
 impl Butterworth {
-    /// `cutoff` in Hz of a signal sampled at `rate` Hz; `None` unless 0 < cutoff < rate / 2 and
+    /// A filter with this `cutoff` (Hz) for a signal sampled at `rate` Hz; `None` unless 0 < cutoff < rate / 2 and
     /// 1 <= order <= 20.
     pub fn low_pass(order: usize, cutoff: f64, rate: f64) -> Option<Butterworth> {
         if !(cutoff > 0.0 && cutoff < 0.5 * rate && rate.is_finite() && (1..=20).contains(&order)) {
@@ -46,7 +46,7 @@ impl Butterworth {
         Some(Butterworth { sections, order })
     }
 
-    /// s after which the filter has forgotten where its signal began, to a part in 10^12: the slowest pole
+    /// Time after which the filter has forgotten the start of its signal to a part in 10^12, s: the slowest pole
     /// decays by exp(-2 pi f_c sin(pi / (2 n)) t).
     pub fn memory(order: usize, cutoff: f64) -> f64 {
         let decay = 2.0 * std::f64::consts::PI * cutoff * (0.5 * std::f64::consts::PI / order as f64).sin();

@@ -1,71 +1,158 @@
 //! How fast the motion is, and the cut-off that follows from it.
 //!
 //! The rule: f_c = 20 f_95, where f_95 is the frequency below which 95 % of the energy of the
-//! fastest joint's velocity lies; not above a fifth of the sampling rate. Twenty times, because the
+//! fastest joint's velocity lies; at most a fifth of the sampling rate. The factor is twenty because the
 //! torques hold harmonics of the motion (Coulomb friction, products of velocities) that the model
 //! explains, and because the fourth-order low-pass bends the signals well below its cut-off.
+//!
+//! The energy is that of all records that are fitted together, so that they get one cut-off, and so that a
+//! short record, or a joint that one record holds still, counts for what it is worth:
+//!
+//! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j
+//!
+//! X_j: the transform of n positions, h s apart; N_j: the noise of a position, from the upper half of the band, where
+//! no robot moves. White noise reaches 20 times its mean in two bins of a billion. Joints whose energy is less than a
+//! hundredth of the fastest one's do not count: what they show follows the others, or is noise of another colour.
+
+use std::collections::BTreeMap;
 
 use realfft::RealFftPlanner;
 
 /// The frequency content of a motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrequencyContent {
-    /// Hz, a joint: 95 % of the energy of its velocity lies below; 0 for a joint at rest.
+    /// Hz, a joint: 95 % of the energy of its velocity lies below; 0 for a joint that does not count.
     pub f95: Vec<f64>,
-    /// Hz, by the rule.
+    /// Cut-off by the rule, Hz.
     pub cutoff: f64,
 }
 
 const FACTOR: f64 = 20.0;
 const SHARE: f64 = 0.95;
 
-/// The frequency content of positions sampled every `period` s, and the cut-off by the rule.
-pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
-    FrequencyContent::of(q.iter().map(|q| velocity_f95(q, period)).collect(), period)
+/// Times the noise of a bin from which on it is motion.
+const ABOVE_NOISE: f64 = 20.0;
+
+/// Of the energy of the fastest joint: a tenth of its speed.
+const COUNTS: f64 = 1e-2;
+
+/// Samples that are transformed at once; a power of two, about a minute at 1 kHz.
+const PIECE: usize = 1 << 16;
+
+/// The energy of the joints' velocities by frequency, of as many records as are pushed.
+#[derive(Clone, Debug, Default)]
+pub struct MotionEnergy {
+    /// One a joint: the bits of a frequency in Hz, which are in the order of the numbers, and its energy, rad^2/s (m^2/s).
+    joints: Vec<BTreeMap<u64, f64>>,
+    /// Positions that no transform has seen, one series a joint, and s between them.
+    waiting: Vec<Vec<f64>>,
+    period: f64,
+    /// Hz: a fifth of the lowest rate.
+    highest: f64,
 }
 
-impl FrequencyContent {
-    fn of(f95: Vec<f64>, period: f64) -> FrequencyContent {
-        let fastest = f95.iter().copied().fold(0.0, f64::max);
+/// The frequency content of positions sampled every `period` s, and the cut-off by the rule.
+pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
+    let mut energy = MotionEnergy::default();
+    energy.push(q, period);
+    energy.content()
+}
+
+impl MotionEnergy {
+    /// Positions `period` s apart that follow on those before; `end_record` where they do not.
+    pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
         let highest = 0.2 / period;
-        FrequencyContent { cutoff: if fastest > 0.0 { (FACTOR * fastest).min(highest) } else { highest }, f95 }
+        self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
+        // Blocks of one clock have one period but for the last digits, and so the same frequencies.
+        if (period / self.period - 1.0).abs() > 1e-6 || self.period == 0.0 {
+            self.period = period;
+        }
+        self.waiting.resize(q.len(), Vec::new());
+        self.joints.resize(q.len(), BTreeMap::new());
+        for (waiting, q) in self.waiting.iter_mut().zip(q) {
+            waiting.extend_from_slice(q);
+        }
+        while self.waiting.first().is_some_and(|q| q.len() >= PIECE) {
+            self.transform(PIECE);
+        }
     }
 
-    /// The content of the fastest of two parts of a record, joint by joint.
-    pub(crate) fn faster(self, other: FrequencyContent, period: f64) -> FrequencyContent {
-        FrequencyContent::of(self.f95.iter().zip(&other.f95).map(|(a, b)| a.max(*b)).collect(), period)
+    /// What follows is another record.
+    pub fn end_record(&mut self) {
+        let left = self.waiting.first().map_or(0, Vec::len);
+        self.transform(left);
     }
+
+    /// The content of all that was pushed, and the cut-off by the rule.
+    pub fn content(mut self) -> FrequencyContent {
+        self.end_record();
+        let energy: Vec<f64> = self.joints.iter().map(|joint| joint.values().sum()).collect();
+        let most = energy.iter().copied().fold(0.0, f64::max);
+        let counts = |e: f64| e > 0.0 && e >= COUNTS * most;
+        let f95 = |(joint, &e): (&BTreeMap<u64, f64>, &f64)| if counts(e) { quantile(joint, SHARE * e) } else { 0.0 };
+        let f95: Vec<f64> = self.joints.iter().zip(&energy).map(f95).collect();
+        let fastest = f95.iter().copied().fold(0.0, f64::max);
+        let cutoff = if fastest > 0.0 { (FACTOR * fastest).min(self.highest) } else { self.highest };
+        FrequencyContent { f95, cutoff }
+    }
+
+    /// Takes the first `count` of the waiting samples.
+    fn transform(&mut self, count: usize) {
+        for (joint, waiting) in self.joints.iter_mut().zip(&mut self.waiting) {
+            let rest = waiting.split_off(count);
+            add_energy(joint, waiting, self.period);
+            *waiting = rest;
+        }
+    }
+}
+
+/// The frequency at which the energy below reaches `sum`, Hz.
+fn quantile(joint: &BTreeMap<u64, f64>, sum: f64) -> f64 {
+    let mut below = 0.0;
+    let reached = joint.iter().find(|(_, e)| {
+        below += **e;
+        below >= sum
+    });
+    reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
 }
 
 /// Joints that move less than this (rad, m) between their extremes are at rest: noise has no content.
 const REST: f64 = 1e-3;
 
-fn velocity_f95(q: &[f64], period: f64) -> f64 {
+fn add_energy(joint: &mut BTreeMap<u64, f64>, q: &[f64], period: f64) {
     let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
-    // A length with small factors: a prime one is several times slower.
+    // A length with small factors: the transform of a prime length is several times slower.
     let n = smooth_length(q.len());
     if n < 8 || high - low < REST {
-        return 0.0;
+        return;
     }
-    // A line through the two ends taken away, so that the ends of the record are no jump.
+    // The line through both ends is subtracted, so that the ends of the record make no jump.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
     let fft = RealFftPlanner::new().plan_fft_forward(n);
     let mut spectrum = fft.make_output_vec();
     if fft.process(&mut x, &mut spectrum).is_err() {
+        return;
+    }
+    let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
+    let motion = ABOVE_NOISE * noise(&squares[n / 4..]);
+    // Noise beyond a fifth of the rate, differentiated, would outweigh the motion.
+    for (k, &square) in squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > motion) {
+        let frequency = k as f64 / (n as f64 * period);
+        let energy = (std::f64::consts::TAU * frequency).powi(2) * square * period / n as f64;
+        *joint.entry(frequency.to_bits()).or_insert(0.0) += energy;
+    }
+}
+
+/// The mean square of a bin of noise, by the median of the bins, which lines do not move: the squares of white noise are
+/// distributed exponentially.
+fn noise(squares: &[f64]) -> f64 {
+    let mut squares = squares.to_vec();
+    let middle = squares.len() / 2;
+    if squares.is_empty() {
         return 0.0;
     }
-    // Noise beyond a fifth of the rate, differentiated, would outweigh the motion.
-    let bins = n / 5;
-    let energy: Vec<f64> =
-        spectrum.iter().take(bins).enumerate().map(|(k, c)| c.norm_sqr() * (k as f64).powi(2)).collect();
-    let total: f64 = energy.iter().sum();
-    let mut sum = 0.0;
-    let bin = energy.iter().position(|e| {
-        sum += e;
-        sum >= SHARE * total
-    });
-    bin.unwrap_or(0).max(1) as f64 / (n as f64 * period)
+    *squares.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2
 }
 
 /// The largest product of 2s, 3s and 5s up to n, at least 95 % of it.
@@ -84,13 +171,17 @@ fn smooth_length(n: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algebra::random::Random;
     use std::f64::consts::PI;
+
+    fn wave(n: usize, period: f64, hz: f64, amplitude: f64) -> Vec<f64> {
+        (0..n).map(|i| amplitude * (2.0 * PI * hz * i as f64 * period).sin()).collect()
+    }
 
     #[test]
     fn a_wave_has_its_own_frequency() {
         for (n, period) in [(4000, 0.001), (3989, 0.01)] {
-            let q: Vec<f64> = (0..n).map(|i| (2.0 * PI * 1.5 * i as f64 * period).sin()).collect();
-            let content = rule(&[vec![0.3; n], q], period);
+            let content = rule(&[vec![0.3; n], wave(n, period, 1.5, 1.0)], period);
             assert_eq!(content.f95[0], 0.0);
             let resolution = 2.0 / (n as f64 * period);
             assert!((content.f95[1] - 1.5).abs() <= resolution, "{content:?}");
@@ -102,5 +193,40 @@ mod tests {
     fn short_records_and_rest_do_not_fail() {
         assert_eq!(rule(&[vec![0.0; 3]], 0.1).cutoff, 2.0);
         assert_eq!(rule(&[], 0.1).cutoff, 2.0);
+    }
+
+    /// A joint that is held, one that creeps, one whose encoder is rough: none of them says how fast the motion is.
+    #[test]
+    fn noise_is_no_motion() {
+        let mut random = Random::new(3);
+        let n = 8000;
+        let mut noisy = |x: Vec<f64>, sd: f64| x.iter().map(|x| x + sd * random.normal()).collect::<Vec<f64>>();
+        let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
+        let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
+        let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
+        // Its own motion follows the others at 8 Hz, by a hundredth of a radian.
+        let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
+        let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
+        assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
+        // One bin of 8 s on either side.
+        assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
+    }
+
+    /// However the samples come in, the content is the same; and a record of a second beside one of a minute does not
+    /// decide it.
+    #[test]
+    fn blocks_and_records_add_up() {
+        let q = wave(150_000, 1e-3, 0.7, 1.0);
+        let whole = rule(std::slice::from_ref(&q), 1e-3);
+        let mut blocks = MotionEnergy::default();
+        q.chunks(7001).for_each(|block| blocks.push(&[block.to_vec()], 1e-3));
+        assert_eq!(blocks.content(), whole);
+        let mut records = MotionEnergy::default();
+        records.push(&[q[..60_000].to_vec()], 1e-3);
+        records.end_record();
+        records.push(&[q[60_400..61_400].to_vec()], 1e-3);
+        let content = records.content();
+        assert!((content.f95[0] - 0.7).abs() < 0.04, "{content:?}");
+        assert!(rule(&[q[60_400..61_400].to_vec()], 1e-3).f95[0] > 0.9);
     }
 }

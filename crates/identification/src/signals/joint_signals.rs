@@ -1,16 +1,15 @@
 //! From the signals of a log to states: filtered positions, velocities, accelerations and torques.
 //!
-//! q, tau -> zero-phase low-pass (`butterworth`); dq the measured velocity, filtered alike, or the
-//! central difference of q; ddq the central difference of dq; then every `decimate`-th sample,
-//! without the ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true
+//! q and tau pass a zero-phase low-pass (`butterworth`). dq is the measured velocity, filtered in the same way, or the
+//! central difference of q; ddq is the central difference of dq. Then every `decimate`-th sample is kept, without the
+//! ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true
 //! to the first order [Gautier 1997]. Where a joint stands still its row is dropped: stiction is
 //! not in the model.
 //!
-//! Friction columns jump with sign(dq); the filter rounds the jumps of the torques, so the signs go
-//! through it too. On the measured sets of `dataset` this lowers the residual by 3 to 17 % for the
-//! same columns.
+//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the signs go
+//! through it too. On measured robots this lowers the residual by 3 to 17 % for the same columns.
 //!
-//! Default cut-off: `cutoff::rule`. Not here: transmissions (`transmission`), friction (`friction`).
+//! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
 
 use logs::{Effort, Error, Log, Window};
 
@@ -19,7 +18,7 @@ use crate::model::friction::terms::sign;
 use crate::model::states::States;
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
-use crate::signals::cutoff::FrequencyContent;
+use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::signal_options::{Signal, Velocity};
 use crate::signals::standstill::standstill;
@@ -27,11 +26,17 @@ use crate::signals::velocity_check::check_velocity;
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
 pub struct JointSignals<'a> {
+    /// The log behind them.
     pub log: &'a Log,
+    /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s), where measured.
     pub dq: Option<Vec<Vec<f64>>>,
+    /// rad/s^2 (m/s^2), where measured.
     pub ddq: Option<Vec<Vec<f64>>>,
+    /// N m (N).
     pub tau: Vec<Vec<f64>>,
+    /// Motors that turn with a joint beside their own.
     pub couplings: Vec<Coupling>,
 }
 
@@ -72,23 +77,34 @@ impl<'a> JointSignals<'a> {
         Ok(t)
     }
 
-    /// How fast the motion is; and s between the samples of its clock.
-    pub(crate) fn content(mut self, signal: &Signal) -> Result<(FrequencyContent, f64), Error> {
+    /// Adds the motion. A row that repeats all positions of the one before is no sample: the log missed one.
+    pub(crate) fn add_motion(mut self, signal: &Signal, energy: &mut MotionEnergy) -> Result<(), Error> {
+        let t = &self.log.t;
+        let fresh = |&r: &usize| r == 0 || self.q.iter().any(|q| q[r] != q[r - 1]);
+        let fresh: Vec<usize> = (0..t.len()).filter(fresh).collect();
+        if fresh.len() < t.len() {
+            let of = |x: &[f64]| fresh.iter().map(|&r| x[r]).collect::<Vec<f64>>();
+            let at = of(t);
+            for q in &mut self.q {
+                *q = interpolate(&at, &of(q), t);
+            }
+        }
         let period = step(&self.on_clock(signal)?);
-        Ok((cutoff::rule(&self.q, period), period))
+        energy.push(&self.q, period);
+        Ok(())
     }
 
-    /// Filters, differentiates and decimates.
+    /// Filters, differentiates and decimates; `content`: of all that is fitted together, where it was looked at.
     ///
     /// Fails when a cut-off is not below half the rate, or a measured signal is asked for that is not there.
-    pub fn states(mut self, signal: &Signal) -> Result<States, Error> {
+    pub fn states(mut self, signal: &Signal, content: Option<&FrequencyContent>) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
         let at = |message: String| Error::at(&self.log.name, 0, message);
         let period = step(&t);
         if let Some(dq) = self.dq.as_ref().filter(|_| signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
         }
-        let content = cutoff::rule(&self.q, period);
+        let content = content.cloned().unwrap_or_else(|| cutoff::rule(&self.q, period));
         let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(content.cutoff) };
         let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
         let filter = |cutoff: f64| -> Result<Option<Butterworth>, Error> {
@@ -156,7 +172,7 @@ impl<'a> JointSignals<'a> {
     }
 }
 
-/// s between samples.
+/// Time between samples, s.
 fn step(t: &[f64]) -> f64 {
     (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64
 }

@@ -4,17 +4,54 @@ use logs::{Error, Log};
 
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
-use crate::signals::cutoff::FrequencyContent;
+use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::signal_options::Signal;
 use crate::signals::transmission::Transmission;
 
-/// What is done to a log before an estimator sees it.
+/// The steps that a log goes through before an estimator sees it.
 #[derive(Clone, Debug, Default)]
 pub struct Preparation {
-    /// What lies between the log and the joints.
+    /// The transmission between the log and the joints.
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,
+    /// How fast the motion of everything that is fitted together is, where it was looked at.
+    pub content: Option<FrequencyContent>,
+}
+
+impl Preparation {
+    /// The same for logs with this content, which gives the cut-off where there is none.
+    pub(crate) fn with_content(mut self, content: FrequencyContent) -> Preparation {
+        if self.signal.order > 0 {
+            self.signal.cutoff.get_or_insert(content.cutoff);
+        }
+        self.content = Some(content);
+        self
+    }
+
+    /// Adds the motion of a log, or of a block of one.
+    pub(crate) fn add_motion(&self, log: &Log, energy: &mut MotionEnergy) -> Result<(), Error> {
+        if log.report.gaps == 0 {
+            return self.transmission.apply(log)?.add_motion(&self.signal, energy);
+        }
+        for part in log.segments() {
+            self.transmission.apply(&part)?.add_motion(&self.signal, energy)?;
+            energy.end_record();
+        }
+        Ok(())
+    }
+
+    /// The same with the content of logs that are fitted together.
+    ///
+    /// Fails where a log does not fit the transmission.
+    pub fn for_logs(&self, logs: &[Log]) -> Result<Preparation, Error> {
+        let mut energy = MotionEnergy::default();
+        for log in logs {
+            self.add_motion(log, &mut energy)?;
+            energy.end_record();
+        }
+        Ok(self.clone().with_content(energy.content()))
+    }
 }
 
 /// The states of a log, checked against the regressor: one record for each part between gaps of its clock.
@@ -32,7 +69,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
     Ok(states)
 }
 
-/// As `states`; none where nothing is left.
+/// The same as `states`, but empty where nothing is left.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
     log: &Log,
@@ -42,22 +79,13 @@ pub(crate) fn states_or_none(
         let states = states_of(regressor, log, preparation)?;
         return Ok(if states.is_empty() { Vec::new() } else { vec![states] });
     }
-    let segments = log.segments();
-    // One cut-off for all parts: that of the fastest.
-    let mut preparation = preparation.clone();
-    if preparation.signal.order > 0 && preparation.signal.cutoff.is_none() {
-        let mut fastest: Option<FrequencyContent> = None;
-        for part in &segments {
-            let (content, period) = preparation.transmission.apply(part)?.content(&preparation.signal)?;
-            fastest = Some(match fastest {
-                None => content,
-                Some(fastest) => fastest.faster(content, period),
-            });
-        }
-        preparation.signal.cutoff = fastest.map(|f| f.cutoff);
-    }
+    // One cut-off for all parts.
+    let preparation = match preparation.content {
+        Some(_) => preparation.clone(),
+        None => preparation.for_logs(std::slice::from_ref(log))?,
+    };
     let mut records = Vec::new();
-    for part in &segments {
+    for part in &log.segments() {
         let states = states_of(regressor, part, &preparation)?;
         if !states.is_empty() {
             records.push(states);
@@ -66,7 +94,7 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// No signal of a robot, in no unit; squares of larger numbers leave the range of numbers.
+/// Larger than any signal of a robot in any unit; squares of larger numbers would overflow.
 const ABSURD: f64 = 1e100;
 
 /// The states of a log without gaps; none where nothing is left between the ends and the window.
@@ -76,7 +104,7 @@ fn states_of(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) ->
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
         return Err(Error::at(&log.name, 0, message));
     }
-    let states = preparation.transmission.apply(log)?.states(&preparation.signal)?;
+    let states = preparation.transmission.apply(log)?.states(&preparation.signal, preparation.content.as_ref())?;
     let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD));
     if !finite {
         return Err(Error::at(

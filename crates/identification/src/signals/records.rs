@@ -4,6 +4,7 @@ use logs::{Error, Log, LogSource, LogStream};
 
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
+use crate::signals::cutoff::MotionEnergy;
 use crate::signals::preparation::{Preparation, states, states_or_none};
 
 /// Records in a fixed order, to be gone through as often as an estimator needs.
@@ -40,38 +41,43 @@ enum Source<'a> {
 impl<'a> SourceRecords<'a> {
     /// Fails when a log does not fit the robot, the transmission or the signal preparation.
     pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], preparation: &Preparation) -> Result<Self, Error> {
+        let preparation = match preparation.signal.cutoff {
+            Some(_) => preparation.clone(),
+            None => with_content(logs, preparation)?,
+        };
         let source = |log: &'a LogSource| match log {
-            LogSource::Held(log) => states(regressor, log, preparation).map(Source::Held),
-            LogSource::Streamed(stream) => streamed(stream, preparation),
+            LogSource::Held(log) => states(regressor, log, &preparation).map(Source::Held),
+            LogSource::Streamed(stream) => Ok(streamed(stream, &preparation)),
         };
         Ok(SourceRecords { regressor, sources: logs.iter().map(source).collect::<Result<_, _>>()? })
     }
 }
 
-/// A stream with the cut-off and the decimation of the whole log settled.
-fn streamed<'a>(stream: &'a LogStream, preparation: &Preparation) -> Result<Source<'a>, Error> {
-    let mut preparation = Box::new(preparation.clone());
-    let mut period = preparation.signal.rate.map_or(stream.report().period, |rate| 1.0 / rate);
-    if preparation.signal.order > 0 && preparation.signal.cutoff.is_none() {
-        let mut content = None;
-        stream.blocks(0.0, &mut |block| {
-            if block.len() > 1 {
-                let (found, step) = preparation.transmission.apply(&block)?.content(&preparation.signal)?;
-                period = step;
-                content = Some(match content.take() {
-                    None => found,
-                    Some(content) => found.faster(content, step),
-                });
-            }
-            Ok(())
-        })?;
-        preparation.signal.cutoff = content.map(|c| c.cutoff);
+/// The preparation with the content, and so the cut-off, of all logs together.
+fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {
+    let mut energy = MotionEnergy::default();
+    for log in logs {
+        match log {
+            LogSource::Held(log) => preparation.add_motion(log, &mut energy)?,
+            LogSource::Streamed(stream) => stream.blocks(0.0, &mut |block| match block.len() {
+                0 | 1 => Ok(()),
+                _ => preparation.add_motion(&block, &mut energy),
+            })?,
+        }
+        energy.end_record();
     }
+    Ok(preparation.clone().with_content(energy.content()))
+}
+
+/// A stream with its decimation settled.
+fn streamed<'a>(stream: &'a LogStream, preparation: &Preparation) -> Source<'a> {
+    let mut preparation = Box::new(preparation.clone());
     let signal = &mut preparation.signal;
+    let period = signal.rate.map_or(stream.report().period, |rate| 1.0 / rate);
     let cutoff = if signal.order > 0 { signal.cutoff.unwrap_or(0.0) } else { 0.0 };
     signal.decimate = Some(signal.decimation(cutoff, period));
     let overlap = signal.memory(cutoff, period);
-    Ok(Source::Streamed { stream, preparation, overlap })
+    Source::Streamed { stream, preparation, overlap }
 }
 
 impl Records for SourceRecords<'_> {
@@ -147,11 +153,10 @@ mod tests {
         for cutoff in [Some(3.0), None] {
             options.signal.cutoff = cutoff;
             let held = fit(&path, 20_000, &options).estimate;
-            // The rule looks at each block: a cut-off found so is given to the other.
             let streamed = fit(&path, 1000, &options).estimate;
-            options.signal.cutoff = Some(streamed.cutoff);
-            let held = if cutoff.is_some() { held } else { fit(&path, 20_000, &options).estimate };
             assert_eq!(streamed.rows, held.rows);
+            // The clock of a block has its period to the last digits but one.
+            assert!((streamed.cutoff / held.cutoff - 1.0).abs() < 1e-12, "{} {}", streamed.cutoff, held.cutoff);
             for (a, b) in streamed.parameters.iter().zip(&held.parameters) {
                 // The filter has forgotten its start to a part in 1e12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
@@ -168,7 +173,42 @@ mod tests {
         std::fs::remove_file(path).unwrap();
     }
 
-    /// What is wrong with a file is counted alike, wherever the blocks end.
+    /// A second without numbers, or every seventh row a repetition of the one before, says nothing about the motion; logs
+    /// that are fitted together have one cut-off, which a log of a joint at rest does not change.
+    #[test]
+    fn holes_repeats_and_rests_move_no_cutoff() {
+        let mut last = String::new();
+        let mut repeats = |r: usize, [t, q, tau]: [f64; 3]| {
+            if r % 7 != 3 {
+                last = format!("{q},{tau}");
+            }
+            format!("{t},{last}\n")
+        };
+        let repeats = std::cell::RefCell::new(&mut repeats);
+        let whole = write("whole", 3000, plain);
+        let hole = write("hole", 3000, |r, row| if (1200..1240).contains(&r) { String::new() } else { plain(r, row) });
+        let repeated = write("repeated", 3000, |r, row| repeats.borrow_mut()(r, row));
+        let mut random = Random::new(9);
+        let noise: Vec<f64> = (0..3000).map(|_| 1e-3 * random.normal()).collect();
+        let rest = write("rest", 3000, |r, [t, _, tau]| format!("{t},{},{tau}\n", noise[r]));
+        let options = Options { friction: vec![FrictionTerm::Viscous], ..Options::default() };
+        let cutoff = |paths: &[&Path]| {
+            let (arm, logs) = (Pendulum::new(), paths.iter().map(|p| open(p, 20_000)).collect::<Vec<_>>());
+            let records = SourceRecords::new(&arm, &logs, &options.preparation()).unwrap();
+            let mut found = Vec::new();
+            records.each(&mut |states| found.push(states.cutoff)).unwrap();
+            assert!(found.iter().all(|f| *f == found[0]), "{found:?}");
+            found[0]
+        };
+        let expected = cutoff(&[&whole]);
+        // A bin of 30 s, twenty times over; the parts beside the hole have bins of 12 s and 18 s.
+        for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
+            assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
+        }
+        [whole, hole, repeated, rest].iter().for_each(|path| std::fs::remove_file(path).unwrap());
+    }
+
+    /// The faults of a file are counted alike, wherever the blocks end.
     #[test]
     fn the_account_is_that_of_the_whole() {
         let path = write("broken", 20_000, |r, [t, q, tau]| match r {

@@ -1,6 +1,6 @@
 //! From the clock of a log to a uniform one, by linear interpolation.
 
-/// More samples than this are a wrong rate, not a log.
+/// More samples than this mean a wrong rate, not a long log.
 const MAX_SAMPLES: f64 = 1e8;
 
 /// Instants `period` apart from the first to at most the last of `t`; `None` for a period that

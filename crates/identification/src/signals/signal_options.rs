@@ -9,28 +9,30 @@ use crate::signals::butterworth::Butterworth;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Signal {
-    /// Hz, of the low-pass on positions and velocities; without it the rule of `cutoff`.
+    /// Cut-off of the low-pass on positions and velocities, Hz; by default the rule of `cutoff`.
     pub cutoff: Option<f64>,
-    /// Hz, of the low-pass on the torques; without it that of the positions.
+    /// Cut-off of the low-pass on the torques, Hz; by default that of the positions.
     pub effort_cutoff: Option<f64>,
     /// Order of the low-pass; 0: no filter.
     pub order: usize,
-    /// Keep every n-th sample; without it ten samples a period of the cut-off.
+    /// Keep every n-th sample; by default ten samples a period of the cut-off are kept.
     pub decimate: Option<usize>,
-    /// Hz, of the uniform clock to resample to; without it that of the log when it is not uniform.
+    /// Rate of the uniform clock to resample to, Hz; by default the rate of the log where its clock is not uniform.
     pub rate: Option<f64>,
     /// Keep the log's own clock even where it is not uniform.
     pub own_clock: bool,
+    /// Where dq comes from.
     pub velocity: Velocity,
+    /// Where ddq comes from.
     pub acceleration: Velocity,
-    /// s dropped at each end; without it one period of the cut-off, three where velocities are differentiated.
+    /// Time dropped at each end, s; by default one period of the cut-off, three where velocities are differentiated.
     pub border: Option<f64>,
     /// Use samples in this interval only.
     pub window: Option<Window>,
-    /// rad/s: rows of a joint slower than this are dropped; 0: none. Without it those of a joint that stays
-    /// where it is (`standstill`), where the model has dry friction.
+    /// Speed below which rows of a joint are dropped, rad/s; 0: none. By default the rows of a joint that stays
+    /// where it is (`standstill`) are dropped where the model has dry friction.
     pub standstill: Option<f64>,
-    /// s by which the torques lag the positions.
+    /// Time by which the torques lag the positions, s.
     pub delay: f64,
     /// Pass sign(dq) through the filter of the torques before it becomes a column: the torques'
     /// jumps at reversals are rounded by their filter, and so are the column's.
@@ -58,19 +60,20 @@ impl Default for Signal {
 }
 
 impl Signal {
-    /// Every how manieth sample is kept.
+    /// Keep every n-th sample: n.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
-        let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period)) as usize } else { 1 };
+        // The clocks of two logs differ in the last digits; what is a whole number of samples stays one.
+        let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period) + 1e-6) as usize } else { 1 };
         self.decimate.unwrap_or(ten_a_period).max(1)
     }
 
-    /// s dropped at each end: there the filter guesses the signal, and differences double the error.
+    /// Time dropped at each end, s: there the filter guesses the signal, and differences double the error.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
         let periods = if differentiated { 3.0 } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })
     }
 
-    /// s after which nothing is left of the ends of a signal, for `cutoff` and `period` in s.
+    /// Time after which the ends of a signal have no more effect, s, for a `cutoff` in Hz and a `period` in s.
     pub(crate) fn memory(&self, cutoff: f64, period: f64) -> f64 {
         let slowest = match (self.order, self.effort_cutoff) {
             (0, _) => 0.0,
@@ -80,13 +83,15 @@ impl Signal {
     }
 }
 
-/// Where a derivative comes from.
+/// The source of a derivative.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Velocity {
-    /// Measured where the log has it.
+    /// The measured signal where the log has it.
     #[default]
     Auto,
+    /// Measured; refused where the log has none.
     Measured,
+    /// Differentiated, also where it was measured.
     Differentiated,
 }

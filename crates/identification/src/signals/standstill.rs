@@ -1,15 +1,15 @@
 //! When a joint stands still.
 //!
-//! Stiction is not in the model: a joint at rest carries any torque up to its Coulomb friction, and its
-//! rows say nothing that holds. A reversal is no standstill: it is over in less than [`SPAN`].
+//! Stiction is not in the model: a joint at rest carries any torque up to its Coulomb friction, so its rows
+//! are wrong. A reversal is no standstill: it is over in less than [`SPAN`].
 
-/// s for which a joint must stay within [`BAND`].
+/// Time for which a joint must stay within [`BAND`], s.
 const SPAN: f64 = 0.2;
 
-/// rad (m): 1e-3 rad/s for the span.
+/// Width of the band, rad (m): 1e-3 rad/s for the span.
 const BAND: f64 = 2e-4;
 
-/// For each sample of a position whether it belongs to a span in which the position stays within the band.
+/// Tells for each sample of a position whether it belongs to a span in which the position stays within the band.
 pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     let span = ((SPAN / period).ceil() as usize).max(2);
     let mut still = vec![false; q.len()];

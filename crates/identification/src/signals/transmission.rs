@@ -5,7 +5,7 @@
 //! TX40 has q_m6 = 32 (q_5 + q_6).
 //!
 //! A motor m that also turns with joint k (c = R_mk / R_mm) brings its own inertia and friction to
-//! both joints; beyond the columns that the joints have anyway these are
+//! both joints. The columns to be added to those of the joints are
 //!   tau_k += c (IAM ddq_m + FVM dq_m + FSM sign(dq_m + c dq_k))
 //!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::model::coupling::Coupling;
 use crate::signals::joint_signals::JointSignals;
 
-/// What lies between the log and the joints; absent parts change nothing.
+/// The transmission between the log and the joints; absent parts change nothing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transmission {

@@ -1,23 +1,23 @@
-//! Whether measured velocities are the slopes of the positions beside them.
+//! Checks that measured velocities are the slopes of the positions beside them.
 //!
 //! Over spans of the log, a_k = q(end) - q(start) and b_k = integral of dq dt: b = s a, and s = 1 when units,
 //! signs and clock are right. Sums over spans, not samples, so that quantised positions do not matter.
 
 use logs::{Error, GAP};
 
-/// Spans of a log.
+/// Number of spans of a log.
 const SPANS: usize = 200;
 
-/// rad (m): joints whose largest change over a span is smaller say nothing.
+/// Joints whose largest change over a span is smaller than this are not checked, rad (m).
 const LITTLE: f64 = 0.02;
 
-/// Slopes of velocity on position outside of these are no noise.
+/// Slopes of velocity on position outside of this range are not noise.
 const SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
 /// Where positions explain less than this share of the velocities, there is nothing to compare.
 const RELATED: f64 = 0.8;
 
-/// Fails for the first joint whose velocity is something else than the slope of its position; `period` in s.
+/// Fails for the first joint whose velocity is not the slope of its position; `period` in s.
 pub fn check_velocity(
     file: &str,
     coordinates: &[String],

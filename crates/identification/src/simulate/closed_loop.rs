@@ -1,4 +1,4 @@
-//! A robot in closed loop, simulated: what an experiment would have recorded.
+//! Simulation of a robot in closed loop: the record that an experiment would have left.
 //!
 //! A(q) ddq + h(q, dq) = kt I - G(dq, kt I), integrated by Runge-Kutta 4 in substeps of the
 //! sample time. Each sample the controller sees q rounded to its encoder quantum,
@@ -6,8 +6,8 @@
 //! I = (Kp (q_r - q) + Kd (dq_r - v) + feedforward) / kt, limited, held until the next sample,
 //!
 //! with v the backward difference of q through a first-order filter. The current recorded at t_i is
-//! the mean of what was held before and after: the mean current over [t_i - h/2, t_i + h/2], so that
-//! the half sample of delay of the hold is in the record.
+//! the mean of what was held before and after, the mean current over [t_i - h/2, t_i + h/2]. So the
+//! hold's delay of half a sample is in the record.
 //!
 //! The loop is deterministic; noise is added to a copy of its record by [`Sensing`]. Flexibility,
 //! torque ripple and noise in the loop are not here.
@@ -65,8 +65,11 @@ pub struct Sensing {
 
 /// A robot with its drives, controller and friction.
 pub struct Simulation<'a> {
+    /// The robot.
     pub dynamics: &'a dyn Dynamics,
+    /// One for each joint.
     pub controller: &'a Controller,
+    /// Gains and limits of the drives.
     pub drives: &'a Drives,
     /// rad, seen by the controller.
     pub quantum: &'a [f64],
@@ -76,13 +79,16 @@ pub struct Simulation<'a> {
     pub substeps: usize,
 }
 
-/// Why a simulated motion stopped.
+/// The reason why a simulated motion stopped.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stop {
-    /// It did not.
+    /// It did not stop before its end.
     End,
-    /// The inertia matrix was not positive definite, or the motion left every bound, at this time, s.
-    NotPhysical { time: f64 },
+    /// The inertia matrix was not positive definite, or the motion left every bound.
+    NotPhysical {
+        /// Time of the stop, s.
+        time: f64,
+    },
 }
 
 impl Simulation<'_> {

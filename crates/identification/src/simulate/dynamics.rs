@@ -1,4 +1,4 @@
-//! How simulation sees a robot: the inertia matrix and everything else.
+//! A robot as simulation sees it: the inertia matrix, and the torque without acceleration.
 //!
 //! tau = A(q) ddq + h(q, dq), friction not included; h holds the centrifugal, Coriolis and gravity
 //! torques. Any [`Regressor`] with parameter values is such a robot: with Y(q, dq, ddq) linear in

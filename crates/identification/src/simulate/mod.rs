@@ -1,4 +1,4 @@
-//! Experiments run by a simulated robot.
+//! Experiments on a simulated robot.
 
 pub mod closed_loop;
 pub mod dynamics;

@@ -1,4 +1,4 @@
-//! Records as logs: what a simulation writes is what a machine would have written.
+//! Records as logs: a simulation writes the files that a machine would have written.
 //!
 //! CSV with the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A), or `tau_<coordinate>` where
 //! the gains are one and the numbers are torques.

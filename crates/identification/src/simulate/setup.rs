@@ -1,5 +1,5 @@
-//! Everything a simulation or a plan needs beyond the model, from the robot's file where it says so
-//! and from stated defaults where it does not.
+//! Everything that a simulation or a plan needs beyond the model. It comes from the robot's file, or from stated
+//! defaults where the file does not have it.
 //!
 //! Defaults: limits of +-1.5 rad, 5 rad/s, 30 rad/s^2; slow velocity 0.5 rad/s; controller of 10 Hz; encoder
 //! quantum 1e-4 rad with noise of half of it; torque noise of 1 %, Coulomb friction of about 5 % of the torque
@@ -19,12 +19,17 @@ use crate::simulate::dynamics::Dynamics;
 /// A simulated robot apart from its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
+    /// Limits of the motions, one a coordinate.
     pub limits: Vec<MotionLimits>,
+    /// Tuned to the robot's inertia.
     pub controller: Controller,
+    /// Gains and limits of the drives.
     pub drives: Drives,
+    /// Noise and resolution of the sensors.
     pub sensing: Sensing,
+    /// One a joint.
     pub friction: Vec<FrictionLaw>,
-    /// Which defaults were taken, in sentences.
+    /// Sentences on the defaults taken.
     pub notes: Vec<String>,
 }
 
@@ -39,19 +44,30 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             Some(t) => t.1.push(&c.name),
             None => taken.push((text, vec![&c.name])),
         };
-        let mut or = |found: Option<f64>, value: f64, what: &str| {
-            found.filter(|x| x.is_finite() && *x > 0.0).unwrap_or_else(|| {
+        let mut or = |found: Option<f64>, value: f64, what: &str| match found {
+            Some(x) if x.is_finite() && x > 0.0 => x,
+            Some(x) => {
+                note(format!("{what} of {x} in the file, which leaves no motion; {value} assumed"));
+                value
+            }
+            None => {
                 note(format!("no {what} in the file, {value} assumed"));
                 value
-            })
+            }
         };
         let velocity = or(c.limits.velocity, 5.0, "greatest velocity (rad/s)");
         let acceleration = or(c.limits.acceleration, 30.0, "greatest acceleration (rad/s^2)");
-        let position = c.limits.position.filter(|(low, high)| low < high && low.is_finite() && high.is_finite());
-        let position = position.unwrap_or_else(|| {
-            note("no limits of position in the file, +-1.5 rad assumed".into());
-            (-1.5, 1.5)
-        });
+        let position = match c.limits.position {
+            Some((low, high)) if low < high && low.is_finite() && high.is_finite() => (low, high),
+            Some((low, high)) => {
+                note(format!("position from {low} to {high} in the file, which leaves no motion; +-1.5 rad assumed"));
+                (-1.5, 1.5)
+            }
+            None => {
+                note("no limits of position in the file, +-1.5 rad assumed".into());
+                (-1.5, 1.5)
+            }
+        };
         let slow_velocity = 0.5_f64.min(0.1 * velocity);
         MotionLimits { position, velocity, acceleration, slow_velocity, bandwidth: BANDWIDTH, quantum: QUANTUM }
     });
@@ -94,11 +110,22 @@ impl SimulationSetup {
             let offset = file.offset.unwrap_or(0.05 * coulomb);
             friction.push(FrictionLaw::asymmetric(viscous, coulomb + offset, 0.9 * viscous, offset - coulomb));
         }
-        let greatest = |k: usize| robot.coordinates[k].limits.effort.unwrap_or(5.0 * effort[k] + 3.0 * bias[k]);
+        let mut greatest = |k: usize| match robot.coordinates[k].limits.effort {
+            Some(limit) if limit > 0.0 && limit.is_finite() => limit,
+            other => {
+                let assumed = 5.0 * effort[k] + 3.0 * bias[k];
+                if let Some(limit) = other {
+                    let name = &robot.coordinates[k].name;
+                    notes.push(format!("{name}: greatest torque of {limit} in the file, {assumed:.3} N m assumed"));
+                }
+                assumed
+            }
+        };
+        let greatest_torque = (0..n).map(&mut greatest).collect();
         let velocity_pole = 15.0 * std::f64::consts::TAU * BANDWIDTH;
         SimulationSetup {
             controller: Controller::for_inertia(&inertia, &vec![BANDWIDTH; n], velocity_pole),
-            drives: Drives { gain: gains, greatest_torque: (0..n).map(greatest).collect() },
+            drives: Drives { gain: gains, greatest_torque },
             sensing: Sensing {
                 quantum: vec![QUANTUM; n],
                 position_noise: vec![0.5 * QUANTUM; n],

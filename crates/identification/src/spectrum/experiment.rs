@@ -1,4 +1,4 @@
-//! One experiment with the record it gave, cut to what is used of it.
+//! One experiment with its record, cut to the samples that are used.
 
 use std::ops::Range;
 
@@ -9,14 +9,15 @@ use crate::experiments::record::Record;
 /// A motion and its record inside the windows: whole periods, or forth and back.
 #[derive(Clone, Debug)]
 pub struct SpectralExperiment {
+    /// Motion that was run.
     pub trajectory: ExcitingTrajectory,
-    /// rad; one series a coordinate.
+    /// Positions, rad; one series a coordinate.
     pub q: Vec<Vec<f64>>,
-    /// A, or N m where the log has torques.
+    /// Currents, A, or torques, N m, where the log has torques.
     pub current: Vec<Vec<f64>>,
-    /// Samples of each window.
+    /// Number of samples of each window.
     pub windows: Vec<usize>,
-    /// What a known load adds to the base parameters; empty without one.
+    /// Contribution of a known load to the base parameters; empty without one.
     pub load: Vec<f64>,
 }
 
@@ -42,11 +43,12 @@ impl SpectralExperiment {
         self
     }
 
-    /// Samples used.
+    /// Number of samples used.
     pub fn len(&self) -> usize {
         self.windows.iter().sum()
     }
 
+    /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -59,6 +61,20 @@ impl SpectralExperiment {
         }
     }
 
+    /// The joint whose position scatters most about its mean period, and that scatter over the standard deviation of its
+    /// swing; `None` for a sweep and for a single period.
+    pub fn scatter(&self) -> Option<(usize, f64)> {
+        let period = self.period()?;
+        let of = |k: usize| {
+            let mean = fold(&self.q[k], period);
+            let middle = mean.iter().sum::<f64>() / period as f64;
+            let swing = (mean.iter().map(|q| (q - middle).powi(2)).sum::<f64>() / period as f64).sqrt();
+            (k, scatter(&self.q[k], period) / swing)
+        };
+        let found = self.trajectory.moving().into_iter().map(of).filter(|(_, s)| s.is_finite());
+        found.reduce(|a, b| if b.1 > a.1 { b } else { a })
+    }
+
     /// Currents times the gains, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<Vec<f64>> {
         let times = |(c, g): (&Vec<f64>, &f64)| c.iter().map(|c| c * g).collect();
@@ -69,9 +85,9 @@ impl SpectralExperiment {
 /// Standard deviations of one sample, one a coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseLevels {
-    /// rad.
+    /// Positions, rad.
     pub position: Vec<f64>,
-    /// In the unit of the record's currents.
+    /// Currents, in the unit of the record.
     pub current: Vec<f64>,
 }
 
@@ -99,7 +115,7 @@ impl NoiseLevels {
         })
     }
 
-    /// N m, with these gains.
+    /// Deviations of the torques with these gains, N m.
     pub fn torque(&self, gain: &[f64]) -> Vec<f64> {
         self.current.iter().zip(gain).map(|(c, g)| c * g).collect()
     }
@@ -138,6 +154,10 @@ mod tests {
         // 3600 degrees of freedom: five standard errors are 6 %.
         assert!((levels.position[0] / 1e-3 - 1.0).abs() < 0.06);
         assert!((levels.torque(&[2.0])[0] / 0.4 - 1.0).abs() < 0.06);
+        let experiment = SpectralExperiment::new(swing(), &noisy(4800)).unwrap();
+        // A sine of one has the deviation 0.71.
+        let (joint, scatter) = experiment.scatter().unwrap();
+        assert!(joint == 0 && (scatter / 1.41e-3 - 1.0).abs() < 0.06, "{scatter}");
     }
 
     #[test]

@@ -4,13 +4,13 @@
 //!
 //! (cos x / sinc x) D_j(f_h) X + (cos x / sinc^2 x) G_j(f_h) = exp(2 pi i f_h delay) tau_j(f_h)
 //!
-//! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x: the torque
-//! held over each sample has the spectrum sinc x of its samples, the mean of two neighbours that is
-//! recorded (`simulation`) has cos x, and G is a mean over the cell (`friction_columns`).
+//! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x. The torque
+//! held over each sample has the spectrum of its samples times sinc x; the recorded mean of two neighbours
+//! (`simulate::closed_loop`) has cos x; and G is a mean over the cell (`model::friction::periodic`).
 //!
 //! Fourier coefficients c_h = mean of x exp(-2 pi i h t/T) have Re and Im of variance sigma^2/(2N)
-//! for N samples recorded; the row h = 0 is divided by sqrt 2 to have the same. Noise of the
-//! position adds, through the acceleration, (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4.
+//! for N samples recorded; the row h = 0 is divided by sqrt 2 to have the same variance. Noise of the
+//! position adds (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4 through the acceleration.
 
 use crate::algebra::fourier::{Bins, Complex, harmonic_derivatives};
 use crate::experiments::measured_motion::MeasuredMotion;
@@ -21,32 +21,34 @@ use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded};
 /// The rows of one joint in one experiment, friction apart.
 #[derive(Clone, Debug)]
 pub struct JointSpectrum {
+    /// Index of the experiment.
     pub experiment: usize,
+    /// Index of the coordinate.
     pub joint: usize,
-    /// Of each row, Hz.
+    /// Frequency of each row, Hz.
     pub frequency: Vec<f64>,
     /// `rows[r]`: p coefficients, N m per unit.
     pub rows: Vec<Vec<f64>>,
     /// Torque of a known load in each row, N m.
     pub known: Vec<f64>,
-    /// In the unit of the current.
+    /// Right-hand sides, in the unit of the current.
     pub current: Vec<f64>,
-    /// What the load adds to the parameters; empty without one.
+    /// Contribution of the load to the parameters; empty without one.
     load: Vec<f64>,
-    /// Samples recorded.
+    /// Number of samples recorded.
     pub samples: usize,
-    /// Inertia row A_j at the centre of the motion per unit of each parameter is not needed: the
-    /// second derivative noise enters through `acceleration[l]`, columns of Y per unit ddq_l (p each).
+    /// `[l][c]`: dY_j/dddq_l at the centre of the motion, per unit of parameter c: how position noise of joint l
+    /// becomes torque noise.
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     sample_time: f64,
-    /// One mean period: rad/s, rad/s^2, unit of the current.
+    /// Velocity, acceleration and current over one mean period: rad/s, rad/s^2, the unit of the current.
     dq: Vec<f64>,
     ddq: Vec<f64>,
     drive: Vec<f64>,
 }
 
-/// Which harmonics are used and how the motion is differentiated.
+/// The harmonics that are used, and those of the motion that are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Highest frequency that gives equations, Hz.
@@ -166,10 +168,9 @@ impl JointSpectrum {
         column
     }
 
-    /// What a motion that does not end as it began adds to each row, per unit of its two unknowns: the
-    /// jumps of the velocity and of the position from the end of the record to its start, seen by
-    /// this joint through the inertia. A jump of the momentum is the same at all frequencies, one of
-    /// the position grows with i f.
+    /// Columns for a motion that does not end as it began. The two unknowns are the jumps of the velocity and of the
+    /// position from the end of the record to its start, as this joint feels them through the inertia. A jump of the
+    /// momentum is the same at all frequencies; one of the position grows with i f.
     pub fn end_columns(&self) -> Vec<[f64; 2]> {
         let count = self.frequency.len();
         (0..count)

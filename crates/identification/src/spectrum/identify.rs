@@ -1,8 +1,8 @@
 //! From the records of a plan to an estimate: the paper's rows or RIST-MH, gains known or not.
 //!
-//! Gains that are not known are estimated with the parameters from the currents (`drive_gains`), and
-//! everything stands on the known ones or on a known load. A parameter whose interval contains zero is
-//! said to be not significant; one that the rows do not determine has no value.
+//! Unknown gains are estimated with the parameters from the currents (`estimators::drive_gains`); the
+//! scale then stands on the known gains or on a known load. A parameter whose interval contains zero is
+//! not significant; one that the rows do not determine has no value.
 
 use logs::Error;
 
@@ -20,7 +20,7 @@ use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
-/// Which equations are used.
+/// The equations that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
     /// One harmonic, one quadrature, no friction.
@@ -31,8 +31,8 @@ pub enum SpectralMethod {
 
 /// The parameters from the experiments of one robot.
 ///
-/// `gains`: one a coordinate, N m per unit of the records; known ones of one where the records are torques. Fails
-/// without a periodic experiment of two periods, when nothing tells the noise, and as [`drive_gains`] does.
+/// `gains`: one a coordinate, N m per unit of the records; known gains of one where the records are torques. Fails
+/// without a periodic experiment of two periods, where nothing tells the noise, and as [`drive_gains`] does.
 pub fn identify_spectrum(
     model: &ModelReference,
     regressor: &dyn Regressor,
@@ -95,7 +95,7 @@ fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) ->
     let unit = parameter.unit();
     match determined {
         true => Identified::new(parameter.id, unit, value, Deviations::white(sigma)),
-        false => Identified::unidentifiable(parameter.id, unit),
+        false => Identified::unidentifiable(parameter.id, unit, value),
     }
 }
 
@@ -173,6 +173,9 @@ fn with_harmonics(
     Ok(())
 }
 
+/// Friction of warm and cold drives differs by less.
+const DRIFTS: f64 = 0.3;
+
 fn describe(found: &HarmonicEstimate) -> String {
     let mut text = format!("friction of equation (5), its sign turning over {} rad/s", found.shape.rest_velocity);
     if found.shape.load {
@@ -181,8 +184,19 @@ fn describe(found: &HarmonicEstimate) -> String {
     if let Some(speed) = found.shape.stribeck {
         text.push_str(&format!(", with a Stribeck term at {speed} rad/s"));
     }
-    if found.drift_spread > 0.0 {
-        text.push_str(&format!(", drifting by {:.1} % between experiments", 100.0 * found.drift_spread));
+    let percent = 100.0 * found.drift_spread;
+    if found.drift_spread > DRIFTS {
+        text.push_str(&format!(
+            ", its columns scaled differently from experiment to experiment, by {percent:.0} %: no friction does that; they \
+             take up something else that the model does not have"
+        ));
+    } else if found.drift_spread > 0.0 {
+        text.push_str(&format!(", drifting by {percent:.1} % between experiments"));
+    }
+    if let Some(seconds) = found.delay {
+        let last = found.solution.x.len() - 1;
+        let sigma = found.solution.inverse[(last, last)].max(0.0).sqrt();
+        text.push_str(&format!("; the torques are late by {:.3} +- {:.3} ms", 1e3 * seconds, 1e3 * sigma));
     }
     text
 }
@@ -205,7 +219,7 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     }
 }
 
-/// What all of an estimate with unknown gains stands on.
+/// The sentence on what an estimate with unknown gains stands on.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -234,7 +248,7 @@ fn paper_equations(blocks: &[EquationBlock], n: usize) -> Vec<JointEquations> {
     equations
 }
 
-/// What parameters leave of the rows of blocks; `gain`: N m per unit of their right-hand sides.
+/// Residuals of the rows of blocks; `gain`: N m per unit of their right-hand sides.
 fn paper_residuals(
     estimate: &mut Estimate,
     regressor: &dyn Regressor,
@@ -251,7 +265,7 @@ fn paper_residuals(
     residuals(estimate, regressor, &rows, x);
 }
 
-/// What parameters leave of the rows of each joint.
+/// Residuals of the rows of each joint.
 fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Vec<f64>, f64)>], x: &[f64]) {
     let of_joint = |rows: &Vec<(Vec<f64>, f64)>| {
         let model = |d: &[f64]| d.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
@@ -274,9 +288,14 @@ fn harmonic_residuals(
     let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
+        let (ends, delays) = (s.end_columns(), s.delay_column());
         for r in 0..s.rows.len() {
             let f: f64 = friction[r].iter().zip(found.friction(s.joint)).map(|(c, f)| c * f).sum();
-            rows[s.joint].push((s.rows[r].clone(), gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f));
+            // All that stands beside the parameters, as the fit has it.
+            let end = found.ends.get(e).map_or(0.0, |x| ends[r][0] * x[0] + ends[r][1] * x[1]);
+            let late = found.delay.map_or(0.0, |seconds| gain[s.joint] * delays[r] * seconds);
+            let y = gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f - end + late;
+            rows[s.joint].push((s.rows[r].clone(), y));
         }
     }
     residuals(estimate, regressor, &rows, found.values());

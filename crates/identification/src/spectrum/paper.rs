@@ -5,24 +5,24 @@
 //! same kind of mean by 1/sqrt(e); weighted, each row is divided by the standard deviation of its
 //! right-hand side.
 //!
-//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p). [Vandanjon, Gautier, Desbats 1995], section 3.3.
+//! C = sigma^2 (W'W)^-1, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3].
 //!
-//! Friction has no column here: the rows are meant to be orthogonal to it, and are so only as far as
-//! the motion follows its reference. `harmonic_estimation` does not rely on that.
+//! Friction has no column here. The rows are meant to be orthogonal to it, but are so only as far as
+//! the motion follows its reference. `rist_mh` does not rely on that.
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::Accumulator;
 use crate::experiments::measured_motion::MeasuredMotion;
 use crate::experiments::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
 use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::SpectralExperiment;
 
-/// How the rows count.
+/// The weights of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperWeights {
-    /// As they are.
+    /// All alike.
     Equal,
-    /// Each over its standard deviation.
+    /// Each row is divided by its standard deviation.
     Noise,
 }
 
@@ -52,8 +52,7 @@ pub fn paper_estimate(
     weights: PaperWeights,
 ) -> Solution {
     let p = blocks.first().map_or(0, |b| b.rows.width());
-    let mut triangle = Triangle::new(p);
-    let mut rows = Block::new(p);
+    let mut rows = Accumulator::new(p);
     for (e, block) in blocks.iter().enumerate() {
         let mean = if periodic[e] { 1.0 } else { 1.0 / (samples[e].max(1) as f64).sqrt() };
         for (i, row) in block.rows.iter().enumerate() {
@@ -61,12 +60,8 @@ pub fn paper_estimate(
                 PaperWeights::Equal => mean,
                 PaperWeights::Noise => 1.0 / block.deviation[i],
             };
-            if rows.is_full() {
-                triangle.fold(&mut rows);
-            }
             rows.push(&row.iter().map(|x| factor * x).collect::<Vec<_>>(), factor * (block.right[i] - block.known[i]));
         }
     }
-    triangle.fold(&mut rows);
-    solve(&triangle)
+    solve(&rows.finish())
 }

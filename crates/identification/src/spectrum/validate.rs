@@ -11,7 +11,7 @@ use logs::Error;
 
 use crate::algebra::fourier::circular_differences;
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::Accumulator;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::experiments::measured_motion::MeasuredMotion;
 use crate::experiments::record::Record;
@@ -133,17 +133,13 @@ fn compare(
 }
 
 fn fit_friction(motions: &[&Compared]) -> Vec<f64> {
-    let (mut triangle, mut block) = (Triangle::new(4), Block::new(4));
+    let mut block = Accumulator::new(4);
     for c in motions {
         for i in 0..c.tau.len() {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             block.push(&c.friction.iter().map(|f| f[i]).collect::<Vec<_>>(), c.tau[i] - c.rigid[i]);
         }
     }
-    triangle.fold(&mut block);
-    solve(&triangle).x
+    solve(&block.finish()).x
 }
 
 fn predicted(c: &Compared, friction: &[f64]) -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! One page that holds everything: the plan, the parameters, the torques. Self-contained HTML.
+//! One self-contained HTML page with the plan, the parameters and the torques.
 
 use std::fmt::Write;
 
@@ -155,7 +155,7 @@ mod tests {
         let page = report(Some(&plan), Some(&estimate), Some(&validation));
         assert!(page.contains("arm &amp; co") && page.contains("Torque of q&lt;1&gt;") && page.contains("ZZR1"));
         assert_eq!(page.matches("<svg").count(), 2);
-        // Nothing is loaded: the only address is the name of the SVG language.
+        // The page loads nothing: its only address is the name of the SVG language.
         assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count());
         assert_eq!(report(None, None, None).matches("<h2>").count(), 0);
     }

@@ -1,15 +1,18 @@
 //! Pictures: lines over time, and a table of values with their intervals, as SVG.
 //!
-//! Nothing is loaded from elsewhere; colours are those of Okabe and Ito, told apart by everybody, and
-//! lines differ in their dashes too.
+//! Nothing is loaded from elsewhere. The colours are those of Okabe and Ito, which everybody can tell apart; lines
+//! differ in their dashes too.
 
 use std::fmt::Write;
 
 /// A line of a chart.
 #[derive(Clone, Debug)]
 pub struct Line<'a> {
+    /// In the legend.
     pub name: &'a str,
+    /// Abscissas.
     pub x: &'a [f64],
+    /// Ordinates.
     pub y: &'a [f64],
 }
 
@@ -87,10 +90,13 @@ pub fn chart(title: &str, x_name: &str, y_name: &str, lines: &[Line]) -> String 
 /// A row of the table: a value with its 95 % interval, or none.
 #[derive(Clone, Debug)]
 pub struct Row<'a> {
+    /// Name of the parameter.
     pub name: &'a str,
+    /// Unit of its value.
     pub unit: &'a str,
     /// Value and half the width of the interval; `None`: not identifiable.
     pub value: Option<(f64, f64)>,
+    /// Behind the interval.
     pub remark: &'a str,
 }
 
@@ -147,7 +153,7 @@ fn open(width: f64, height: f64, title: &str) -> String {
     )
 }
 
-/// Least and greatest, widened by a share of the difference; never empty.
+/// Smallest and largest value, widened by a share of their difference; never empty.
 fn range(x: &[f64], margin: f64) -> (f64, f64) {
     let low = x.iter().copied().fold(f64::INFINITY, f64::min);
     let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -167,14 +173,14 @@ fn ticks(low: f64, high: f64) -> Vec<f64> {
     (first..first + 12).map(|i| i as f64 * step).take_while(|x| *x <= high + 1e-9 * step).collect()
 }
 
-/// Without the digits that rounding adds.
+/// A number without the digits that rounding adds.
 fn number(x: f64) -> String {
     let text = format!("{x:.6}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.into() }
 }
 
-/// Safe within text and attributes of XML and HTML.
+/// The text, escaped for text and attributes of XML and HTML.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,9 +1,9 @@
-//! Identified inertials written back into the URDF they are of; every other byte stays.
+//! Writes identified inertials back into the URDF of the robot; every other byte stays.
 //!
 //! The identified body is a moving link with everything fixed to it, ten parameters about the origin
-//! of the link frame. The URDF link that the joint carries gets what the lumped ones do not have;
-//! where that is no body of its own, it gets everything and the inertials of the lumped links are
-//! emptied. A URDF inertial is about the centre of mass, here with axes along the link frame
+//! of the link frame. The URDF link that the joint carries gets what remains without the lumped links.
+//! Where the remainder is not a body, that link gets everything and the inertials of the lumped links
+//! are emptied. A URDF inertial is about the centre of mass, here with axes along the link frame
 //! (rpy 0): I_c = I - m (c'c 1 - c c').
 //!
 //! Only attributes are replaced, inside the text: comments, order and spacing survive.
@@ -16,10 +16,12 @@ use roxmltree::{Document, Node};
 
 use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
 
-/// A URDF with new inertials, and what was done that the user should know.
+/// A URDF with new inertials, and notes for the user on what was done.
 #[derive(Clone, Debug)]
 pub struct WrittenBack {
+    /// The description with the identified parameters.
     pub text: String,
+    /// Sentences on what the format has no place for.
     pub notes: Vec<String>,
 }
 
@@ -28,9 +30,9 @@ pub struct WrittenBack {
 pub struct JointDynamics {
     /// The joint's name in the file.
     pub joint: String,
-    /// N m s/rad.
+    /// Viscous friction, N m s/rad.
     pub damping: f64,
-    /// N m.
+    /// Coulomb friction, N m.
     pub friction: f64,
 }
 
@@ -123,7 +125,7 @@ fn set_dynamics(text: &str, joint: &Node, dynamics: &JointDynamics, edits: &mut 
     set_child(text, joint, "dynamics", &attributes, edits);
 }
 
-/// Sets attributes of a child element, which is made where there is none.
+/// Sets attributes of a child element; makes the element where there is none.
 fn set_child(
     text: &str,
     parent: &Node,
@@ -177,14 +179,14 @@ fn insert(text: &str, node: &Node, content: &str, edits: &mut Vec<(Range<usize>,
     }
 }
 
-/// Takes the inertial of a link away: a fixed link without one has no inertia.
+/// Removes the inertial of a link: a fixed link without one has no inertia.
 fn empty(link: &Node, edits: &mut Vec<(Range<usize>, String)>) {
     if let Some(inertial) = link.children().find(|n| n.has_tag_name("inertial")) {
         edits.push((inertial.range(), String::new()));
     }
 }
 
-/// Friction and rotor inertia for the simulators whose formats hold them.
+/// Friction and rotor inertia in the formats that hold them.
 ///
 /// One line a joint: MuJoCo's `damping`, `frictionloss`, `armature` (URDF and Gazebo's SDF have no
 /// armature). Negative friction is written as zero: simulators refuse it.

@@ -10,14 +10,17 @@ use crate::cleaning::suspects::Suspect;
 /// The account of the cleaning of a log.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LogReport {
-    /// Rows of the file and rows kept.
+    /// Rows of the file.
     pub rows: usize,
+    /// Rows that are used.
     pub kept: usize,
-    /// Rows left out because a number is missing, NaN or infinite; the first such line.
+    /// Rows left out because a number is missing, NaN or infinite.
     pub not_finite: usize,
+    /// Line of the first of them.
     pub first_not_finite: Option<usize>,
-    /// Rows left out because the clock stands still, or runs backwards.
+    /// Rows left out because the clock stands still.
     pub clock_repeated: usize,
+    /// Rows left out because the clock runs backwards.
     pub clock_backwards: usize,
     /// The first line on which the clock runs backwards.
     pub first_backwards: Option<usize>,
@@ -25,10 +28,13 @@ pub struct LogReport {
     pub ragged: usize,
     /// Kept rows in which every signal but the time is as in the row before.
     pub repeated: usize,
-    /// s: first to last sample, median and largest step; `uniform` when no step is 1 % off the median.
+    /// s, from the first to the last sample.
     pub duration: f64,
+    /// s, the median step of the clock.
     pub period: f64,
+    /// s, the longest step of the clock.
     pub longest_step: f64,
+    /// Whether no step is 1 % off the median.
     pub uniform: bool,
     /// Steps longer than [`GAP`] periods.
     pub gaps: usize,
@@ -36,9 +42,11 @@ pub struct LogReport {
     pub wrapped: usize,
     /// What no robot does, a coordinate.
     pub suspect: Vec<Suspect>,
-    /// s at rest before the first and after the last motion, and in all.
+    /// s at rest at the start.
     pub rest_before: f64,
+    /// s at rest at the end.
     pub rest_after: f64,
+    /// s at rest in all.
     pub rest: f64,
 }
 
@@ -50,6 +58,9 @@ const BACKWARDS: f64 = 0.01;
 
 /// s: a clock that steps by more is in another unit, unless it says that it is not.
 const SLOW: f64 = 0.5;
+
+/// s: no robot is sampled in shorter steps; a clock that does is in another unit.
+const FAST: f64 = 1e-6;
 
 /// Fewer samples than this cannot be filtered and differentiated.
 pub const MIN_ROWS: usize = 50;
@@ -64,13 +75,14 @@ impl LogReport {
         self.uniform &= even(step, self.period) && (next.kept < 2 || (next.uniform && even(next.period, self.period)));
         self.longest_step = self.longest_step.max(next.longest_step).max(step);
         self.gaps += next.gaps + usize::from(step > GAP * self.period);
-        // At rest from end to end: the rest goes on in the next part.
-        let resting = |r: &LogReport| r.rest_before >= r.duration;
+        // At rest on both sides of the seam, the joints are at rest across it.
+        let seam = if self.rest_after > 0.0 && next.rest_before > 0.0 { step } else { 0.0 };
+        let resting = |r: &LogReport| r.rest > 0.0 && r.rest_before >= r.duration;
         if resting(self) {
-            self.rest_before += step + next.rest_before;
+            self.rest_before += seam + next.rest_before;
         }
-        self.rest_after = next.rest_after + if resting(next) { self.rest_after + step } else { 0.0 };
-        self.rest += next.rest;
+        self.rest_after = next.rest_after + if resting(next) { self.rest_after + seam } else { 0.0 };
+        self.rest += seam + next.rest;
         self.duration += step + next.duration;
         self.count(next);
     }
@@ -128,6 +140,13 @@ impl LogReport {
         if !(self.period.is_finite() && self.duration.is_finite()) {
             return at(0, "the clock leaves the range of numbers".into());
         }
+        if self.period < FAST {
+            let message = format!(
+                "column `{time}` steps by {:e} s, which no robot is sampled at; its unit is not the one of its name",
+                self.period
+            );
+            return at(0, message);
+        }
         let said =
             ["_s", "(s)", "[s]", "sec", "secs", "seconds"].iter().any(|unit| time.to_lowercase().ends_with(unit));
         if self.period > SLOW && !said {
@@ -154,26 +173,32 @@ impl fmt::Display for LogReport {
             self.rows, self.kept, self.duration, self.period, self.longest_step
         )?;
         let line = self.first_not_finite.map_or(String::new(), |l| format!(", first in line {l}"));
-        for (count, what) in [
-            (self.not_finite, format!("rows left out: a number is missing or infinite{line}")),
-            (self.clock_repeated, "rows left out: the clock repeats".into()),
-            (self.clock_backwards, "rows left out: the clock runs backwards".into()),
-            (self.ragged, "rows with more or fewer cells than the header".into()),
-            (self.wrapped, "jumps by a turn in the positions, taken back".into()),
-            (self.repeated, "rows repeat the row before (kept)".into()),
+        for (count, one, more, what) in [
+            (self.not_finite, "row", "rows", format!("left out: a number is missing or infinite{line}")),
+            (self.clock_repeated, "row", "rows", "left out: the clock repeats".into()),
+            (self.clock_backwards, "row", "rows", "left out: the clock runs backwards".into()),
+            (self.ragged, "row", "rows", "with more or fewer cells than the header".into()),
+            (self.wrapped, "jump", "jumps", "by a turn in the positions, taken back".into()),
+            (self.repeated, "row repeats", "rows repeat", "the row before (kept)".into()),
             (
                 self.gaps,
-                format!("gaps in the clock longer than {GAP} steps (the parts between are filtered by themselves)"),
+                "gap",
+                "gaps",
+                format!("in the clock longer than {GAP} steps (the parts between are filtered by themselves)"),
             ),
         ] {
             if count > 0 {
-                writeln!(f, "{count} {what}")?;
+                writeln!(f, "{count} {} {what}", if count == 1 { one } else { more })?;
             }
         }
         self.suspect.iter().try_for_each(|s| write!(f, "{s}"))?;
-        if self.rest > 0.0 {
+        if self.rest > 0.0 && self.rest_before >= self.duration {
+            writeln!(f, "at rest throughout")?;
+        } else if self.rest > 0.0 {
             let (before, after) = (self.rest_before, self.rest_after);
-            writeln!(f, "at rest {:.2} s ({before:.2} s at the start, {after:.2} s at the end)", self.rest)?;
+            let between = (self.rest - before - after).max(0.0);
+            let parts = format!("{before:.2} s at the start, {between:.2} s between, {after:.2} s at the end");
+            writeln!(f, "at rest {:.2} s: {parts}", before + between + after)?;
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use serde::Serialize;
 /// What is odd about the signals of one coordinate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Suspect {
+    /// The coordinate it is about.
     pub coordinate: String,
     /// Jumps of the position, turns not counted.
     pub jumps: usize,
@@ -41,7 +42,8 @@ impl fmt::Display for Suspect {
         let name = &self.coordinate;
         if self.jumps > 0 {
             let jumps = self.jumps;
-            writeln!(f, "{name}: {jumps} jumps of the position: spikes, or poses without the way between")?;
+            let what = if jumps == 1 { "jump" } else { "jumps" };
+            writeln!(f, "{name}: {jumps} {what} of the position: spikes, or poses without the way between")?;
         }
         if let Some(x) = self.constant {
             writeln!(f, "{name}: its torque is {x} in every row: is it measured?")?;

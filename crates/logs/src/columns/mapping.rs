@@ -9,18 +9,24 @@ use Quantity::*;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::columns::words::{Designator, Quantity, Reading, readings, units};
+use crate::columns::words::{Designator, Quantity, Reading, of_sliding, readings, units, written};
 use crate::table::Table;
 
 /// Names given by the user, for the quantities whose columns cannot be found by their names.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnNames {
+    /// Header of the time.
     pub time: Option<String>,
+    /// Headers of the positions.
     pub position: Option<Names>,
+    /// Headers of the velocities.
     pub velocity: Option<Names>,
+    /// Headers of the accelerations.
     pub acceleration: Option<Names>,
+    /// Headers of the torques.
     pub torque: Option<Names>,
+    /// Headers of the currents.
     pub current: Option<Names>,
 }
 
@@ -29,7 +35,9 @@ pub struct ColumnNames {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Names {
+    /// `q_{}`: braces stand for the number of the coordinate.
     Pattern(String),
+    /// One a coordinate.
     Each(Vec<String>),
 }
 
@@ -38,22 +46,40 @@ pub enum Names {
 pub struct Source {
     /// Index in the table.
     pub column: usize,
+    /// As the file has it.
     pub header: String,
+    /// What its numbers are in; empty for SI without a word.
     pub unit: &'static str,
     /// SI per unit of the file.
     pub factor: f64,
 }
 
+impl fmt::Display for Source {
+    /// The header and the unit, which is not said twice.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = written(self.unit);
+        let said = [format!("[{unit}]"), format!("({unit})")];
+        let said = said.iter().any(|said| self.header.to_lowercase().ends_with(&said.to_lowercase()));
+        if said { f.write_str(&self.header) } else { write!(f, "{} [{unit}]", self.header) }
+    }
+}
+
 /// The mapping from a table to the quantities of a robot; printing it shows every choice made.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
+    /// Names, in the order of the series.
     pub coordinates: Vec<String>,
+    /// Where the clock stands.
     pub time: Source,
+    /// One a coordinate.
     pub position: Vec<Source>,
+    /// One a coordinate, where the file has them.
     pub velocity: Option<Vec<Source>>,
+    /// One a coordinate, where the file has them.
     pub acceleration: Option<Vec<Source>>,
     /// Torque, or current when there is no torque.
     pub effort: Vec<Source>,
+    /// Torque or current.
     pub effort_is: Quantity,
     /// Headers of the file that are not used.
     pub unused: Vec<String>,
@@ -62,6 +88,29 @@ pub struct Columns {
 }
 
 impl Columns {
+    /// The columns of the coordinates that slide, by their place: lengths and forces, in m and N where the headers say
+    /// nothing else.
+    ///
+    /// Fails where a header says deg, rpm or N m with a factor: that is no length or force.
+    pub fn with_sliding(mut self, slides: &[bool]) -> Result<Columns, Error> {
+        let groups =
+            [Some(&mut self.position), self.velocity.as_mut(), self.acceleration.as_mut(), Some(&mut self.effort)];
+        for sources in groups.into_iter().flatten() {
+            let sliding = sources.iter_mut().zip(slides).zip(&self.coordinates).filter(|((_, slides), _)| **slides);
+            for ((source, _), name) in sliding {
+                source.unit = of_sliding(source.unit).ok_or_else(|| {
+                    let unit = written(source.unit);
+                    Error::new(format!(
+                        "column `{}` is in {unit}, and joint {name} slides: m, m/s, m/s^2 or N are expected; check the \
+                         order of the columns, or name them in --options: columns",
+                        source.header
+                    ))
+                })?;
+            }
+        }
+        Ok(self)
+    }
+
     /// Finds the columns of a robot's coordinates in a table.
     ///
     /// Fails when time, a position or an effort is missing, or when two columns claim one place.
@@ -117,7 +166,7 @@ impl Columns {
 
 impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "time: {} [{}]", self.time.header, self.time.unit)?;
+        writeln!(f, "time: {}", self.time)?;
         let effort = if self.effort_is == Torque { "torque" } else { "current" };
         let rows = [
             ("position", Some(&self.position)),
@@ -131,7 +180,7 @@ impl fmt::Display for Columns {
                 continue;
             };
             let pairs = self.coordinates.iter().zip(sources);
-            let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {} [{}]", s.header, s.unit)).collect();
+            let pairs: Vec<String> = pairs.map(|(k, s)| format!("{k} <- {s}")).collect();
             writeln!(f, "{name}: {}", pairs.join(", "))?;
         }
         if !self.unused.is_empty() {
@@ -162,7 +211,9 @@ impl Finder<'_> {
     fn error(&self, message: impl Into<String>) -> Error {
         let header = self.table.header.join(", ");
         let line = usize::from(!self.table.lines.is_empty());
-        Error::at(&self.table.file, line, format!("{}; the columns are: {}", message.into(), clipped(&header)))
+        let notes: String = self.table.notes.iter().map(|note| format!("; {note}")).collect();
+        let message = format!("{}; the columns are: {}{}", message.into(), clipped(&header), clipped(&notes));
+        Error::at(&self.table.file, line, message)
     }
 
     fn missing(&self, quantity: Quantity) -> Error {
@@ -322,6 +373,30 @@ mod tests {
         let names = ColumnNames { position, ..ColumnNames::default() };
         let columns = find("t,q_link1,q_motor_deg1,tau1", &["a"], &names).unwrap();
         assert_eq!((columns.position[0].column, columns.position[0].unit), (2, "deg"));
+    }
+
+    #[test]
+    fn units_as_they_are_written() {
+        let columns = find("time [s],q1,dq1,tau1", &["a"], &ColumnNames::default()).unwrap();
+        let lines = ["time: time [s]", "position: a <- q1 [rad]", "velocity: a <- dq1 [rad/s]"];
+        let shown = columns.to_string();
+        assert!(shown.starts_with(&lines.join("\n")), "{shown}");
+        assert!(shown.contains("torque: a <- tau1 [N m]\n"), "{shown}");
+        let milli = find("t_ms,q1_deg,i1_mA", &["a"], &ColumnNames::default()).unwrap().to_string();
+        assert!(milli.contains("time: t_ms [ms]") && milli.contains("current: a <- i1_mA [mA]"), "{milli}");
+    }
+
+    #[test]
+    fn sliding_joints_are_in_lengths_and_forces() {
+        let of =
+            |header: &str| find(header, &["x", "turn"], &ColumnNames::default()).unwrap().with_sliding(&[true, false]);
+        let shown = of("t,q1,q2,dq1,dq2,tau1,tau2").unwrap().to_string();
+        assert!(shown.contains("x <- q1 [m], turn <- q2 [rad]") && shown.contains("x <- tau1 [N], turn <- tau2 [N m]"));
+        assert!(of("t,q1_mm,q2_deg,tau1_N,tau2_Nm").is_ok());
+        for header in ["t,q1_deg,q2,tau1,tau2", "t,q1,q2,tau1_Ncm,tau2"] {
+            let message = of(header).unwrap_err().to_string();
+            assert!(message.contains("joint x slides"), "{message}");
+        }
     }
 
     #[test]

@@ -11,11 +11,17 @@ use crate::table::Table;
 /// A measured quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
+    /// s.
     Time,
+    /// rad (m).
     Position,
+    /// rad/s (m/s).
     Velocity,
+    /// rad/s^2 (m/s^2).
     Acceleration,
+    /// N m (N).
     Torque,
+    /// A.
     Current,
 }
 
@@ -135,6 +141,42 @@ const WORDS: [Words; 6] = [
 /// The units of a quantity, the one of headers without a unit first.
 pub fn units(quantity: Quantity) -> &'static [Unit] {
     WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
+}
+
+/// A unit as people write it, of one as headers write it.
+pub fn written(unit: &str) -> &str {
+    match unit {
+        "sec" => "s",
+        "radians" => "rad",
+        "degrees" => "deg",
+        "rad_s" | "radps" => "rad/s",
+        "deg_s" | "degps" => "deg/s",
+        "m_s" => "m/s",
+        "mm_s" => "mm/s",
+        "rad_s2" | "radps2" => "rad/s^2",
+        "deg_s2" | "degps2" => "deg/s^2",
+        "nm" | "n_m" | "n.m" | "n*m" => "N m",
+        "n" => "N",
+        "ncm" => "N cm",
+        "mnm" => "mN m",
+        "knm" => "kN m",
+        "a" => "A",
+        "ma" => "mA",
+        other => other,
+    }
+}
+
+/// The unit of a sliding joint where headers of turning ones have `unit`; `None` where that is no unit of a length or
+/// a force. The first units of a quantity stand for headers without one.
+pub fn of_sliding(unit: &'static str) -> Option<&'static str> {
+    match written(unit) {
+        "rad" => Some("m"),
+        "rad/s" => Some("m/s"),
+        "rad/s^2" => Some("m/s^2"),
+        "N m" => Some("N"),
+        "m" | "mm" | "m/s" | "mm/s" | "m/s^2" | "N" | "A" | "mA" => Some(unit),
+        _ => None,
+    }
 }
 
 /// What a header may mean.

@@ -1,77 +1,121 @@
-//! Compressed blocks of MCAP and Parquet: the bytes a block stands for, given how many they are.
+//! Compressed blocks of recordings and of Parquet: the bytes a block stands for, within a bound.
 //!
-//! The length comes from the file and is not believed: nothing is allocated by it beyond what the
-//! compressed bytes can unfold to. Decoders only, all of Rust.
+//! A length that the file claims is not believed: nothing is allocated by it beyond what the compressed bytes can unfold
+//! to. Decoders only, all of Rust.
 
 use std::io::Read;
 
 /// How a block is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
+    #[cfg(any(feature = "mcap", feature = "parquet"))]
     None,
+    Zstd,
+    #[cfg(any(feature = "mcap", feature = "parquet"))]
+    Lz4Frame,
+    #[cfg(feature = "parquet")]
     Gzip,
     /// The raw format, without frames.
+    #[cfg(feature = "parquet")]
     Snappy,
-    Zstd,
-    Lz4Frame,
+    #[cfg(feature = "parquet")]
+    Brotli,
+    #[cfg(feature = "parquet")]
     Lz4Block,
+    /// What Parquet calls LZ4: raw blocks behind two lengths, frames in the oldest files.
+    #[cfg(feature = "parquet")]
+    Lz4Hadoop,
 }
 
 /// One block unfolds to no more than this; writers make blocks of some megabytes.
-const MAX_BYTES: usize = 1 << 30;
+pub const MAX_UNPACKED: usize = 1 << 30;
 
 /// The largest ratios of the formats: a copy of 64 bytes takes 3, a run of 255 takes 1.
+#[cfg(feature = "parquet")]
 const SNAPPY_RATIO: usize = 64;
+#[cfg(feature = "parquet")]
 const LZ4_RATIO: usize = 256;
 
 impl Compression {
     /// The `size` bytes that `packed` holds; another number of them is an error.
+    #[cfg(feature = "mcap")]
     pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
-        if size > MAX_BYTES {
-            return Err(format!("a block claims to hold {size} bytes; at most {MAX_BYTES} are read"));
+        if size > MAX_UNPACKED {
+            return Err(format!("a block claims to hold {size} bytes; at most {MAX_UNPACKED} are read"));
         }
-        let limited = |ratio: usize| match packed.len().saturating_mul(ratio) < size {
-            true => Err(format!("{} bytes cannot unfold to the {size} they claim", packed.len())),
-            false => Ok(()),
-        };
-        let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
-        let out = match self {
-            Compression::None => packed.to_vec(),
-            Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), size)?,
-            Compression::Lz4Frame => bounded(lz4_flex::frame::FrameDecoder::new(packed), size)?,
-            Compression::Zstd => {
-                let decoder = ruzstd::decoding::StreamingDecoder::new(packed).map_err(|e| failed(&e))?;
-                bounded(decoder, size)?
-            }
-            Compression::Lz4Block => {
-                limited(LZ4_RATIO)?;
-                lz4_flex::block::decompress(packed, size).map_err(|e| failed(&e))?
-            }
-            Compression::Snappy => {
-                let claimed = snap::raw::decompress_len(packed).map_err(|e| failed(&e))?;
-                if claimed != size {
-                    return Err(format!("it claims {claimed} bytes inside and {size} outside"));
-                }
-                limited(SNAPPY_RATIO)?;
-                snap::raw::Decoder::new().decompress_vec(packed).map_err(|e| failed(&e))?
-            }
-        };
+        let out = self.unpack_within(packed, size)?;
         if out.len() != size {
             return Err(format!("it does not unpack to the {size} bytes it claims"));
         }
         Ok(out)
     }
+
+    /// The bytes that `packed` holds; more than `most` of them are an error.
+    pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
+        let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
+        let out = match self {
+            #[cfg(any(feature = "mcap", feature = "parquet"))]
+            Compression::None => packed.to_vec(),
+            Compression::Zstd => {
+                let decoder = ruzstd::decoding::StreamingDecoder::new(packed).map_err(|e| failed(&e))?;
+                bounded(decoder, most)?
+            }
+            #[cfg(any(feature = "mcap", feature = "parquet"))]
+            Compression::Lz4Frame => bounded(lz4_flex::frame::FrameDecoder::new(packed), most)?,
+            #[cfg(feature = "parquet")]
+            Compression::Gzip => bounded(flate2::read::MultiGzDecoder::new(packed), most)?,
+            #[cfg(feature = "parquet")]
+            Compression::Brotli => bounded(brotli_decompressor::Decompressor::new(packed, 4096), most)?,
+            #[cfg(feature = "parquet")]
+            Compression::Snappy => {
+                let claimed = snap::raw::decompress_len(packed).map_err(|e| failed(&e))?;
+                if claimed > most.min(packed.len().saturating_mul(SNAPPY_RATIO)) {
+                    return Err(format!("{} bytes cannot unfold to the {claimed} they claim", packed.len()));
+                }
+                snap::raw::Decoder::new().decompress_vec(packed).map_err(|e| failed(&e))?
+            }
+            #[cfg(feature = "parquet")]
+            Compression::Lz4Block => {
+                let room = most.min(packed.len().saturating_mul(LZ4_RATIO));
+                lz4_flex::block::decompress(packed, room).map_err(|e| failed(&e))?
+            }
+            #[cfg(feature = "parquet")]
+            Compression::Lz4Hadoop if packed.starts_with(b"\x04\x22\x4d\x18") => {
+                return Compression::Lz4Frame.unpack_within(packed, most);
+            }
+            #[cfg(feature = "parquet")]
+            Compression::Lz4Hadoop => hadoop(packed, most)?,
+        };
+        if out.len() > most {
+            return Err(format!("it unpacks to more than {most} bytes"));
+        }
+        Ok(out)
+    }
 }
 
-/// At most one byte more than `size`: enough to see that there are too many.
-fn bounded(reader: impl Read, size: usize) -> Result<Vec<u8>, String> {
+/// Blocks behind two lengths of four bytes each, the highest first: unpacked and packed.
+#[cfg(feature = "parquet")]
+fn hadoop(mut packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
-    let read = reader.take(size as u64 + 1).read_to_end(&mut out);
+    while let Some((head, rest)) = packed.split_first_chunk::<8>() {
+        let [size, length] = [0, 4].map(|at| u32::from_be_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]));
+        let (block, rest) =
+            rest.split_at_checked(length as usize).ok_or("it cannot be unpacked: a block is cut short")?;
+        packed = rest;
+        out.extend(Compression::Lz4Block.unpack_within(block, most.saturating_sub(out.len()).min(size as usize))?);
+    }
+    Ok(out)
+}
+
+/// At most one byte more than `most`: enough to see that there are too many.
+fn bounded(reader: impl Read, most: usize) -> Result<Vec<u8>, String> {
+    let mut out = Vec::new();
+    let read = reader.take(most as u64 + 1).read_to_end(&mut out);
     read.map_err(|e| format!("it cannot be unpacked: {e}"))?;
     Ok(out)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "mcap", feature = "parquet"))]
 mod tests {
     use super::*;
     use std::io::Write;
@@ -90,7 +134,18 @@ mod tests {
             (Compression::Zstd, zstd),
             (Compression::Lz4Frame, lz4.finish().unwrap()),
             (Compression::Lz4Block, lz4_flex::block::compress(bytes)),
+            (Compression::Lz4Hadoop, hadoop_of(bytes)),
         ]
+    }
+
+    /// Two blocks, as Hadoop writes them.
+    fn hadoop_of(bytes: &[u8]) -> Vec<u8> {
+        let half = bytes.len() / 2;
+        let block = |bytes: &[u8]| {
+            let packed = lz4_flex::block::compress(bytes);
+            [&(bytes.len() as u32).to_be_bytes()[..], &(packed.len() as u32).to_be_bytes(), &packed].concat()
+        };
+        [block(&bytes[..half]), block(&bytes[half..])].concat()
     }
 
     fn signal() -> Vec<u8> {

@@ -1,17 +1,25 @@
 //! Delimited text, some rows at a time: comma, semicolon, tab or blanks; `#` starts a comment line; one
 //! header line.
+//!
+//! Memory is that of the rows handed out: a row has at most [`ROW`] bytes, and a table at most `MAX_CELLS` numbers.
 
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::cell::Cell;
+use std::io::{BufRead, BufReader, Cursor, Error as IoError, ErrorKind, Read};
 use std::path::Path;
+use std::rc::Rc;
 
 use crate::Error;
-use crate::table::{Table, check_header};
+use crate::formats::content::{Content, HEAD as MAGIC};
+use crate::table::{MAX_CELLS, Table, check_header};
 
 /// Bytes in which the header must stand.
 const HEAD: u64 = 1 << 20;
 
-/// The first two bytes of a gzip stream.
-pub const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// Bytes from one row to the next; ten thousand numbers with all their digits take a quarter of it.
+const ROW: usize = 1 << 20;
+
+/// Cells that are not there, up to which a file of ragged rows is read on.
+const MISSING: usize = 1 << 22;
 
 /// Rows of a text on their way into tables.
 pub struct TableReader<'a> {
@@ -19,6 +27,8 @@ pub struct TableReader<'a> {
     header: Vec<String>,
     reader: csv::Reader<Box<dyn Read + 'a>>,
     record: csv::ByteRecord,
+    /// Bytes read since the last row.
+    since: Rc<Cell<usize>>,
     delimiter: Option<u8>,
     /// A row already read, and its line.
     waiting: Option<(usize, csv::ByteRecord)>,
@@ -32,25 +42,34 @@ impl<'a> TableReader<'a> {
     /// Fails when it cannot be read, is no text, or has no header.
     pub fn open(path: &Path) -> Result<TableReader<'static>, Error> {
         let file = path.display().to_string();
-        let failed = |e: std::io::Error| Error::at(&file, 0, format!("cannot be read: {e}"));
-        let mut reader = BufReader::new(std::fs::File::open(path).map_err(failed)?);
-        if reader.fill_buf().map_err(failed)?.starts_with(&GZIP) {
-            TableReader::new(&file, flate2::read::MultiGzDecoder::new(reader))
-        } else {
-            TableReader::new(&file, reader)
+        let failed = |e: IoError| Error::at(&file, 0, format!("cannot be read: {e}"));
+        let mut source = std::fs::File::open(path).map_err(failed)?;
+        let mut head = Vec::new();
+        source.by_ref().take(MAGIC as u64).read_to_end(&mut head).map_err(failed)?;
+        TableReader::of_content(&file, Content::of(&head), Cursor::new(head).chain(source))
+    }
+
+    /// Reads the header of a text, or of one in a gzip stream.
+    pub fn of_content(file: &str, content: Content, source: impl Read + 'a) -> Result<TableReader<'a>, Error> {
+        match content {
+            Content::Gzip => TableReader::new(file, flate2::read::MultiGzDecoder::new(BufReader::new(source))),
+            _ => TableReader::new(file, source),
         }
     }
 
     /// Reads the header of a text.
     pub fn new(file: &str, mut text: impl Read + 'a) -> Result<TableReader<'a>, Error> {
         let mut head = Vec::new();
-        let failed = |e: std::io::Error| unreadable(file, 0, &e);
+        let failed = |e: IoError| unreadable(file, 0, &e);
         text.by_ref().take(HEAD).read_to_end(&mut head).map_err(failed)?;
         if head.starts_with("\u{feff}".as_bytes()) {
             head.drain(..3);
         }
         if head.is_empty() {
             return Err(Error::at(file, 0, "the file is empty; a header line and rows of numbers are expected"));
+        }
+        if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+            return Err(Error::at(file, 0, "this text is in UTF-16; save it as UTF-8"));
         }
         if head.iter().take(4096).any(|&b| b == 0) {
             return Err(Error::at(file, 0, "this is a binary file; delimited text with a header line is expected"));
@@ -69,6 +88,8 @@ impl<'a> TableReader<'a> {
             Some(_) => Box::new(text),
             None => Box::new(Squeezed { text: BufReader::new(text), line: Vec::new(), at: 0 }),
         };
+        let since = Rc::new(Cell::new(0));
+        let text: Box<dyn Read + 'a> = Box::new(Metered { text, since: Rc::clone(&since) });
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(delimiter.unwrap_or(b' '))
             .comment(Some(b'#'))
@@ -77,7 +98,7 @@ impl<'a> TableReader<'a> {
             .from_reader(text);
         let mut header: Vec<String> = match reader.byte_headers() {
             Ok(h) => h.iter().map(|c| String::from_utf8_lossy(c).into_owned()).collect(),
-            Err(e) => return Err(Error::at(file, line + 1, format!("the header cannot be read: {e}"))),
+            Err(e) => return Err(Error::at(file, line + 1, format!("the header cannot be read: {}", told(&e)))),
         };
         let mut waiting = None;
         if header.iter().all(|h| number(h, delimiter).is_some()) {
@@ -95,12 +116,20 @@ impl<'a> TableReader<'a> {
             delimiter,
             reader,
             record: csv::ByteRecord::new(),
+            since,
             waiting,
             rows: 0,
         })
     }
 
+    /// How many columns the header names.
+    pub fn width(&self) -> usize {
+        self.header.len()
+    }
+
     /// The next rows, at most `most`; none at the end.
+    ///
+    /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are not there.
     pub fn rows(&mut self, most: usize) -> Result<Table, Error> {
         let mut table = Table {
             file: self.file.clone(),
@@ -115,6 +144,7 @@ impl<'a> TableReader<'a> {
         }
         while table.rows() < most {
             let line = self.reader.position().line() as usize;
+            self.since.set(0);
             match self.reader.read_byte_record(&mut self.record) {
                 Ok(false) => break,
                 Ok(true) => {
@@ -129,6 +159,7 @@ impl<'a> TableReader<'a> {
                         continue;
                     }
                     push(&mut table, line, &self.record, self.delimiter);
+                    self.check_size(&table, line)?;
                 }
                 Err(e) => match e.kind() {
                     csv::ErrorKind::Io(e) => return Err(unreadable(&self.file, line, e)),
@@ -139,12 +170,35 @@ impl<'a> TableReader<'a> {
         self.rows += table.rows();
         Ok(table)
     }
+
+    /// Refuses a table that outgrows its bounds.
+    fn check_size(&self, table: &Table, line: usize) -> Result<(), Error> {
+        let (rows, width) = (table.rows(), self.header.len());
+        if rows.saturating_mul(width) > MAX_CELLS {
+            let message =
+                format!("more than {MAX_CELLS} numbers; keep the columns of the robot, or cut the log into parts");
+            return Err(Error::at(&self.file, line, message));
+        }
+        if table.ragged > rows / 2 && table.ragged.saturating_mul(width) > MISSING {
+            let message = format!("{} of {rows} rows have more or fewer cells than the header has names", table.ragged);
+            return Err(Error::at(&self.file, line, message));
+        }
+        Ok(())
+    }
 }
 
-fn unreadable(file: &str, line: usize, e: &std::io::Error) -> Error {
+/// What csv says of an error, without the words around those of the system.
+fn told(e: &csv::Error) -> String {
+    match e.kind() {
+        csv::ErrorKind::Io(e) => e.to_string(),
+        _ => e.to_string(),
+    }
+}
+
+fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
     match e.kind() {
         // The ways in which a decoder says that its input is none.
-        std::io::ErrorKind::InvalidInput | std::io::ErrorKind::InvalidData | std::io::ErrorKind::UnexpectedEof => {
+        ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof => {
             Error::at(file, line, format!("the gzip stream is damaged or cut short: {e}"))
         }
         _ => Error::at(file, line, format!("cannot be read: {e}")),
@@ -166,6 +220,30 @@ fn push(table: &mut Table, line: usize, record: &csv::ByteRecord, delimiter: Opt
     }
 }
 
+fn too_long() -> IoError {
+    let message = format!(
+        "{ROW} bytes without the end of a row: a line that is too long, a quotation mark that is never closed, or no rows"
+    );
+    IoError::new(ErrorKind::FileTooLarge, message)
+}
+
+/// Refuses a text that goes on and on without a row.
+struct Metered<R> {
+    text: R,
+    since: Rc<Cell<usize>>,
+}
+
+impl<R: Read> Read for Metered<R> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        if self.since.get() > ROW {
+            return Err(too_long());
+        }
+        let read = self.text.read(out)?;
+        self.since.set(self.since.get() + read);
+        Ok(read)
+    }
+}
+
 /// Runs of blanks made one and lines trimmed, for files separated by blanks.
 struct Squeezed<R> {
     text: BufReader<R>,
@@ -177,8 +255,11 @@ impl<R: Read> Read for Squeezed<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         if self.at == self.line.len() {
             let mut line = Vec::new();
-            if self.text.read_until(b'\n', &mut line)? == 0 {
+            if self.text.by_ref().take(ROW as u64 + 1).read_until(b'\n', &mut line)? == 0 {
                 return Ok(0);
+            }
+            if line.len() > ROW {
+                return Err(too_long());
             }
             let words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
             self.line = words.collect::<Vec<_>>().join(&b' ');

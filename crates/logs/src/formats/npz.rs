@@ -5,20 +5,17 @@
 //! `dt` (s) makes one. Keys as common tools write them: `times positions velocities accelerations
 //! torques`, `t q dq ddq tau`.
 //!
-//! A .npz is a zip of .npy files, stored or deflated; only what NumPy writes of either is read here.
+//! A .npz is a zip of .npy files, stored or deflated; only what NumPy writes of either is read here. What the zip claims
+//! is not believed: its files must not overlap, and all arrays together hold at most [`MAX_CELLS`] numbers.
 
+use std::borrow::Cow;
 use std::io::Read;
 
 use crate::Error;
-use crate::table::Table;
+use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
 
-/// Bytes of one array; more is not a log of a robot.
-const MAX_BYTES: usize = 1 << 32;
-
-/// Whether the bytes are a zip or an array of NumPy.
-pub fn is_numpy(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\x93NUMPY")
-}
+/// Bytes of all arrays, unpacked.
+const MAX_BYTES: usize = 8 * MAX_CELLS;
 
 /// Reads the arrays of a file; a lone .npy has no names and is refused.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
@@ -27,10 +24,17 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));
     }
     let mut arrays = Vec::new();
-    for (name, content) in entries(bytes).map_err(&at)? {
-        let Some(key) = name.strip_suffix(".npy") else { continue };
-        let array = array(&content).map_err(|e| at(format!("array `{key}`: {e}")))?;
-        if let Some(array) = array {
+    let mut numbers = 0;
+    for entry in entries(bytes).map_err(at)? {
+        let Some(key) = entry.name.strip_suffix(".npy") else { continue };
+        let array = unpacked(&entry).and_then(|content| array(&content));
+        if let Some(array) = array.map_err(|e| at(format!("array `{key}`: {e}")))? {
+            numbers += array.values.len();
+            if numbers > MAX_CELLS {
+                return Err(at(format!(
+                    "more than {MAX_CELLS} numbers with array `{key}`; keep the signals of the robot"
+                )));
+            }
             arrays.push((key.to_string(), array));
         }
     }
@@ -44,7 +48,9 @@ struct Array {
 }
 
 fn table(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
-    let rows = arrays.iter().filter(|a| !a.1.shape.is_empty()).map(|a| a.1.shape[0]).max().unwrap_or(0);
+    let length = |array: &Array| array.shape.first().copied().unwrap_or(0);
+    let rows = arrays.iter().map(|(_, array)| length(array)).max().unwrap_or(0);
+    let longest = arrays.iter().find(|(_, array)| length(array) == rows).map_or("", |(key, _)| key).to_string();
     let mut table = Table { file: file.into(), ..Table::default() };
     let push = |table: &mut Table, name: String, values: Vec<f64>| {
         table.header.push(name);
@@ -52,27 +58,35 @@ fn table(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
         table.texts.push(None);
     };
     let scalar = |key: &str| arrays.iter().find(|a| a.0 == key && a.1.values.len() == 1).map(|a| a.1.values[0]);
-    for (key, array) in &arrays {
+    let period = scalar("dt").or(scalar("frequency").or(scalar("fs")).map(|f| 1.0 / f));
+    for (key, array) in arrays {
         match array.shape[..] {
-            [n] if n == rows && n > 1 => push(&mut table, key.clone(), array.values.clone()),
+            [n] if n == rows && n > 1 => push(&mut table, key, array.values),
             [n, k] if n == rows && n > 1 => {
+                if table.header.len() + k > MAX_COLUMNS {
+                    let message = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape ({n}, {k})");
+                    return Err(Error::at(file, 0, message));
+                }
                 for c in 0..k {
                     let column = array.values.iter().skip(c).step_by(k).copied().collect();
                     push(&mut table, format!("{key}_{}", c + 1), column);
                 }
             }
+            [n] | [n, _] if n > 1 => table.notes.push(format!(
+                "array `{key}` has {n} rows where `{longest}` has {rows}: it is not used; signals of one run have one length"
+            )),
             _ => {}
         }
     }
     let timed = table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
-    let period = scalar("dt").or(scalar("frequency").or(scalar("fs")).map(|f| 1.0 / f));
-    if let (false, Some(period)) = (timed, period) {
+    if let (false, false, Some(period)) = (timed, table.columns.is_empty(), period) {
         push(&mut table, "t".into(), (0..rows).map(|r| period * r as f64).collect());
     }
     if table.columns.is_empty() {
         let message = "no array holds samples; arrays of shape (samples,) or (samples, joints) are expected";
         return Err(Error::at(file, 0, message));
     }
+    check_header(file, 0, &table.header)?;
     Ok(table)
 }
 
@@ -82,12 +96,23 @@ fn number(bytes: &[u8], at: usize, len: usize) -> Result<usize, String> {
     Ok(bytes.iter().rev().fold(0, |n, &b| n << 8 | usize::from(b)))
 }
 
-/// Name and content of every file in a zip, by its central directory.
-fn entries(bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, String> {
+/// A file in the zip.
+struct Entry<'a> {
+    name: String,
+    method: usize,
+    packed: &'a [u8],
+    /// Bytes unpacked, as the zip says.
+    size: usize,
+}
+
+/// Every file in a zip, by its central directory.
+///
+/// Fails when files overlap or claim more than [`MAX_BYTES`] together.
+fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
     let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or("the zip has no directory: cut short?")?;
     let count = number(bytes, end + 10, 2)?;
     let mut at = number(bytes, end + 16, 4)?;
-    let mut out = Vec::with_capacity(count);
+    let (mut out, mut places, mut all) = (Vec::new(), Vec::new(), 0usize);
     for _ in 0..count {
         if bytes.get(at..at.saturating_add(4)) != Some(b"PK\x01\x02") {
             return Err("the directory of the zip is damaged".into());
@@ -102,23 +127,31 @@ fn entries(bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, String> {
         let start = local + 30 + number(bytes, local + 26, 2)? + number(bytes, local + 28, 2)?;
         let content =
             start.checked_add(packed).and_then(|end| bytes.get(start..end)).ok_or("the zip ends too early")?;
-        if size > MAX_BYTES {
-            return Err(format!("`{text}` claims {size} bytes"));
+        all = all.saturating_add(size);
+        if all > MAX_BYTES {
+            return Err(format!("with `{text}` its arrays claim {all} bytes; at most {MAX_BYTES} are read"));
         }
-        out.push((text, unpacked(method, content, size)?));
+        places.push((local, start + packed));
+        out.push(Entry { name: text, method, packed: content, size });
         at += 46 + name + extra + comment;
+    }
+    places.sort_unstable();
+    if places.windows(2).any(|pair| pair[1].0 < pair[0].1) {
+        return Err("the files in the zip overlap: it is damaged, or made to unpack without end".into());
     }
     Ok(out)
 }
 
-fn unpacked(method: usize, content: &[u8], size: usize) -> Result<Vec<u8>, String> {
-    match method {
-        0 => Ok(content.to_vec()),
+fn unpacked<'a>(entry: &Entry<'a>) -> Result<Cow<'a, [u8]>, String> {
+    match entry.method {
+        0 => Ok(Cow::Borrowed(entry.packed)),
         8 => {
             let mut out = Vec::new();
-            let reader = flate2::read::DeflateDecoder::new(content);
-            reader.take(size as u64).read_to_end(&mut out).map_err(|e| format!("the zip is damaged: {e}"))?;
-            if out.len() == size { Ok(out) } else { Err("the zip is damaged: an array is too short".into()) }
+            let reader = flate2::read::DeflateDecoder::new(entry.packed);
+            let read = reader.take(entry.size as u64).read_to_end(&mut out);
+            read.map_err(|e| format!("the zip is damaged: {e}"))?;
+            let whole = out.len() == entry.size;
+            if whole { Ok(Cow::Owned(out)) } else { Err("the zip is damaged: an array is too short".into()) }
         }
         other => Err(format!("compression method {other} of zip is not read; save with numpy.savez")),
     }
@@ -139,8 +172,11 @@ fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
     let fortran = field("fortran_order").is_some_and(|t| t.starts_with("True"));
     let shape = field("shape").and_then(|t| t.strip_prefix('(')).and_then(|t| t.split(')').next()).unwrap_or("");
     let shape: Vec<usize> = shape.split(',').filter_map(|n| n.trim().parse().ok()).collect();
-    let count = shape.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).filter(|&n| n <= MAX_BYTES / 8);
+    let count = shape.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).filter(|&n| n <= MAX_CELLS);
     let count = count.ok_or("its shape is absurd")?;
+    if count == 0 {
+        return Ok(None); // (0,), (0, 7), but also (10^12, 0)
+    }
     let values = match kind.as_str() {
         "<f8" => take(data, count, f64::from_le_bytes)?,
         "<f4" => take(data, count, |b| f64::from(f32::from_le_bytes(b)))?,
@@ -250,5 +286,33 @@ mod tests {
         for cut in 0..file.len() {
             let _ = Table::from_bytes("log.npz", &file[..cut]);
         }
+    }
+
+    /// A shape without numbers is no length, and a file is not read twice.
+    #[test]
+    fn claims_are_not_believed() {
+        let dt = npy("<f8", "()", "False", &doubles(&[0.01]));
+        let empty = npy("<f8", "(1000000000000, 0)", "False", &[]);
+        let message = |bytes: &[u8]| Table::from_bytes("log.npz", bytes).unwrap_err().to_string();
+        let file = zip(&[("q.npy", empty, false), ("dt.npy", dt.clone(), false)]);
+        assert!(message(&file).contains("no array holds samples"), "{}", message(&file));
+        let mut file = zip(&[("a.npy", dt.clone(), false), ("b.npy", dt, false)]);
+        // The second of the directory points at the first.
+        let last = file.windows(4).rposition(|w| w == b"PK\x01\x02").unwrap();
+        file[last + 42..last + 46].fill(0);
+        assert!(message(&file).contains("overlap"), "{}", message(&file));
+        let wide = npy("<i2", "(2, 10001)", "False", &[0; 2 * 2 * 10_001]);
+        assert!(message(&zip(&[("q.npy", wide, true)])).contains("more than 10000 columns with array `q`"));
+    }
+
+    #[test]
+    fn unequal_lengths_are_told() {
+        let of = |n: usize| npy("<f8", &format!("({n},)"), "False", &doubles(&vec![1.0; n]));
+        let file = zip(&[("t.npy", of(60), false), ("q1.npy", of(60), false), ("tau1.npy", of(59), false)]);
+        let table = Table::from_bytes("log.npz", &file).unwrap();
+        let note = "array `tau1` has 59 rows where `t` has 60: it is not used; signals of one run have one length";
+        assert_eq!(table.notes, [note]);
+        let error = crate::Columns::find(&table, &["q1".into()], &Default::default()).unwrap_err();
+        assert!(error.message().contains(note), "{error}");
     }
 }

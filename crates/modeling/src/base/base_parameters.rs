@@ -9,7 +9,8 @@
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
 //! ```
 //! The numbers choose columns and no more: the beta are exact in the robot's symbols
-//! ([`crate::base::regrouping`]) and are then held against the numeric ones ([`crate::base::evidence`]).
+//! ([`crate::base::regrouping`]) and are then held against the numeric ones ([`crate::base::evidence`]). Their text is
+//! made when it is asked for ([`crate::base::written_rules`]).
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;
@@ -17,9 +18,10 @@ use robot::{Robot, StandardParameter};
 
 use crate::base::evidence::{Rank, UnclearRank, clear_cut, held_against_numbers, no_more_than_exact};
 use crate::base::exact_rank::independent_columns;
+use crate::base::names;
 use crate::base::rank::{Scan, scan};
-use crate::base::regrouping::{Beta, Regrouping, regrouping};
-use crate::base::{names, rule};
+use crate::base::regrouping::{Share, Shares, regrouping};
+use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
 use crate::kinematics::closure::Closure;
 use crate::random::SplitMix;
@@ -38,6 +40,8 @@ pub struct BaseParameters {
     pub coincident: Vec<usize>,
     /// Why this number of them is believed.
     pub rank: Rank,
+    /// What their rules are written from: [`BaseParameters::rules`].
+    pub(crate) sources: RuleSources,
 }
 
 /// One base parameter.
@@ -53,8 +57,6 @@ pub struct BaseParameter {
     /// What its column adds to those before it, relative to the largest column: what weight it can have in
     /// the torque.
     pub share: f64,
-    /// The terms as a formula: `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
-    pub rule: String,
 }
 
 /// `coefficient` times a standard parameter.
@@ -64,8 +66,6 @@ pub struct Term {
     pub parameter: usize,
     /// The factor at the robot's values of its symbols.
     pub coefficient: f64,
-    /// The coefficient in the robot's symbols; a number where no closed form was found.
-    pub symbolic: String,
 }
 
 impl BaseParameters {
@@ -79,10 +79,42 @@ impl BaseParameters {
         self.base.is_empty()
     }
 
+    /// The rules as text: expanded to standard parameters where that is short, else nested.
+    pub fn rules(&self) -> Rules {
+        self.sources.short(&self.columns())
+    }
+
+    /// The rules nested, however short they would be expanded.
+    pub fn nested_rules(&self) -> Rules {
+        self.sources.nested(&self.columns())
+    }
+
+    /// The rules expanded to standard parameters; `None` where they have more than a million summands.
+    pub fn expanded_rules(&self) -> Option<Rules> {
+        self.sources.expanded(&self.columns())
+    }
+
+    /// The rules as lines to print, a name alone where nothing is absorbed; nested ones with those of the regrouped
+    /// parameters behind them.
+    pub fn rule_lines(&self) -> Vec<String> {
+        let rules = self.rules();
+        let line = |(b, rule): (&BaseParameter, String)| if b.terms.len() > 1 { rule } else { b.name.clone() };
+        let mut lines: Vec<String> = self.base.iter().zip(rules.base).map(line).collect();
+        if !rules.regrouped.is_empty() {
+            lines.push("with these regrouped parameters, which are no base parameters:".into());
+            lines.extend(rules.regrouped);
+        }
+        lines
+    }
+
+    /// The columns of D that D_base keeps.
+    fn columns(&self) -> Vec<usize> {
+        self.base.iter().map(|b| b.column).collect()
+    }
+
     /// D_base: the kept columns of the regressor these base parameters came from.
     pub fn regressor(&self, regressor: &Function) -> Function {
-        let columns: Vec<usize> = self.base.iter().map(|b| b.column).collect();
-        regressor.with_columns("base_regressor", 0, &columns)
+        regressor.with_columns("base_regressor", 0, &self.columns())
     }
 
     /// X_base from the standard parameters X.
@@ -115,43 +147,37 @@ pub(crate) fn base_parameters(
     }
 
     let regrouping = regrouping(derivation, regressor, &standard, &scan);
-    let all_exact = |row: &&Vec<(usize, Beta)>| row.iter().all(|(_, beta)| matches!(beta, Beta::Exact(_)));
-    rank.exact_relations = regrouping.values().filter(all_exact).count();
-    rank.numeric_relations = regrouping.len() - rank.exact_relations;
-    held_against_numbers(&scan, &regrouping, regressor.graph(), name)?;
+    let shares = &regrouping.shares;
+    let all_exact = |row: &&Vec<(usize, Share)>| row.iter().all(|(_, share)| share.residue.is_some());
+    rank.exact_relations = shares.values().filter(all_exact).count();
+    rank.numeric_relations = shares.len() - rank.exact_relations;
+    held_against_numbers(&scan, shares, name)?;
 
-    let base = scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, &regrouping, regressor, c)).collect();
+    let base: Vec<BaseParameter> =
+        scan.kept.iter().map(|&c| base_parameter(robot, &standard, &scan, shares, c)).collect();
     let no_effect = (0..standard.len())
-        .filter(|c| scan.kept.binary_search(c).is_err() && regrouping.get(c).is_none_or(Vec::is_empty))
+        .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
         .collect();
-    Ok(BaseParameters { standard, base, no_effect, coincident, rank })
+    let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph());
+    Ok(BaseParameters { standard, base, no_effect, coincident, rank, sources })
 }
 
-/// The base parameter of a kept column: what it absorbs, its name and its rule.
+/// The base parameter of a kept column: what it absorbs, and its name.
 fn base_parameter(
     robot: &Robot,
     standard: &[StandardParameter],
     scan: &Scan,
-    regrouping: &Regrouping,
-    regressor: &Function,
+    shares: &Shares,
     column: usize,
 ) -> BaseParameter {
-    let graph = regressor.graph();
-    let mut terms = vec![Term { parameter: column, coefficient: 1.0, symbolic: "1".into() }];
-    let mut formula = vec![(column, rule::Factor::one())];
-    for (&dropped, row) in regrouping {
-        let Some((_, beta)) = row.iter().find(|(kept, _)| *kept == column) else { continue };
-        let (symbolic, factors) = match beta {
-            Beta::Exact(c) => (c.display(graph).to_string(), rule::Factor::summands(c, graph)),
-            Beta::Number(x) => (rule::rounded(*x).to_string(), vec![rule::Factor::number(*x)]),
-        };
-        terms.push(Term { parameter: dropped, coefficient: beta.number(graph), symbolic });
-        formula.extend(factors.into_iter().map(|factor| (dropped, factor)));
-    }
-    let bare = names::regrouped(robot, standard[column], terms.len() > 1);
-    let rule = rule::text(&bare, &formula, &|c| standard[c].display(robot).to_string());
+    let mut terms = vec![Term { parameter: column, coefficient: 1.0 }];
+    let share_of = |row: &[(usize, Share)]| row.iter().find(|(kept, _)| *kept == column).map(|(_, share)| share.number);
+    let absorbed = shares.iter().filter_map(|(&parameter, row)| Some((parameter, share_of(row)?)));
+    terms.extend(absorbed.map(|(parameter, coefficient)| Term { parameter, coefficient }));
+    let plain = standard[column].display(robot).to_string();
+    let bare = if terms.len() > 1 { names::regrouped(&plain, standard[column].inertial) } else { plain };
     let name = names::base(robot, standard[column], bare);
-    BaseParameter { name, column, terms, share: scan.share[column], rule }
+    BaseParameter { name, column, terms, share: scan.share[column] }
 }
 
 /// D at random states, one below the other; loops closed.

@@ -8,7 +8,7 @@ use std::fmt;
 
 use expr::{Expr, Graph, Node, SymbolKind};
 
-use crate::base::field::{Assignment, Residue};
+use crate::base::field::{Assignment, P, Residue};
 
 /// A factor of a product.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -143,6 +143,18 @@ impl Coefficient {
             (0..k.abs()).fold(1.0, |product, _| if k > 0 { product * x } else { product / x })
         };
         self.terms.iter().map(|(m, &(n, d))| m.iter().map(factor).fold(n as f64 / d as f64, |a, b| a * b)).sum()
+    }
+
+    /// The coefficient where the constants are assigned these elements.
+    pub fn residue(&self, constants: &[Assignment]) -> Residue {
+        let ratio =
+            |n: i128, d: i128| Residue::integer((n % i128::from(P)) as i64) * Residue::integer(d as i64).inverse();
+        self.terms.iter().fold(Residue::ZERO, |sum, (m, &(n, d))| sum + ratio(n, d) * residue(m, constants))
+    }
+
+    /// The number of summands.
+    pub fn n_terms(&self) -> usize {
+        self.terms.len()
     }
 
     pub fn display<'a>(&'a self, graph: &'a Graph) -> impl fmt::Display + 'a {

@@ -1,15 +1,13 @@
-//! The evidence for a set of base parameters, and the refusals when it does not suffice.
+//! The evidence for a set of base parameters, and the refusal where it does not suffice.
 //!
-//! A rank is believed when the numbers leave a wide gap between what they keep and what they drop,
-//! when they keep no more columns than are independent in a finite field, and when the exact
-//! coefficients of the regrouping are the numeric ones.
+//! A rank is believed if three conditions hold. The numbers leave a wide gap between what they keep and
+//! what they drop. They keep no more columns than are independent in a finite field. The exact
+//! coefficients of the regrouping agree with the numeric ones.
 
 use std::fmt;
 
-use expr::Graph;
-
 use crate::base::rank::{CLEAR_GAP, Scan};
-use crate::base::regrouping::Regrouping;
+use crate::base::regrouping::Shares;
 use crate::derivation::NeverCloses;
 
 /// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest
@@ -164,16 +162,15 @@ pub(crate) fn no_more_than_exact(
 /// The exact coefficients must be the numeric ones, to the accuracy of the latter.
 pub(crate) fn held_against_numbers(
     scan: &Scan,
-    regrouping: &Regrouping,
-    graph: &Graph,
+    shares: &Shares,
     name: impl Fn(usize) -> String,
 ) -> Result<(), UnclearRank> {
     let nothing = vec![0.0; scan.kept.len()];
     let rows = scan.dependent.iter().map(|(c, x)| (*c, x)).chain(scan.zero.iter().map(|&c| (c, &nothing)));
     for (dropped, x) in rows {
         for (place, &kept) in scan.kept.iter().enumerate() {
-            let beta = regrouping[&dropped].iter().find(|(k, _)| *k == kept);
-            let exact = beta.map_or(0.0, |(_, beta)| beta.number(graph));
+            let share = shares[&dropped].iter().find(|(k, _)| *k == kept);
+            let exact = share.map_or(0.0, |(_, share)| share.number);
             if (exact - x[place]).abs() > ROUNDING * (1.0 + exact.abs()) {
                 let (dropped, kept) = (name(dropped), name(kept));
                 return Err(UnclearRank::Disagreement { dropped, kept, exact, numeric: x[place] });

@@ -1,7 +1,7 @@
 //! The rank without a tolerance: the regressor in a finite field, where a zero is a zero.
 //!
-//! Lengths are random elements, coordinates and angles random points of the circle, but exact where
-//! the robot is: right angles are in the graph, multiples of pi/4 are given their cosine and sine,
+//! Lengths are random elements, coordinates and angles random points of the circle. What is exact in
+//! the robot stays exact: right angles are in the graph, multiples of pi/4 get their cosine and sine,
 //! sqrt(1/2) = 2^30. A column that is independent there is independent for almost every robot of this
 //! structure; the chance of an accident is below 1e-12 [Schwartz 1980].
 

@@ -1,11 +1,13 @@
-//! Coefficients of columns that no tree rule explains: read off at random points of a finite field,
-//! then interpolated in the robot's symbols.
+//! Coefficients of columns that no tree rule explains. They are solved for at random points of a finite
+//! field, then interpolated in the robot's symbols.
 //!
 //! Loops of passive joints make columns depend on each other in ways no joint-by-joint rule sees.
 //! Where the numbers say that a column is a combination of a few others, the combination is solved
 //! exactly at random states and random symbols modulo a prime; then a Laurent polynomial in the
 //! symbols that matter, of the right physical dimension, is fitted and checked at further points.
 //! A fit that is not exact is no fit.
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use expr::{Function, SymbolKind};
 
@@ -31,37 +33,54 @@ type Point = (Vec<Assignment>, Solutions);
 /// leave behind are halves, doubles and small counts of links.
 const MAX_RATIO: i64 = 64;
 
+/// Unknowns of a fit at most. The monomials of k angles at size s are (2 s + 2)^k and each takes an evaluation of the
+/// columns and a row of a dense matrix: 256 cost some ten milliseconds, 4096 some minutes. Three angles at size two
+/// (216) and four at size one (256) are within; the loops of the models that come with the project need 23 at most.
+const MOST_UNKNOWNS: usize = 256;
+
 /// The x_k of each relation; `None` when the relation does not hold for every value of the symbols,
-/// or is no Laurent polynomial of small degree.
-pub(crate) fn interpolate(function: &Function, relations: &[Relation]) -> Vec<Option<Vec<Coefficient>>> {
-    let mut samples = FieldSamples::new(function, relations);
+/// is no Laurent polynomial of small degree, or has more unknowns than are tried.
+pub(crate) fn interpolate(regressor: &Function, relations: &[Relation]) -> Vec<Option<Vec<Coefficient>>> {
+    if relations.is_empty() {
+        return Vec::new();
+    }
+    let (function, relations) = restricted(regressor, relations);
+    let mut samples = FieldSamples::new(&function, &relations);
     let reference = samples.draw(None);
     let solutions = samples.solve_at(&reference);
-    let depends = dependencies(&mut samples, relations, &reference, &solutions);
+    let depends = dependencies(&mut samples, &relations, &reference, &solutions);
 
     let mut points: Vec<Point> = vec![(reference, solutions)];
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
-        let Some(x) = points[0].1[r].clone() else {
-            fitted.push(None);
-            continue;
-        };
-        let mut coefficients = Some(Vec::new());
-        for k in 0..relation.support.len() {
-            let coefficient = if depends[r][k].is_empty() {
-                // A number needs no fit.
-                x[k].as_ratio(MAX_RATIO).map(|(n, d)| Coefficient::ratio((n.into(), d.into())))
-            } else {
+        let coefficients = points[0].1[r].clone().and_then(|x| {
+            // The first coefficient without an answer ends the relation: all are exact, or none is used.
+            let coefficient = |k: usize| {
+                if depends[r][k].is_empty() {
+                    // A number needs no fit.
+                    return x[k].as_ratio(MAX_RATIO).map(|(n, d)| Coefficient::ratio((n.into(), d.into())));
+                }
                 fit(&mut samples, &mut points, r, k, &depends[r][k], relation.degrees[k])
             };
-            coefficients = coefficients.zip(coefficient).map(|(mut list, c)| {
-                list.push(c);
-                list
-            });
-        }
+            (0..relation.support.len()).map(coefficient).collect::<Option<Vec<_>>>()
+        });
         fitted.push(coefficients);
     }
     fitted
+}
+
+/// The columns that the relations speak of, and the relations among them: a fit evaluates nothing else.
+fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Relation>) {
+    let named = |r: &Relation| r.support.iter().copied().chain([r.column]).collect::<Vec<_>>();
+    let columns: BTreeSet<usize> = relations.iter().flat_map(named).collect();
+    let columns: Vec<usize> = columns.into_iter().collect();
+    let place = |c: usize| columns.binary_search(&c).unwrap_or_default();
+    let moved = |r: &Relation| Relation {
+        column: place(r.column),
+        support: r.support.iter().map(|&c| place(c)).collect(),
+        degrees: r.degrees.clone(),
+    };
+    (regressor.with_columns("related", 0, &columns), relations.iter().map(moved).collect())
 }
 
 /// Per relation and x_k, the symbols it depends on: one is moved at a time.
@@ -75,7 +94,8 @@ fn dependencies(
     if relations.iter().all(|r| r.support.is_empty()) {
         return depends;
     }
-    let constants: Vec<usize> = (0..samples.n_symbols()).filter(|&s| samples.is_constant(s)).collect();
+    let constants: Vec<usize> =
+        (0..samples.n_symbols()).filter(|&s| samples.is_read[s] && samples.is_constant(s)).collect();
     for s in constants {
         let moved = samples.draw(Some((reference, s)));
         let changed = samples.solve_at(&moved);
@@ -100,6 +120,9 @@ fn fit(
     degree: i32,
 ) -> Option<Coefficient> {
     for size in 1..=3 {
+        if n_monomials(samples, symbols, degree, size) > MOST_UNKNOWNS {
+            return None;
+        }
         let monomials = monomials(samples, symbols, degree, size);
         if monomials.is_empty() {
             continue;
@@ -164,12 +187,33 @@ fn monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) 
         .collect()
 }
 
+/// How many [`monomials`] makes, without making them.
+fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32) -> usize {
+    let mut by_power = BTreeMap::from([(0, 1_usize)]);
+    for &s in symbols {
+        let mut next: BTreeMap<i32, usize> = BTreeMap::new();
+        for (&power, &count) in &by_power {
+            // An angle has no length; each of its factors leaves the power as it is.
+            let (powers, times) =
+                if samples.is_angle[s] { (0..=0, 2 * (size + 1) as usize) } else { (-size..=size + 1, 1) };
+            for more in powers {
+                let sum = next.entry(power + more).or_insert(0);
+                *sum = sum.saturating_add(count.saturating_mul(times));
+            }
+        }
+        by_power = next;
+    }
+    by_power.get(&degree).copied().unwrap_or(0)
+}
+
 /// The function in the field, at constants of choice and random states.
 struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
     /// Whether the symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
+    /// Whether the function depends on the symbol at all.
+    is_read: Vec<bool>,
     random: SplitMix,
 }
 
@@ -177,14 +221,18 @@ impl<'a> FieldSamples<'a> {
     fn new(function: &'a Function, relations: &'a [Relation]) -> Self {
         let graph = function.graph();
         let mut is_angle = vec![false; graph.symbols().len()];
+        let mut is_read = is_angle.clone();
         for node in graph.nodes() {
+            if let expr::Node::Symbol(s) = node {
+                is_read[s.0 as usize] = true;
+            }
             if let expr::Node::Sin(a) | expr::Node::Cos(a) = node
                 && let expr::Node::Symbol(s) = graph.node(*a)
             {
                 is_angle[s.0 as usize] = true;
             }
         }
-        FieldSamples { function, relations, is_angle, random: SplitMix(1995) }
+        FieldSamples { function, relations, is_angle, is_read, random: SplitMix(1995) }
     }
 
     fn n_symbols(&self) -> usize {
@@ -225,5 +273,35 @@ impl<'a> FieldSamples<'a> {
             solve(rows.iter().map(picked).collect(), r.support.len())
         };
         self.relations.iter().map(pick).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use expr::{Graph, Output};
+
+    use super::*;
+
+    /// The count that bounds the work is the count of what would be made.
+    #[test]
+    fn monomials_are_counted_before_they_are_made() {
+        let mut g = Graph::new();
+        let symbols: Vec<_> =
+            (0..4).map(|k| g.symbol(&format!("x{k}"), SymbolKind::Constant(0.1 + f64::from(k)))).collect();
+        let (cos, product) = (g.cos(symbols[0]), g.mul(symbols[1], symbols[2]));
+        let product = g.mul(product, cos);
+        let sine = g.sin(symbols[3]);
+        let entry = g.add(product, sine);
+        let output = Output { name: "y".into(), rows: 1, columns: 1, entries: vec![entry] };
+        let function = Function::new("f", &g, Vec::new(), vec![output]);
+        let samples = FieldSamples::new(&function, &[]);
+        for size in 1..=3 {
+            for degree in -2..=2 {
+                for symbols in [&[0][..], &[1, 2], &[0, 1, 2, 3]] {
+                    let made = monomials(&samples, symbols, degree, size).len();
+                    assert_eq!(n_monomials(&samples, symbols, degree, size), made, "{symbols:?} {degree} {size}");
+                }
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! [`base_parameters`] walks through it: the numbers choose columns ([`rank`]), a finite field
 //! confirms them ([`exact_rank`]), the relations of the dropped ones are found ([`regrouping`]), held
-//! against the numbers ([`evidence`]), and named and written as rules ([`names`], [`rule`]).
+//! against the numbers ([`evidence`]), named ([`names`]), and written as rules when asked ([`written_rules`]).
 
 pub(crate) mod base_parameters;
 pub(crate) mod coefficient;
@@ -15,3 +15,4 @@ pub(crate) mod rank;
 pub(crate) mod regrouping;
 pub(crate) mod rigid_regrouping;
 pub(crate) mod rule;
+pub(crate) mod written_rules;

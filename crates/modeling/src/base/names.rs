@@ -1,18 +1,14 @@
 //! SYMORO's names for base parameters.
 
-use robot::{LinkId, Robot, StandardParameter, Value};
+use robot::{Inertial, LinkId, Robot, StandardParameter, Value};
 
-/// `XXR2` where something regroups into XX2, `XX2` where not.
-pub(crate) fn regrouped(robot: &Robot, parameter: StandardParameter, absorbs: bool) -> String {
-    let plain = parameter.display(robot).to_string();
-    if !absorbs {
-        return plain;
-    }
-    let letters = parameter.inertial.letters();
+/// `XXR2`, of a parameter called `XX2` into which something regroups.
+pub(crate) fn regrouped(plain: &str, inertial: Inertial) -> String {
+    let letters = inertial.letters();
     format!("{letters}R{}", &plain[letters.len()..])
 }
 
-/// The same, and without gravity a first moment with the length through which it acts in front:
+/// The name of a base parameter: without gravity a first moment carries the length through which it acts in front:
 /// `D2MXR4`, after the first non-zero d on the way from the base to its link.
 pub(crate) fn base(robot: &Robot, parameter: StandardParameter, name: String) -> String {
     let weightless = robot.gravity_number() == [0.0; 3];

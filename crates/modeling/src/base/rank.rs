@@ -2,8 +2,8 @@
 //!
 //! The matrix is compressed to its triangle by QR [nalgebra]; then the columns are taken from left
 //! to right: one is kept when its distance from the span of those kept before it, relative to its
-//! own norm, is above the threshold [Gautier 1991]. Columns far smaller than the largest are no
-//! columns: scaling 1e-10, which a truncated pi leaves behind, to one would make it count.
+//! own norm, is above the threshold [Gautier 1991]. Columns far smaller than the largest count as
+//! zero: a truncated pi leaves columns of 1e-10 behind, which scaling to one would make count.
 
 use nalgebra::{DMatrix, DVector};
 

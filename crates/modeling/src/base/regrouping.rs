@@ -1,13 +1,16 @@
-//! For each dropped column the kept columns it is made of: D_d = sum_k beta_kd D_k.
+//! Finds, for each dropped column, the kept columns it consists of: D_d = sum_k beta_kd D_k.
 //!
 //! Three sources, in this order of trust:
 //!
 //! - the rules of trees ([`crate::base::rigid_regrouping`]), exact in the robot's symbols. A rule leads
-//!   to columns before the dropped one, which may be dropped themselves: then their own relation is
-//!   put in;
+//!   to columns before the dropped one. Where these are dropped themselves, their own relation is
+//!   substituted;
 //! - for columns that no rule explains, because loops tie them together, interpolation in a finite
 //!   field ([`crate::base::interpolation`]), exact too;
 //! - where that finds no closed form, the numbers of the scan.
+//!
+//! The rules are kept as they were found, each leading to the columns next to its own. Multiplied out they are only
+//! numbers here; as text they are [`crate::base::written_rules`].
 
 use std::collections::BTreeMap;
 
@@ -15,10 +18,12 @@ use expr::{Function, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
 
 use crate::base::coefficient::Coefficient;
+use crate::base::field::{Assignment, Residue};
 use crate::base::interpolation::{Relation, interpolate};
 use crate::base::rank::Scan;
 use crate::base::rigid_regrouping::tree_rules;
 use crate::derivation::Derivation;
+use crate::random::SplitMix;
 
 /// A numeric coefficient smaller than this is a rounded zero. The scan leaves about 1e-13; a true
 /// coefficient is a product of at most two lengths, and two of a tenth of a millimetre give 1e-8.
@@ -32,35 +37,57 @@ pub(crate) enum Beta {
 }
 
 impl Beta {
-    /// The coefficient where each constant of the graph has its value.
-    pub fn number(&self, graph: &Graph) -> f64 {
+    /// Its value at the robot's numbers, and in the field where it is exact.
+    fn share(&self, graph: &Graph, constants: &[Assignment]) -> Share {
         match self {
-            Beta::Exact(c) => c.number(graph),
-            Beta::Number(x) => *x,
-        }
-    }
-
-    fn plus(&self, other: &Beta, graph: &Graph) -> Beta {
-        match (self, other) {
-            (Beta::Exact(a), Beta::Exact(b)) => Beta::Exact(a.plus(b)),
-            (a, b) => Beta::Number(a.number(graph) + b.number(graph)),
-        }
-    }
-
-    fn times(&self, factor: &Coefficient, graph: &Graph) -> Beta {
-        match self {
-            Beta::Exact(c) => Beta::Exact(factor.times(c)),
-            Beta::Number(x) => Beta::Number(factor.number(graph) * x),
+            Beta::Exact(c) => Share::of(c, graph, constants),
+            Beta::Number(x) => Share { number: *x, residue: None },
         }
     }
 }
 
-/// By dropped column: the kept columns it is made of, each with its coefficient. Empty for a column
-/// that is zero.
-pub(crate) type Regrouping = BTreeMap<usize, Vec<(usize, Beta)>>;
+/// A coefficient multiplied out over all rules that lead to it, without its text: a chain of n oblique links
+/// has texts that grow faster than any power of n, but its numbers grow as n^2.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Share {
+    /// At the robot's values of its symbols.
+    pub number: f64,
+    /// At random elements of a finite field, where a zero is a zero; `None` where a factor is only a number.
+    pub residue: Option<Residue>,
+}
+
+impl Share {
+    fn of(c: &Coefficient, graph: &Graph, constants: &[Assignment]) -> Share {
+        Share { number: c.number(graph), residue: Some(c.residue(constants)) }
+    }
+
+    fn plus(self, other: Share) -> Share {
+        let residue = self.residue.zip(other.residue).map(|(a, b)| a + b);
+        Share { number: self.number + other.number, residue }
+    }
+
+    fn times(self, factor: Share) -> Share {
+        let residue = self.residue.zip(factor.residue).map(|(a, b)| a * b);
+        Share { number: factor.number * self.number, residue }
+    }
+}
+
+/// The regrouping, as it was found and as it is when every rule is put in.
+#[derive(Clone, Debug)]
+pub(crate) struct Regrouping {
+    /// By dropped column without a tree rule: the kept columns it is made of. Empty for a column that is zero.
+    pub solved: BTreeMap<usize, Vec<(usize, Beta)>>,
+    /// By dropped column with a tree rule: the columns it is made of.
+    pub rules: Rules,
+    /// By dropped column: the kept columns it is made of.
+    pub shares: Shares,
+}
+
+/// By dropped column: the kept columns it is made of, each with its coefficient.
+pub(crate) type Shares = BTreeMap<usize, Vec<(usize, Share)>>;
 
 /// By dropped column: what a tree rule says it is made of; these columns may be dropped themselves.
-type Rules = BTreeMap<usize, Vec<(usize, Coefficient)>>;
+pub(crate) type Rules = BTreeMap<usize, Vec<(usize, Coefficient)>>;
 
 /// The relation of every column that the scan does not keep.
 pub(crate) fn regrouping(
@@ -72,9 +99,9 @@ pub(crate) fn regrouping(
     let rules = rules_by_column(derivation, standard);
     let numeric: BTreeMap<usize, &Vec<f64>> = scan.dependent.iter().map(|(c, x)| (*c, x)).collect();
     let unexplained = unexplained(derivation.robot, standard, scan, &rules, &numeric);
-    let mut regrouping = solved(derivation.robot, regressor, scan, &unexplained, &numeric);
-    put_in(&mut regrouping, &rules, regressor.graph());
-    regrouping
+    let solved = solved(derivation.robot, regressor, scan, &unexplained, &numeric);
+    let shares = put_in(&solved, &rules, regressor.graph());
+    Regrouping { solved, rules, shares }
 }
 
 fn rules_by_column(derivation: &mut Derivation, standard: &[StandardParameter]) -> Rules {
@@ -116,7 +143,7 @@ fn solved(
     scan: &Scan,
     relations: &[Relation],
     numeric: &BTreeMap<usize, &Vec<f64>>,
-) -> Regrouping {
+) -> BTreeMap<usize, Vec<(usize, Beta)>> {
     // Where loops are closed numerically only a column that is not there is a fact of the field.
     let exact: Vec<Option<Vec<Coefficient>>> = if robot.passive.is_empty() {
         interpolate(regressor, relations)
@@ -138,28 +165,28 @@ fn solved(
     relations.iter().zip(exact).map(|(relation, exact)| (relation.column, row(relation, exact))).collect()
 }
 
-/// Adds the columns that tree rules drop: D_d = sum_c factor_c D_c, with the relation of c put in where
-/// c is dropped too. A rule leads to columns before its own, so that those are resolved by then.
-fn put_in(regrouping: &mut Regrouping, rules: &Rules, graph: &Graph) {
+/// The columns that tree rules drop beside those that are solved: D_d = sum_c factor_c D_c, with the relation
+/// of c put in where c is dropped too. A rule leads to columns before its own, so that those are resolved by then.
+fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &Rules, graph: &Graph) -> Shares {
+    let mut random = SplitMix(1990);
+    let constants: Vec<Assignment> = graph.symbols().iter().map(|_| Assignment::random(&mut random)).collect();
+    let of_solved = |(k, beta): &(usize, Beta)| (*k, beta.share(graph, &constants));
+    let mut shares: Shares = solved.iter().map(|(&c, row)| (c, row.iter().map(of_solved).collect())).collect();
     for (&dropped, terms) in rules {
-        let mut row: BTreeMap<usize, Beta> = BTreeMap::new();
+        let mut row: BTreeMap<usize, Share> = BTreeMap::new();
         for (c, factor) in terms {
-            let parts = match regrouping.get(c) {
-                Some(parts) => parts.clone(),
-                None => vec![(*c, Beta::Exact(Coefficient::one()))],
-            };
-            for (kept, beta) in parts {
-                let term = beta.times(factor, graph);
-                let sum = match row.remove(&kept) {
-                    None => term,
-                    Some(before) => before.plus(&term, graph),
-                };
+            let factor = Share::of(factor, graph, &constants);
+            let kept = [(*c, Share { number: 1.0, residue: Some(Residue::ONE) })];
+            for &(kept, share) in shares.get(c).map_or(&kept[..], Vec::as_slice) {
+                let term = share.times(factor);
+                let sum = row.get(&kept).map_or(term, |before| before.plus(term));
                 row.insert(kept, sum);
             }
         }
-        row.retain(|_, beta| !matches!(beta, Beta::Exact(c) if c.is_zero()));
-        regrouping.insert(dropped, row.into_iter().collect());
+        row.retain(|_, share| share.residue != Some(Residue::ZERO));
+        shares.insert(dropped, row.into_iter().collect());
     }
+    shares
 }
 
 /// Whether nothing stands in a column, whatever the state.

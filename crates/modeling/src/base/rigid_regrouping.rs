@@ -1,4 +1,4 @@
-//! What of a link its antecedent carries just as well: the regrouping rules of trees.
+//! The regrouping rules of trees: the part of a link that its antecedent carries just as well.
 //!
 //! A body that is symmetric about the axis of its joint moves as if it were part of the antecedent:
 //! turning it costs nothing. For a revolute joint these are the directions XX = YY, MZ and M, for

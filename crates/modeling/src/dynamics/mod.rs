@@ -1,4 +1,4 @@
-//! What the motion of the links makes of the inertial parameters: one function of a robot a file.
+//! The functions of a robot in which its inertial parameters act, one a file.
 
 pub(crate) mod composite;
 pub(crate) mod energy;

@@ -1,7 +1,7 @@
 //! Inertial parameters as inputs of a function: all of X, or the kept ones of X_base.
 //!
-//! A function from base parameters is the function from standard parameters with zeros in the place
-//! of those that were dropped, which the graph then leaves out.
+//! A function of base parameters is the function of standard parameters with zeros in place of those that
+//! were dropped. The graph leaves their terms out.
 
 use expr::{Expr, Input, SymbolKind};
 use robot::{Inertial, LinkId, StandardParameter};

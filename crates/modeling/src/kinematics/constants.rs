@@ -2,8 +2,8 @@
 //!
 //! A symbol of the robot is a named constant of the graph. So is a number that stands alone for a
 //! length or an angle: it is named after its place (`d3`, `r4`, `alpha5`), and equal numbers share
-//! one name, since the file says they are equal. What a symbol is worth decides only whether it is
-//! exactly zero, or an exact multiple of pi/2: then it is that number.
+//! one name, since the file says they are equal. The value of a symbol decides only whether it is
+//! exactly zero or an exact multiple of pi/2: then it becomes that number.
 
 use expr::{Expr, Graph, SymbolKind};
 use robot::{Robot, SymbolId, Value};

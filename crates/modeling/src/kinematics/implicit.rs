@@ -7,10 +7,10 @@
 //! J_p dq_p + J_a dq = 0            dq_p  = G dq,             G = -J_p^-1 J_a
 //! J_p ddq_p + J_a ddq + c = 0      ddq_p = G ddq - J_p^-1 c
 //! ```
-//! c being what of the frames' relative acceleration is there at ddq = ddq_p = 0. Of the six equations
-//! a loop has, as many independent ones are taken as there are passive coordinates; which ones, and in
-//! which order they are eliminated, is read off closed configurations. By virtual work the torques of
-//! the coordinates are tau + G^T tau_p.
+//! c is the relative acceleration of the frames at ddq = ddq_p = 0. A loop has six equations; as many
+//! independent ones are taken as there are passive coordinates. Closed configurations tell which ones,
+//! and in which order they are eliminated. By virtual work the torques of the coordinates are
+//! tau + G^T tau_p.
 
 use expr::{Expr, Function, Graph, Output};
 use nalgebra::DMatrix;
@@ -193,6 +193,7 @@ fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
                 inertial: None,
                 file_frame: Pose::IDENTITY,
                 parts: Vec::new(),
+                frames: Vec::new(),
             });
             LinkId(open.links.len() - 1)
         };

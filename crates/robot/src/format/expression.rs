@@ -5,6 +5,9 @@ use super::suggestion::did_you_mean;
 use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 
+/// Larger numbers, in SI units, are no robot's: products of a few of them would drown all other terms.
+pub(in crate::format) const LARGEST: f64 = 1e15;
+
 /// A longer expression is not a robot; the bound also keeps recursion over values shallow.
 const MAX_LENGTH: usize = 1000;
 /// Operations of a value with its symbols written out: a chain of symbols, each twice the one
@@ -55,8 +58,11 @@ impl Names {
     }
 
     pub fn finite(&self, source: Source, what: &str, node: &Node, x: f64) -> Result<(), Error> {
-        if x.is_finite() {
+        if x.abs() <= LARGEST {
             return Ok(());
+        }
+        if x.is_finite() {
+            return Err(source.at(node, format!("{what} is {x:e}: no robot has a number beyond {LARGEST:e}")));
         }
         let found = match node.content {
             Content::Number(x) => x.to_string(),

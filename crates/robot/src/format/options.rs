@@ -1,4 +1,4 @@
-//! What a file leaves to its reader, and the caller may choose.
+//! Choices that a file leaves to its reader: the caller makes them.
 
 use crate::angle_snap::Angles;
 
@@ -9,6 +9,8 @@ pub struct ReadOptions {
     pub mimic: Mimic,
     /// The rounded angles of any file.
     pub angles: Angles,
+    /// Whether the base will float: then a URDF of a single body is a robot.
+    pub floating_base: bool,
 }
 
 /// How the joints that mimic another are read.

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::par::read_par;
+use super::par::read_par_with;
 use super::urdf::read_urdf_with;
 use super::yaml::read_yaml_with;
 use crate::error::{Error, Place};
@@ -31,7 +31,7 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     match extension.as_str() {
         "yaml" | "yml" => read_yaml_with(&text()?, &file_name, options.angles),
         "urdf" | "xml" => read_urdf_with(&text()?, &file_name, options),
-        "par" => read_par(&text()?, &file_name),
+        "par" => read_par_with(&text()?, &file_name, options.angles),
         _ => {
             let message =
                 format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");

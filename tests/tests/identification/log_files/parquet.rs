@@ -132,7 +132,13 @@ fn chunk(out: &mut Vec<u8>, values: &Values, range: &std::ops::Range<usize>, pag
         let head = head.int(4, encoding).int(5, levels.len() as i64).int(6, 0).end();
         put_page(out, 3, (8, head), &levels, &body, pages.codec);
     }
-    let metadata = Fields::new().int(1, values.kind()).int(4, i64::from(pages.codec)).long(5, cells.len() as i64);
+    // Encodings and the path in the schema, which nobody needs and every file has.
+    let metadata = Fields::new()
+        .int(1, values.kind())
+        .head(2, 9, &[0x15, 0])
+        .head(3, 9, &[0x18, 1, b'x'])
+        .int(4, i64::from(pages.codec))
+        .long(5, cells.len() as i64);
     let metadata = metadata.long(6, 0).long(7, (out.len() - start) as i64).long(9, data as i64);
     let metadata = if pages.dictionary { metadata.long(11, start as i64) } else { metadata };
     Fields::new().long(2, 0).structure(3, metadata.end()).end()

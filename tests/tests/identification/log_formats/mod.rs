@@ -129,11 +129,13 @@ fn files_of_other_programs() {
     let scaled = |x: f64| rows.iter().map(|r| r * x).collect::<Vec<f64>>();
     let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
 
-    let table = read("ros2.mcap");
-    assert_eq!(table.header, ["time", "position_a", "position_b", "velocity_a", "velocity_b", "effort_a", "effort_b"]);
-    let expected = [time.clone(), scaled(0.5), scaled(-0.25), scaled(2.0), scaled(4.0), scaled(8.0), scaled(-16.0)];
-    assert_eq!(table.columns, expected);
-    assert_eq!(table.notes, ["topic /joint_states; time from header.stamp"]);
+    for name in ["ros2.mcap", "rosbags.db3.zstd"] {
+        let table = read(name);
+        assert_eq!(table.header, COLUMNS, "{name}");
+        let expected = [time.clone(), scaled(0.5), scaled(-0.25), scaled(2.0), scaled(4.0), scaled(8.0), scaled(-16.0)];
+        assert_eq!(table.columns, expected, "{name}");
+        assert_eq!(table.notes, ["topic /joint_states; time from header.stamp"], "{name}");
+    }
 
     for (name, nulls) in [("pyarrow.parquet", true), ("polars.parquet", false)] {
         let table = read(name);
@@ -145,6 +147,23 @@ fn files_of_other_programs() {
         }
         assert_eq!(table.columns[5], scaled(1.0), "{name}");
         assert_eq!(table.texts[6], Some((0, "text (BYTE_ARRAY)".into())), "{name}");
+    }
+}
+
+/// Codecs, encodings and types of numbers that our own files lack.
+#[test]
+fn kinds_of_parquet_numbers_of_another_program() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/identification/foreign_logs");
+    let steps = |x: f64| (0..64).map(|r| f64::from(r) * x).collect::<Vec<f64>>();
+    let time: Vec<f64> = (0..64).map(|r| f64::from(4 * r) / 1e3).collect();
+    for codec in ["brotli", "gzip", "lz4", "zstd"] {
+        let table = Table::read(&folder.join(format!("pyarrow_{codec}.parquet"))).unwrap();
+        assert_eq!(table.header, ["time", "q_1", "q_2", "half", "price", "small", "day", "count"], "{codec}");
+        let series = [time.clone(), steps(0.5), steps(-0.25), steps(0.5), steps(0.25), steps(-0.25), steps(86_400.0)];
+        for (k, expected) in series.iter().chain([&steps(1.0)]).enumerate() {
+            assert_eq!(table.columns[k], *expected, "{codec} {}", table.header[k]);
+        }
+        assert!(table.texts.iter().all(Option::is_none), "{codec}");
     }
 }
 

@@ -11,7 +11,9 @@ pub enum Fault {
     NoTorque,
     /// All torques have the other sign.
     TorqueSigns,
+    /// The torque of a joint has the other sign.
     TorqueSign,
+    /// Position and velocity of a joint have the other sign.
     MotionSign,
     /// Motion and torque have the other sign.
     Reversed,
@@ -19,22 +21,29 @@ pub enum Fault {
     FrictionSign,
     /// The position of the description minus that of the log, rad.
     Zero(f64),
+    /// Positions and velocities of two joints are swapped.
     SwappedMotions,
+    /// The positions of two joints are swapped, velocities as they are.
     SwappedPositions,
+    /// The velocities of two joints are swapped, positions as they are.
     SwappedVelocities,
+    /// The torques of two joints are swapped.
     SwappedTorques,
     /// The velocity is not the slope of the position.
     Velocity,
     /// s by which the torques lag.
     Delay(f64),
+    /// Gravity was taken out of the torques before they were logged.
     GravityCompensated,
     /// Nothing tried makes the description predict the torques.
     OtherRobot,
     /// Torques computed from the description, not measured.
     Computed,
+    /// A torque that never changes.
     DeadTorque,
     /// Share of the samples at a limit.
     Saturated(f64),
+    /// Angles in degrees, taken for radians.
     Degrees,
     /// Periods of the joint that makes most.
     Short(f64),
@@ -50,6 +59,7 @@ impl Fault {
 /// One finding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
+    /// What is wrong.
     pub fault: Fault,
     /// The coordinates that have it; empty: all of them.
     pub joints: Vec<String>,

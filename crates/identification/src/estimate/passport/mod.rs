@@ -13,12 +13,12 @@
 //! It is a look, not an estimate: nominal inertials are wrong by tens of per cent, and a slope of 0.6 in a wrist is no
 //! mistake of a log.
 
-pub mod change;
+mod change;
 mod diagnosis;
 pub mod finding;
 pub mod friction;
-pub mod regression;
-pub mod samples;
+mod regression;
+mod samples;
 mod search;
 mod signals;
 
@@ -37,6 +37,7 @@ use crate::signals::records::Records;
 /// What a joint's torque has to do with the description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointPassport {
+    /// Name of the coordinate.
     pub coordinate: String,
     /// Measured torque per torque of the description, beside rotor, friction and offset; `None` without inertials, or
     /// where the joint has too few samples.
@@ -48,13 +49,14 @@ pub struct JointPassport {
     pub explained: Option<f64>,
     /// Friction by the joint's own row of the regressor; `None` where it cannot be told.
     pub friction: Option<OwnFriction>,
-    /// rad (m).
+    /// Distance between the ends of its motion, rad (m).
     pub range: f64,
 }
 
 /// What a log says of itself and of its description before anything is fitted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Passport {
+    /// One a coordinate.
     pub joints: Vec<JointPassport>,
     /// The worst first.
     pub findings: Vec<Finding>,

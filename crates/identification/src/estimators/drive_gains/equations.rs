@@ -1,9 +1,9 @@
-//! The equations of one joint in currents, (D X + t) / k = I + noise: what `drive_gains` solves.
+//! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves.
 //!
-//! Nuisance is projected out by a triangle with its columns in front: the rows below them say all that is left about
-//! the parameters, and the last of its diagonal what nothing explains.
+//! A triangle with the columns of the nuisance in front projects the nuisance out. The rows below them say all that is
+//! left about the parameters; the last entry of the diagonal is what nothing explains.
 
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::Accumulator;
 use crate::algebra::vector::dot;
 
 /// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
@@ -11,14 +11,15 @@ use crate::algebra::vector::dot;
 pub struct JointEquations {
     /// p coefficients each.
     pub rows: Vec<Vec<f64>>,
-    /// Torque of what is known, in the unit of `rows[r]` X.
+    /// Torque of the known load, in the unit of `rows[r]` X.
     pub known: Vec<f64>,
+    /// A, one a row: the coefficient of the gain.
     pub current: Vec<f64>,
     /// `None`: the noise of each current is one.
     pub scatter: Option<Scatter>,
 }
 
-/// What tells the noise of a joint, the same in all its rows.
+/// The evidence for the noise of a joint, which is the same in all its rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
     /// Squares of the currents that no parameters explain, left out of the rows.
@@ -28,23 +29,20 @@ pub struct Scatter {
 }
 
 impl JointEquations {
-    /// Equations with nuisance columns to equations without: the rows of the triangle below them.
+    /// Turns equations with nuisance columns into equations without: the rows of the triangle below those columns.
     ///
-    /// `rows[r]`: nuisance, then p parameters; weighted up to a factor, which the scatter tells. What is known
-    /// goes through the same triangle, behind the parameters.
+    /// `rows[r]`: nuisance, then p parameters; weighted up to a factor, which the scatter tells. The known torque goes
+    /// through the same triangle, behind the parameters.
     pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
         let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
-        let (mut triangle, mut block) = (Triangle::new(width + 1), Block::new(width + 1));
+        let mut block = Accumulator::new(width + 1);
         let mut longer = vec![0.0; width + 1];
         for (row, (&known, &y)) in rows.iter().zip(known.iter().zip(current)) {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             longer[..width].copy_from_slice(row);
             longer[width] = known;
             block.push(&longer, y);
         }
-        triangle.fold(&mut block);
+        let triangle = block.finish();
         let at = |i: usize, j: usize| if j >= i { triangle.at(i, j) } else { 0.0 };
         // Columns of other joints are empty here.
         let used = (0..nuisance).filter(|&c| triangle.column_norm(c) > 0.0).count();
@@ -76,7 +74,7 @@ impl JointEquations {
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
         // Below 1e-10 of the current lies its rounding.
         let left = (scatter.left + self.squares(x, g)).max(1e-20 * total);
-        // Where the unknowns use up nearly all, a tenth is what the residual is taken to stand for.
+        // Where the unknowns use up nearly all equations, the residual is taken to stand for a tenth of them.
         let equations = (scatter.equations - used).max(0.1 * scatter.equations);
         (left / equations).sqrt().max(f64::MIN_POSITIVE)
     }
@@ -105,7 +103,7 @@ mod tests {
             // Rounding of forty rows.
             assert!((torque - i).abs() < 1e-12);
         }
-        // Nothing is left but the square of that rounding.
+        // Only the square of that rounding is left.
         assert!(e.scatter.unwrap().left < 1e-24 && e.scatter.unwrap().equations == 38.0);
     }
 }

@@ -1,37 +1,38 @@
 //! Torque per unit of current of each drive, with the parameters, from currents alone.
 //!
-//! Of joint j, friction and other nuisance already projected out,
+//! The equation of joint j, with friction and other nuisance already projected out, is
 //!
 //! (D_j X + t_j) / k_j = I_j + noise,
 //!
-//! t_j the torque of what is known: of a load that was weighed. All of it known up to a factor is all that
-//! currents can tell, unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Noise is
-//! in the currents alone, so the maximum-likelihood estimate needs no scaling of columns,
+//! t_j is the known torque of a load that was weighed. Currents alone determine everything up to one common factor,
+//! unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Only the currents are noisy, so the
+//! maximum-likelihood estimate needs no scaling of columns,
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
 //! by Gauss-Newton from least squares in torque, which shrinks k. s_j is one where the weights hold the noise;
 //! where they do not, it follows from what the present X and g leave of the joint.
 //!
-//! Two make the equations: `log_drive_gains` from filtered samples of any motion, `harmonic_gains` and
-//! `spectral_identification` from the experiments of a plan. The same by total least squares is in
-//! `gain_total_least_squares`.
+//! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
+//! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them in another way.
 //!
-//! [Gautier, Vandanjon, Presse 1994], [Vandanjon, Gautier, Desbats 1995], section 4.2.
+//! [Gautier, Vandanjon, Presse 1994; Vandanjon, Gautier, Desbats 1995, section 4.2]
 
 use logs::Error;
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
 
-/// What is known of a drive's gain, N m/A, before the data.
+/// Knowledge of a drive's gain, N m/A, before the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gain {
+    /// Given, without error.
     Known(f64),
-    /// About this value, with this standard deviation.
+    /// Expected near this value, with this standard deviation.
     Expected(f64, f64),
+    /// To be estimated.
     Free,
 }
 
@@ -44,7 +45,9 @@ pub struct DriveGains {
     pub gain_deviation: Vec<f64>,
     /// Whether the data determine the gain; true of a known one.
     pub gain_determined: Vec<bool>,
+    /// X, with these gains.
     pub parameters: Vec<f64>,
+    /// Standard deviations of X with the uncertainty of the gains in them.
     pub deviation: Vec<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
@@ -54,8 +57,9 @@ pub struct DriveGains {
     pub steps: Option<usize>,
     /// Sum of squares of the residuals over their noise.
     pub chi_square: f64,
+    /// Equations less what was estimated from them.
     pub freedom: f64,
-    /// Of the linearised equations, columns scaled.
+    /// Condition number of the linearised equations, columns scaled.
     pub condition_number: f64,
 }
 
@@ -63,8 +67,8 @@ const STEPS: usize = 50;
 
 /// Gains and parameters by maximum likelihood.
 ///
-/// Fails when nothing gives the scale: no gain is known or expected, and no torque is known. What the data do
-/// not determine is said in the answer.
+/// Fails when nothing fixes the scale: no gain is known or expected, and no torque is known. The answer says what the
+/// data do not determine.
 pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGains, Error> {
     let n = joints.len();
     let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
@@ -133,9 +137,9 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// Least squares in torque, the start of the others: unknown gains multiply the noisy currents, expected ones
-/// are held. Where none is, the gain of the joint with the most current is one and the coefficient of the known
-/// torque says what it should have been.
+/// Least squares in torque, from which the iteration starts. Unknown gains multiply the noisy currents; expected gains
+/// are held. Where none is known or expected, the gain of the joint with the most current is set to one, and the
+/// coefficient of the known torque says what it should have been.
 pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let mut held: Vec<Option<f64>> = known
@@ -153,21 +157,18 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let free: Vec<usize> = (0..joints.len()).filter(|&j| held[j].is_none()).collect();
     let width = p + free.len() + usize::from(relative);
-    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    let mut block = Accumulator::new(width);
     for (j, equations) in joints.iter().enumerate() {
         for (d, t, i) in equations.each() {
             let mut row = d.clone();
             row.extend(free.iter().map(|&u| if u == j { -i } else { 0.0 }));
             row.extend(relative.then_some(t));
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             block.push(&row, held[j].map_or(0.0, |k| k * i) - if relative { 0.0 } else { t });
         }
     }
-    triangle.fold(&mut block);
+    let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // What the equations leave at zero has to start somewhere.
+    // A gain that the equations leave at zero has to start somewhere.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -185,11 +186,8 @@ fn gauss_newton(
     noise: &[f64],
 ) -> Solution {
     let width = x.len() + unknown.len();
-    let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
+    let mut block = Accumulator::new(width);
     let mut push = |row: &[f64], y: f64| {
-        if block.is_full() {
-            triangle.fold(&mut block);
-        }
         block.push(row, y);
     };
     for (j, equations) in joints.iter().enumerate() {
@@ -202,8 +200,7 @@ fn gauss_newton(
             push(&row, (value - 1.0 / g[j]) / deviation);
         }
     }
-    triangle.fold(&mut block);
-    solve(&triangle)
+    solve(&block.finish())
 }
 
 /// Rows of joint j for the step of (X, g), over its noise.
@@ -225,7 +222,7 @@ fn linearised(
     equations.each().map(row).collect()
 }
 
-/// Of what a row predicts.
+/// Variance of a row's prediction.
 fn variance(row: &[f64], solution: &Solution) -> f64 {
     let along = |a: usize| row.iter().enumerate().map(|(b, x)| solution.inverse[(a, b)] * x).sum::<f64>();
     row.iter().enumerate().map(|(a, x)| x * along(a)).sum()
@@ -238,7 +235,7 @@ pub(crate) mod tests {
 
     pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// What the load of the second half of the experiments adds.
+    /// Contribution of the load in the second half of the experiments.
     pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 

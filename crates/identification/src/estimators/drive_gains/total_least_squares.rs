@@ -1,20 +1,20 @@
-//! The drive gains of `drive_gains` by mixed least squares and total least squares.
+//! The drive gains of `likelihood` by mixed least squares and total least squares.
 //!
 //! [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, y = sum of k_j I_j over the joints whose gains are known. D and
-//! the known torque t are exact, the currents noisy: the exact columns are taken out by QR and the rest is the
-//! direction of the least singular value [Van Huffel, Vandewalle 1991], after scaling column c by
-//! G_c^-1/2, G_c = sum over its rows of diag(1 - Q Q'): the noise that is left in the column. Unscaled it is
-//! biased, because the parameters use up the rows of the joints unequally. Where gains are known, y carries t
-//! with it; where none is, t is an exact column and its coefficient fixes the scale.
+//! the known torque t are exact, the currents noisy. QR takes the exact columns out; the rest is the direction of the
+//! least singular value [Van Huffel, Vandewalle 1991], after scaling column c by G_c^-1/2. G_c = sum over its rows of
+//! diag(1 - Q Q') is the noise that is left in the column. The unscaled solution is biased, because the parameters use up
+//! the rows of the joints unequally. Where gains are known, y carries t with it; where none is, t is an exact column
+//! and its coefficient fixes the scale.
 //!
-//! Maximum likelihood needs no such argument and gives deviations; this is its witness.
+//! Maximum likelihood needs no such argument and gives deviations; this file is its independent check.
 
 use nalgebra::DMatrix;
 
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{Gain, least_squares};
 
-/// How the columns of currents are scaled in total least squares.
+/// The scaling of the columns of currents in total least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scaling {
     /// To the noise left in each column.
@@ -80,7 +80,7 @@ pub fn gains_by_total_least_squares(
     let scaled = DMatrix::from_fn(count, currents, |r, c| rest[(r, c)] * scale[c]);
     let values = scaled.svd(false, true);
     let v = values.v_t.as_ref()?.row(values.singular_values.imin()).transpose();
-    // The exact columns take up what the noisy ones leave in this direction.
+    // The exact columns explain what the noisy ones leave in this direction.
     let direction: Vec<f64> = (0..currents).map(|c| v[c] * scale[c]).collect();
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;

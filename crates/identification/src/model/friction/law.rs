@@ -1,17 +1,21 @@
-//! What friction does to a simulated joint.
+//! The friction of a simulated joint.
 //!
 //! G = s+ (Fv1 v + Fs1 m) + s- (Fv2 v + Fs2 m),  s+ = (1 + tanh(v/w))/2,  s- = 1 - s+,
 //! m = 1 + stribeck exp(-(v/v_s)^2) + load |tau|.
 //!
-//! [Vandanjon, Gautier, Desbats 1995], equation (5), smoothed over w at rest; the Stribeck and load
-//! terms as [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Estimating friction is elsewhere.
+//! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; the Stribeck and load
+//! terms are those of [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated elsewhere.
 
 /// Friction of one joint. N m s/rad and N m; `coulomb_negative` is negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
+    /// N m s/rad (N s/m), forward.
     pub viscous_positive: f64,
+    /// N m (N), forward.
     pub coulomb_positive: f64,
+    /// N m s/rad (N s/m), backward.
     pub viscous_negative: f64,
+    /// N m (N), backward; positive.
     pub coulomb_negative: f64,
     /// Velocity over which the sign turns, w, rad/s.
     pub smoothing: f64,
@@ -24,6 +28,7 @@ pub struct FrictionLaw {
 }
 
 impl FrictionLaw {
+    /// A joint without friction.
     pub const NONE: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
 
     /// Equation (5): Fv1, Fs1 for positive velocity, Fv2, Fs2 (negative) for negative velocity.

@@ -1,7 +1,8 @@
 //! Joint friction, linear in its parameters.
 //!
-//! Three faces of one law: [`terms`] the columns at samples of a log, [`periodic`] the columns of a periodic motion
-//! (equation (5) of Vandanjon, Gautier and Desbats 1995), [`law`] what the joint of a simulated robot does.
+//! One law has three faces: [`terms`] holds its columns at the samples of a log, [`periodic`] its columns over a
+//! periodic motion, [`law`] the torque that it makes in a simulated joint.
+//! [Vandanjon, Gautier, Desbats 1995, equation (5)]
 
 pub mod law;
 pub mod periodic;

@@ -6,12 +6,12 @@
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
 //! The viscous columns are max(v, 0) and min(v, 0) with the same softness: w/2 ln(1 + exp(2 v/w)) and
-//! the rest. w is wider than rest itself where the controller makes the joint chatter: the mean
-//! period of a sign that flips is a soft sign.
+//! the rest. w is wide where the controller makes the joint chatter at rest: the sign flips, and its mean over the
+//! periods is a soft sign.
 //!
-//! A sign taken at the samples alone moves every reversal by up to half a sample, which turns
-//! Coulomb friction into the phase of the acceleration; the mean over the cell does not, and the
-//! recorded torque is the mean over the same cell.
+//! A sign taken at the samples alone would move every reversal by up to half a sample, which turns Coulomb friction
+//! into the phase of the acceleration. The mean over the cell does not, and the recorded torque is the mean over the
+//! same cell.
 //!
 //! | columns | term |
 //! |---|---|
@@ -21,11 +21,12 @@
 
 use crate::model::parameter::FrictionParameter;
 
-/// Which columns a joint has.
+/// The choice of columns of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
     /// Velocity over which the sign turns, w, rad/s.
     pub rest_velocity: f64,
+    /// Whether Coulomb friction grows with the load.
     pub load: bool,
     /// v_s, rad/s, where there is a Stribeck term.
     pub stribeck: Option<f64>,

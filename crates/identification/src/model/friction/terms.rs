@@ -2,11 +2,11 @@
 //!
 //! tau_f = FV dq + FS sign(dq) + OFF, and the refinements
 //! - asymmetric: FV+ dq + FS+ for dq > 0, FV- dq + FS- for dq < 0 (FS- < 0)
-//!   [Vandanjon, Gautier, Desbats 1995, eq. 5];
+//!   [Vandanjon, Gautier, Desbats 1995, equation (5)];
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) on top of Coulomb, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
-//! - load: FL |tau| sign(dq), tau the measured torque: it stands on both sides of the equation, so a
-//!   small residual proves nothing; for diagnosis, never to compare models with;
+//! - load: FL |tau| sign(dq), tau the measured torque. It stands on both sides of the equation, so a small residual
+//!   proves nothing: it is for diagnosis, never for comparing models;
 //! - rotor inertia IA ddq, for regressors whose model has none.
 //!
 //! Names and units: `model::parameter`.
@@ -21,8 +21,11 @@ use crate::model::parameter::FrictionParameter;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionTerm {
+    /// FV dq.
     Viscous,
+    /// FS sign(dq).
     Coulomb,
+    /// OFF.
     Offset,
     /// Coulomb as tanh(dq / v), v in rad/s.
     SmoothCoulomb(f64),
@@ -30,7 +33,9 @@ pub enum FrictionTerm {
     Asymmetric,
     /// exp(-(dq / v)^2) sign(dq), v in rad/s.
     Stribeck(f64),
+    /// FL abs(tau) sign(dq).
     Load,
+    /// IA ddq.
     Rotor,
 }
 
@@ -58,7 +63,7 @@ impl FrictionTerm {
         }
     }
 
-    /// Whether the term jumps with the direction: what holds a joint at standstill.
+    /// Whether the term jumps with the direction, and so can hold a joint at standstill.
     pub fn is_dry(self) -> bool {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
@@ -100,7 +105,7 @@ impl fmt::Display for FrictionTerm {
     }
 }
 
-/// -1, 0, 1: friction at standstill has no sign.
+/// -1, 0 or 1: friction at standstill has no sign.
 pub fn sign(x: f64) -> f64 {
     f64::from(x > 0.0) - f64::from(x < 0.0)
 }

@@ -1,26 +1,27 @@
-//! What RIST-MH works on: the spectra of every experiment and joint, and the choices open to the search.
+//! The data of RIST-MH: the spectra of every experiment and joint, and the choices open to the search.
 
 use crate::experiments::paper_rows::EquationBlock;
 use crate::spectrum::experiment::NoiseLevels;
 use crate::spectrum::harmonics::{Band, JointSpectrum};
 
-/// What is estimated beside the parameters.
+/// The unknowns beside the parameters, and the choices of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOptions {
+    /// Which harmonics are used.
     pub band: Band,
     /// Velocities over which the sign of friction may turn, rad/s; the best by BIC is used.
     pub rest_velocities: Vec<f64>,
     /// Stribeck velocities tried, rad/s.
     pub stribeck_velocities: Vec<f64>,
-    /// Coulomb friction that grows with the load is tried.
+    /// Try Coulomb friction that grows with the load.
     pub load: bool,
-    /// Friction may differ from experiment to experiment.
+    /// Let friction differ from experiment to experiment.
     pub drift: bool,
-    /// Weights count the noise of the position, and what each joint's rows leave unexplained.
+    /// Let the weights count the noise of the position, and what each joint's rows leave unexplained.
     pub weights: bool,
-    /// The motion may end otherwise than it began.
+    /// Let the motion end otherwise than it began.
     pub ends: bool,
-    /// Estimate what is left of the delay between current and position.
+    /// Estimate the remaining delay between current and position.
     pub delay: bool,
 }
 
@@ -59,7 +60,7 @@ pub struct HarmonicData {
     pub(crate) p: usize,
     pub(crate) n: usize,
     pub(crate) spectra: Vec<JointSpectrum>,
-    /// In currents.
+    /// The spectra, in the unit of the currents.
     pub(crate) sweeps: Vec<EquationBlock>,
     pub(crate) noise: NoiseLevels,
     pub(crate) gain: Vec<f64>,

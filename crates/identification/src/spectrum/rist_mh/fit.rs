@@ -1,15 +1,15 @@
 //! Gauss-Newton of RIST-MH for one shape of friction: rows, weights, drift.
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise about the present u and f:
-//! tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u', each u' held to zero by 1/s. See
-//! `harmonic_estimation` for what is estimated and why.
+//! tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u', each u' held to zero by 1/s. `search` says what is
+//! estimated and why.
 
-use crate::algebra::triangle::{Block, Triangle};
+use crate::algebra::triangle::{Accumulator, Triangle};
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 
-/// The evidence iteration contracts by about half each time; its last steps change nothing.
+/// Steps of the evidence iteration, which contracts by about half each time; the last steps change nothing.
 const DRIFT_ITERATIONS: usize = 12;
 /// A relative spread below this is no drift.
 const LEAST_SPREAD: f64 = 2e-3;
@@ -23,16 +23,16 @@ pub(crate) struct Fit {
     pub x: Vec<f64>,
     drift: Vec<f64>,
     spread: f64,
-    /// Weighted squares each spectrum leaves.
+    /// Weighted squares of the residual of each spectrum.
     squares: Vec<f64>,
     pub chi_square: f64,
     pub rows: usize,
-    /// Unknowns that count: drifts by the share the data decide.
+    /// Effective number of unknowns: a drift counts by the share that the data decide.
     effective: f64,
 }
 
 impl Fit {
-    /// Iterates to the end for one shape; `deviation`: of each row of each spectrum.
+    /// Iterates to the end for one shape; `deviation` is that of each row of each spectrum.
     pub fn new(data: &HarmonicData, shape: &FrictionShape, options: &HarmonicOptions, deviation: Vec<Vec<f64>>) -> Fit {
         let friction = data.spectra.iter().map(|s| s.friction_rows(shape, data.gain[s.joint])).collect();
         let mut fit = Fit {
@@ -78,7 +78,7 @@ impl Fit {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
-    /// Deviations scaled, joint by joint, to what the rows leave unexplained.
+    /// The deviations, scaled joint by joint to what the rows leave unexplained.
     pub fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
         let share = 1.0 - self.effective / self.rows.max(1) as f64;
         let factor = |joint: usize| {
@@ -128,16 +128,11 @@ impl Fit {
     /// The linearised, weighted rows about the present friction and drift.
     pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
         let unknowns = self.unknowns(data, options);
-        let mut triangle = Triangle::new(unknowns);
-        let mut block = Block::new(unknowns);
+        let mut block = Accumulator::new(unknowns);
         self.each_equation(data, options, |_, row, known, y| {
-            if block.is_full() {
-                triangle.fold(&mut block);
-            }
             block.push(row, y - known);
         });
-        triangle.fold(&mut block);
-        triangle
+        block.finish()
     }
 
     /// The same rows one by one: joint, coefficients, known torque, and the torque that they explain together.
@@ -225,7 +220,7 @@ impl Fit {
 /// R x = z and the diagonal of (R'R)^-1; a column without information gets zero.
 fn back_substitute(triangle: &Triangle) -> (Vec<f64>, Vec<f64>) {
     let p = triangle.columns();
-    // Relative to the column: what is left of it after those before.
+    // The rest of a column after the columns before it, relative to the column.
     let void: Vec<bool> = (0..p).map(|c| triangle.at(c, c).abs() <= 1e-10 * triangle.column_norm(c)).collect();
     let solve = |right: &dyn Fn(usize) -> f64| {
         let mut x = vec![0.0; p];

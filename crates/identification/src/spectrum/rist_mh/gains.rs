@@ -1,12 +1,13 @@
-//! Drive gains by RIST-MH: friction and its drift chosen as with known gains, the gains as in `drive_gains`.
+//! Drive gains by RIST-MH: friction and its drift are chosen as with known gains, the gains are estimated as in
+//! `estimators::drive_gains`.
 //!
-//! Which friction a joint has, how it drifts and what its rows are worth is found by `harmonic_estimation` with the
-//! gains at hand; those rows, friction, drift and ends projected out, then give the gains again. The first gains
-//! come from equation (5). It ends when the friction stays and no gain moves by more than a hundredth of its
-//! deviation, which no figure shows.
+//! With the gains at hand, `search` finds the friction of each joint, its drift, and the weights of the rows. Those
+//! rows, with friction, drift and ends projected out, then give the gains again. The first gains come from equation
+//! (5). The iteration ends when the friction stays and no gain moves by more than a hundredth of its deviation, which
+//! no printed figure shows.
 //!
-//! A row of `harmonic_fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), its right-hand side
-//! but for u proportional to k: with D and t times k it is the row in currents that `drive_gains` asks for.
+//! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..). But for u, its right-hand side is
+//! proportional to k: with D and t times k it is the row in currents that `estimators::drive_gains` takes.
 
 use logs::Error;
 
@@ -20,21 +21,22 @@ use crate::spectrum::rist_mh::search::HarmonicEstimate;
 /// Gains and parameters, and the friction they stand beside.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
+    /// Gains and parameters with their deviations.
     pub gains: DriveGains,
     /// The equations behind them, friction projected out.
     pub equations: Vec<JointEquations>,
-    /// The estimate with these gains, from which the friction is; `None` where they are not determined or not
+    /// The estimate with these gains, which gave the friction; `None` where the gains are not determined or not
     /// positive, and the friction is that of equation (5).
     pub friction: Option<HarmonicEstimate>,
-    /// Times the friction was chosen; `None`: it did not settle.
+    /// How often the friction was chosen; `None`: it did not settle.
     pub rounds: Option<usize>,
 }
 
-/// Choices of the friction that are tried.
+/// Largest number of choices of the friction.
 const ROUNDS: usize = 8;
 
 impl HarmonicData {
-    /// The gains, where not all are known; the data have them afterwards.
+    /// Estimates the gains where not all are known; the data have them afterwards.
     ///
     /// Fails as [`drive_gains`] does.
     pub fn estimate_with_gains(&mut self, known: &[Gain], options: &HarmonicOptions) -> Result<HarmonicGains, Error> {

@@ -1,4 +1,4 @@
-//! RIST-MH: all harmonics, friction as nuisance.
+//! RIST-MH: least squares on all harmonics, with friction as nuisance.
 
 pub mod data;
 pub mod fit;

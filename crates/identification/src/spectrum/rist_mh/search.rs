@@ -1,6 +1,6 @@
 //! RIST-MH: the paper's experiments, every harmonic, both quadratures, friction as nuisance.
 //!
-//! Weighted least squares on the rows of `harmonic_rows` and the gravity rows (13), unknowns X and,
+//! Weighted least squares on the rows of `harmonics` and the gravity rows (13). The unknowns are X and,
 //! for each joint, the coefficients f_j of its friction columns:
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
@@ -8,16 +8,15 @@
 //! u_ej is the drift of a joint's friction from experiment to experiment (temperature, grease). Its
 //! spread s is estimated with the rest by s^2 <- sum u^2 / sum(1 - var u / s^2)
 //! [MacKay 1992, the evidence iteration], so it costs nothing where there is no drift. Gauss-Newton
-//! on the product u f. The weights hold the noise of torque and position, both measured from the
-//! scatter between periods, and then what each joint's rows leave unexplained.
+//! solves for the product u f. The weights first hold the noise of torque and position, both measured
+//! from the scatter between periods, and then what each joint's rows leave unexplained.
 //!
 //! A motion that does not quite repeat (a controller that chatters on its encoder) ends with another
 //! position and velocity than it began with; each adds a column of known shape to each joint's
 //! rows, and both are nuisance too.
 //!
-//! Which friction columns are used is chosen by BIC among equation (5) alone and with load and
-//! Stribeck terms. The paper's orthogonality is no longer needed: friction is in the model, and all
-//! of its harmonics tell it apart.
+//! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The paper's
+//! orthogonality is not needed here: friction is in the model, and its many harmonics tell it apart.
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::model::friction::periodic::FrictionShape;
@@ -31,18 +30,21 @@ use crate::spectrum::rist_mh::fit::Fit;
 /// Parameters, friction and how well they explain the record.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, delay; `inverse` is the
+    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, ends, delay; `inverse` is the
     /// covariance for the noise of the weights.
     pub solution: Solution,
     /// Number of base parameters, the first of the unknowns.
     pub parameters: usize,
+    /// The friction columns that fit best.
     pub shape: FrictionShape,
     /// (experiment, joint, u).
     pub drift: Vec<(usize, usize, f64)>,
-    /// s.
+    /// The spread s of the drift.
     pub drift_spread: f64,
-    /// s, beyond that of the band.
+    /// Delay beyond that of the band, s.
     pub delay: Option<f64>,
+    /// Of each spectrum the two unknowns of a motion that ends otherwise than it began; empty where they are none.
+    pub ends: Vec<[f64; 2]>,
     /// Sum of squares of the weighted residuals.
     pub chi_square: f64,
     /// Rows less unknowns.
@@ -91,6 +93,7 @@ impl HarmonicData {
         }
     }
 
+    /// The spectra of every experiment and joint.
     pub fn spectra(&self) -> &[JointSpectrum] {
         &self.spectra
     }
@@ -104,7 +107,7 @@ impl HarmonicData {
         Some(self.finished(&best, options, criteria))
     }
 
-    /// The fit with the best of the shapes, its weights calibrated, and what each shape tried was worth.
+    /// The fit with the best of the shapes, its weights calibrated, and the worth of each shape that was tried.
     pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<(Fit, Vec<(FrictionShape, f64)>)> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
@@ -166,7 +169,10 @@ impl HarmonicData {
         let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);
         let with_drift = best.has_drift();
         let delay = options.delay.then(|| solution.x.last().copied().unwrap_or(0.0));
+        let first_end = solution.x.len().saturating_sub(usize::from(options.delay) + 2 * self.spectra.len());
+        let ends = |i: usize| [solution.x[first_end + 2 * i], solution.x[first_end + 2 * i + 1]];
         HarmonicEstimate {
+            ends: if options.ends { (0..self.spectra.len()).map(ends).collect() } else { vec![] },
             parameters: self.p,
             shape: best.shape,
             drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },

@@ -1,5 +1,6 @@
 //! Parquet: columns in compressed pages.
 
 pub mod file;
+pub mod number;
 pub mod pages;
-pub mod thrift;
+pub mod schema_guard;

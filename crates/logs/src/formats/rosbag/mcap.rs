@@ -1,155 +1,109 @@
-//! The records of an MCAP file (mcap.dev, version 0), in file order.
+//! The messages of an MCAP file (mcap.dev, version 0), in file order.
 //!
-//! Magic, then records of opcode (u8), length (u64) and content, little-endian; a chunk holds records,
-//! compressed or not. The index at the end is not used, so that the file of a recorder that was killed
-//! is read as far as it is whole. Attachments and metadata are passed over.
+//! The crate `mcap` takes records apart; chunks are unpacked here, within bounds, and a record is fed to it only when the
+//! file is long enough to hold it. The index at the end is not used, so that the file of a recorder that was killed is
+//! read as far as it is whole. Attachments and metadata are passed over: what they hold is not parsed.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 
-use crate::formats::compression::Compression;
+use mcap::McapError;
+use mcap::records::{ChunkHeader, Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-pub const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+use crate::formats::compression::{Compression, MAX_UNPACKED};
+use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
-const SCHEMA: u8 = 3;
-const CHANNEL: u8 = 4;
-const MESSAGE: u8 = 5;
-const CHUNK: u8 = 6;
-const DATA_END: u8 = 15;
+/// Bytes handed over at a time.
+const PIECE: usize = 1 << 16;
 
-/// What a file says of one topic.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Channel {
-    pub topic: String,
-    /// The name of the message type: `sensor_msgs/msg/JointState`.
-    pub schema: String,
-    /// How messages are written: `cdr`, `ros1`.
-    pub encoding: String,
-}
-
-pub struct Message<'a> {
-    pub channel: &'a Channel,
-    /// ns, when the recorder got the message.
-    pub log_time: u64,
-    pub data: &'a [u8],
-}
-
-/// What became of a file.
-#[derive(Debug, Default)]
-pub struct Outcome {
-    pub channels: Vec<Channel>,
-    /// Bytes before the first record that is not whole, for a file that ends before its data do.
-    pub cut_at: Option<u64>,
-}
+/// What takes records: opcode and content.
+type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 
 /// Hands every message of a file of `length` bytes to `each`.
 ///
 /// Fails when a record is damaged; a file that ends early is no failure but an `Outcome`.
-pub fn read(
-    source: impl Read,
-    length: u64,
-    each: &mut dyn FnMut(&Message) -> Result<(), String>,
-) -> Result<Outcome, String> {
-    let mut file = File { source, at: 0, length };
-    let mut content = Vec::new();
+pub fn read(source: impl Read, length: u64, each: &mut Receiver) -> Result<Outcome, String> {
     let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), each };
-    let mut cut_at = None;
-    if file.take(MAGIC.len() as u64, &mut content)? && content != MAGIC {
-        return Err("the file does not begin as an MCAP file (version 0)".into());
-    }
-    loop {
-        let start = file.at;
-        let whole = file.take(9, &mut content)? && {
-            let opcode = content[0];
-            let length = Fields(&content[1..]).u64()?;
-            if opcode == DATA_END {
-                break;
-            }
-            let wanted = matches!(opcode, SCHEMA | CHANNEL | MESSAGE | CHUNK);
-            let whole = if wanted { file.take(length, &mut content)? } else { file.skip(length)? };
-            if whole && wanted {
-                reader.record(opcode, &content).map_err(|e| format!("record at byte {start}: {e}"))?;
-            }
-            whole
-        };
-        if !whole {
-            cut_at = Some(start);
-            break;
-        }
-    }
-    Ok(Outcome { channels: reader.channels.into_values().collect(), cut_at })
+    let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
+    let mut at = mcap::MAGIC.len() as u64;
+    let whole = records(source, length, options, &mut |opcode, content| {
+        let start = at;
+        at += 9 + content.len() as u64;
+        reader.record(opcode, content).map_err(|e| format!("record at byte {start}: {e}"))
+    });
+    let whole = whole.map_err(|e| if e.starts_with("record at") { e } else { format!("record at byte {at}: {e}") })?;
+    let cut = format!("is cut short: whole up to byte {at} of {length}; what is behind is not read");
+    Ok(Outcome { channels: reader.channels.into_values().collect(), cut: (!whole).then_some(cut) })
 }
 
-/// A file and how far it is read. Lengths are held against what is left, so none is believed.
-struct File<R> {
-    source: R,
-    at: u64,
+/// Hands over the records in `length` bytes up to the one that says that the data end; `false` when the bytes end before.
+fn records(
+    mut source: impl Read,
     length: u64,
+    options: LinearReaderOptions,
+    each: &mut RecordReceiver,
+) -> Result<bool, String> {
+    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(MAX_UNPACKED));
+    let mut left = length;
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(need)) => {
+                // What a length claims is held against what is left before anything is made of it.
+                if need as u64 > left {
+                    return Ok(false);
+                }
+                let piece = usize::try_from(left).unwrap_or(PIECE).min(PIECE);
+                let read = source.read(reader.insert(piece)).map_err(|e| format!("cannot be read: {e}"))?;
+                reader.notify_read(read);
+                left -= read as u64;
+                if read == 0 {
+                    return Ok(false);
+                }
+            }
+            Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(true),
+            Ok(LinearReadEvent::Record { opcode, data }) => each(opcode, data)?,
+            Err(McapError::RecordTooLarge { len, .. }) if len > left => return Ok(false),
+            Err(e) => return Err(format!("{e}: the record is damaged")),
+        }
+    }
+    Ok(true)
 }
 
-impl<R: Read> File<R> {
-    /// The next bytes; `false` when the file ends before.
-    fn take(&mut self, count: u64, into: &mut Vec<u8>) -> Result<bool, String> {
-        into.clear();
-        if count > self.length - self.at {
-            return Ok(false);
-        }
-        let read = (&mut self.source).take(count).read_to_end(into).map_err(|e| format!("cannot be read: {e}"))?;
-        self.at += read as u64;
-        Ok(read as u64 == count)
-    }
-
-    fn skip(&mut self, count: u64) -> Result<bool, String> {
-        if count > self.length - self.at {
-            return Ok(false);
-        }
-        let read = std::io::copy(&mut (&mut self.source).take(count), &mut std::io::sink());
-        let read = read.map_err(|e| format!("cannot be read: {e}"))?;
-        self.at += read;
-        Ok(read == count)
-    }
-}
-
-struct Reader<'a> {
+struct Reader<'a, 'b> {
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, Channel>,
-    each: &'a mut dyn FnMut(&Message) -> Result<(), String>,
+    each: &'a mut Receiver<'b>,
 }
 
-impl Reader<'_> {
+impl Reader<'_, '_> {
     fn record(&mut self, opcode: u8, content: &[u8]) -> Result<(), String> {
-        let mut f = Fields(content);
-        match opcode {
-            SCHEMA => {
-                let id = f.u16()?;
-                self.schemas.insert(id, f.text()?);
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK) {
+            return Ok(());
+        }
+        match mcap::parse_record(opcode, content).map_err(|e| format!("{e}: the record is damaged"))? {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
             }
-            CHANNEL => {
-                let (id, schema) = (f.u16()?, f.u16()?);
-                let (topic, encoding) = (f.text()?, f.text()?);
-                let schema = self.schemas.get(&schema).cloned().unwrap_or_default();
-                self.channels.insert(id, Channel { topic, schema, encoding });
+            Record::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                let (topic, encoding) = (channel.topic, channel.message_encoding);
+                self.channels.insert(channel.id, Channel { topic, schema, encoding });
             }
-            MESSAGE => {
-                let id = f.u16()?;
-                let _sequence = f.u32()?;
-                let log_time = f.u64()?;
-                let _publish_time = f.u64()?;
+            Record::Message { header, data } => {
+                let id = header.channel_id;
                 let channel = self.channels.get(&id).ok_or(format!("a message of channel {id}, which is not told"))?;
-                (self.each)(&Message { channel, log_time, data: f.0 })
+                (self.each)(&Message { channel, log_time: header.log_time.cast_signed(), data: &data })
                     .map_err(|e| format!("message of {}: {e}", channel.topic))?;
             }
-            CHUNK => self.chunk(f)?,
+            Record::Chunk { header, data } => self.chunk(&header, &data)?,
             _ => {}
         }
         Ok(())
     }
 
-    fn chunk(&mut self, mut f: Fields) -> Result<(), String> {
-        let (_start, _end) = (f.u64()?, f.u64()?);
-        let size = usize::try_from(f.u64()?).unwrap_or(usize::MAX);
-        let crc = f.u32()?;
-        let compression = match f.text()?.as_str() {
+    fn chunk(&mut self, header: &ChunkHeader, packed: &[u8]) -> Result<(), String> {
+        let compression = match header.compression.as_str() {
             "" => Compression::None,
             "zstd" => Compression::Zstd,
             "lz4" => Compression::Lz4Frame,
@@ -160,63 +114,27 @@ impl Reader<'_> {
                 ));
             }
         };
-        let packed = f.u64()?;
-        let packed = f.bytes(usize::try_from(packed).unwrap_or(usize::MAX))?;
         let damaged = |e: String| format!("the chunk is damaged: {e}; `mcap recover` saves the others");
-        let records = compression.unpack(packed, size).map_err(damaged)?;
-        let mut found = flate2::Crc::new();
-        found.update(&records);
+        let size = usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX);
+        let unpacked = compression.unpack(packed, size).map_err(damaged)?;
+        let (mut found, claimed) = (flate2::Crc::new(), header.uncompressed_crc);
+        found.update(&unpacked);
         // Zero: the writer made none.
-        if crc != 0 && crc != found.sum() {
-            return Err(damaged(format!("its checksum is {:08x} instead of {crc:08x}", found.sum())));
+        if claimed != 0 && claimed != found.sum() {
+            return Err(damaged(format!("its checksum is {:08x} instead of {claimed:08x}", found.sum())));
         }
-        let mut f = Fields(&records);
-        while !f.0.is_empty() {
-            let (opcode, length) = (f.u8()?, f.u64()?);
-            let content = f.bytes(usize::try_from(length).unwrap_or(usize::MAX))?;
-            if opcode != CHUNK {
-                self.record(opcode, content)?;
+        let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
+        let mut taken = 0;
+        records(&unpacked[..], size as u64, options.with_skip_start_magic(true), &mut |opcode, content| {
+            taken += 9 + content.len();
+            match opcode {
+                // No record has this number: what is unpacked is filled with zeros.
+                0 => Err("the chunk is damaged: it holds records of the opcode 0".into()),
+                op::CHUNK => Ok(()),
+                _ => self.record(opcode, content),
             }
-        }
-        Ok(())
-    }
-}
-
-/// Bytes taken from the front.
-struct Fields<'a>(&'a [u8]);
-
-impl<'a> Fields<'a> {
-    fn bytes(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (bytes, rest) = self.0.split_at_checked(count).ok_or_else(|| {
-            format!("{count} bytes are claimed where {} are left: the record is damaged", self.0.len())
         })?;
-        self.0 = rest;
-        Ok(bytes)
-    }
-
-    fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        self.bytes(N).map(|b| b.try_into().unwrap_or([0; N]))
-    }
-
-    fn u8(&mut self) -> Result<u8, String> {
-        self.number().map(u8::from_le_bytes)
-    }
-
-    fn u16(&mut self) -> Result<u16, String> {
-        self.number().map(u16::from_le_bytes)
-    }
-
-    fn u32(&mut self) -> Result<u32, String> {
-        self.number().map(u32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Result<u64, String> {
-        self.number().map(u64::from_le_bytes)
-    }
-
-    fn text(&mut self) -> Result<String, String> {
-        let length = self.u32()? as usize;
-        self.bytes(length).map(|b| String::from_utf8_lossy(b).into_owned())
+        if taken == size { Ok(()) } else { Err(damaged("it ends within a record".into())) }
     }
 }
 
@@ -231,17 +149,17 @@ mod tests {
         let message = [&[2, 0, 0, 0, 0, 0][..], &5u64.to_le_bytes(), &6u64.to_le_bytes(), b"x"].concat();
         let channel = [&[2, 0, 1, 0, 2, 0, 0, 0][..], b"/a", &[3, 0, 0, 0], b"cdr", &[0; 4]].concat();
         [
-            MAGIC.to_vec(),
-            record(SCHEMA, &[1, 0, 1, 0, 0, 0, b'T', 0, 0, 0, 0, 0, 0, 0, 0]),
-            record(CHANNEL, &channel),
+            mcap::MAGIC.to_vec(),
+            record(op::SCHEMA, &[1, 0, 1, 0, 0, 0, b'T', 0, 0, 0, 0, 0, 0, 0, 0]),
+            record(op::CHANNEL, &channel),
             record(9, b"an attachment"),
-            record(MESSAGE, &message),
-            record(DATA_END, &[0; 4]),
+            record(op::MESSAGE, &message),
+            record(op::DATA_END, &[0; 4]),
         ]
         .concat()
     }
 
-    type Found = Vec<(Channel, u64, Vec<u8>)>;
+    type Found = Vec<(Channel, i64, Vec<u8>)>;
 
     fn messages(bytes: &[u8]) -> (Found, Result<Outcome, String>) {
         let mut found = Vec::new();
@@ -258,7 +176,7 @@ mod tests {
         let channel = Channel { topic: "/a".into(), schema: "T".into(), encoding: "cdr".into() };
         assert_eq!(found, [(channel.clone(), 5, b"x".to_vec())]);
         let outcome = outcome.unwrap();
-        assert_eq!((outcome.channels, outcome.cut_at), (vec![channel], None));
+        assert_eq!((outcome.channels, outcome.cut), (vec![channel], None));
     }
 
     /// Cut anywhere before its end, a file says up to where it is whole, which is where a record ends.
@@ -268,10 +186,11 @@ mod tests {
         let ends: Vec<u64> = [8, 32, 62, 84, 116].to_vec();
         for cut in 8..whole.len() - 4 {
             let (found, outcome) = messages(&whole[..cut]);
-            let at = outcome.unwrap().cut_at;
+            let told = outcome.unwrap().cut;
             let expected = *ends.iter().rfind(|&&end| end <= cut as u64).unwrap();
             // The head of the last record says that the data end; its content is not needed.
-            assert_eq!(at, (cut < 125).then_some(expected), "{cut}");
+            let expected = format!("is cut short: whole up to byte {expected} of {cut}; what is behind is not read");
+            assert_eq!(told, (cut < 125).then_some(expected), "{cut}");
             assert_eq!(found.len(), usize::from(cut >= 116), "{cut}");
         }
     }

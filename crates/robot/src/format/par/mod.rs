@@ -9,4 +9,5 @@ mod variables;
 mod write;
 
 pub use read::read_par;
+pub(in crate::format) use read::read_par_with;
 pub use write::write_par;

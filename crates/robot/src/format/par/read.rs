@@ -30,8 +30,8 @@ use crate::format::node::{Content, Node, Source};
 use crate::inertial::Pose;
 use crate::passive;
 use crate::robot::{
-    Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note, PassiveCoordinate,
-    Robot,
+    Base, Coordinate, Drive, Joint, JointKind, Limits, Link, LinkId, Loop, LoopFrame, ModifiedDh, Note,
+    PassiveCoordinate, Robot,
 };
 use crate::value::Affine;
 use crate::value::Value;
@@ -41,6 +41,11 @@ use crate::value::Value;
 /// Fails, with the line and column, on a table that is incomplete or inconsistent, on a moving
 /// base, and on loops that cannot close.
 pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
+    read_par_with(text, file, Angles::Meant)
+}
+
+/// As [`read_par`], with what rounded angles are taken for.
+pub(in crate::format) fn read_par_with(text: &str, file: &str, angles: Angles) -> Result<Robot, Error> {
     let source = Source { file };
     let mut notes = Vec::new();
     let entries = scan(source, text)?;
@@ -81,12 +86,14 @@ pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
             .collect(),
         passive: owners.passive.into_iter().map(|name| PassiveCoordinate { name, start: 0.0 }).collect(),
         links,
+        base: Base::default(),
         massless: 0,
         loops,
         gravity,
         notes,
+        snapped: Vec::new(),
     };
-    snap_angles(&mut robot, Angles::Meant);
+    snap_angles(&mut robot, angles);
     let place = || table.at("ant", String::new()).place;
     passive::resolve(&mut robot).map_err(|message| Error { place: place(), message })?;
     closure::check(&robot).map_err(|(_, message)| Error { place: place(), message })?;
@@ -135,6 +142,7 @@ fn link(
         inertial: inertial(source, table, names, j, notes)?,
         file_frame: Pose::IDENTITY,
         parts: Vec::new(),
+        frames: Vec::new(),
     })
 }
 
@@ -162,7 +170,17 @@ struct Owners {
 
 impl Frames {
     fn new(source: Source, table: &Table) -> Result<Frames, Error> {
-        let antecedent = table.integers("ant", 0, table.nl, |j| (j - 1).min(table.nl))?;
+        let antecedent = table.integers("ant", 0, table.nf, |j| (j - 1).min(table.nl))?;
+        if let Some(j) = (0..table.nf).find(|&j| antecedent[j] > table.nl) {
+            let message = format!(
+                "ant of frame {} is {}, a frame that carries no link: place frame {0} from the link behind that frame, \
+                 1 to {}, or from the base, 0",
+                j + 1,
+                antecedent[j],
+                table.nl
+            );
+            return Err(table.list("ant").map_or(table.at("ant", message.clone()), |l| source.at(&l[j], message)));
+        }
         let twin = |j: usize| j > table.nj;
         let sigma = table.integers("sigma", 0, 2, |j| if twin(j) { 2 } else { 0 })?;
         let actuated = table.integers("mu", 0, 1, |j| usize::from(!twin(j)))?;

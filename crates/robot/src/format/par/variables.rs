@@ -1,4 +1,4 @@
-//! Which names in a .par file are joint variables, and which are constants.
+//! Tells which names in a .par file are joint variables, and which are constants.
 //!
 //! The file does not say. A name that stands in a constant (gamma, b, alpha, d, the r of a revolute
 //! joint, gravity, a value) is a constant. What is left in the variable of an actuated joint is its

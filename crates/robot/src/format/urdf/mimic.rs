@@ -60,7 +60,8 @@ pub(super) fn followed(
     let place = |j: usize| checked.joints.get(&model.joints[j].name).map_or((0, 0), |m| m.mimic_at);
     let mut next: Vec<Option<Follows>> = Vec::with_capacity(model.joints.len());
     for (j, joint) in model.joints.iter().enumerate() {
-        let Some(tag) = &joint.mimic else {
+        // Read as coordinates of their own, nobody's leader is asked for.
+        let Some(tag) = joint.mimic.as_ref().filter(|_| mimic == Mimic::Constraint) else {
             next.push(None);
             continue;
         };
@@ -76,9 +77,7 @@ pub(super) fn followed(
     for start in 0..next.len() {
         let mut at = Follows { leader: start, multiplier: 1.0, offset: 0.0 };
         let mut steps = 0;
-        while mimic == Mimic::Constraint
-            && let Some(on) = next[at.leader]
-        {
+        while let Some(on) = next[at.leader] {
             at = Follows {
                 leader: on.leader,
                 multiplier: at.multiplier * on.multiplier,

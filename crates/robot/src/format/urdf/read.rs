@@ -13,9 +13,9 @@
 use urdf_rs::JointType;
 
 use super::mimic::{Follows, followed};
-use super::reframe::{Framed, Given, frames};
+use super::reframe::{Framed, Given, NEARLY_PARALLEL, frames, make_parallel};
 use super::text::{Checked, check, shown};
-use super::tree::{Moving, moving_links};
+use super::tree::{Moving, MovingLinks, moving_links};
 use crate::angle_snap;
 use crate::closure::{configurations, distance};
 use crate::error::Error;
@@ -23,7 +23,9 @@ use crate::format::node::Source;
 use crate::format::options::{Mimic, ReadOptions};
 use crate::inertial::{Part, Pose};
 use crate::kinematics::sin_cos;
-use crate::robot::{Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
+use crate::robot::{
+    Base, Coordinate, Drive, Friction, Joint, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia,
+};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
@@ -46,8 +48,19 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     let checked = check(source, text)?;
     let model = urdf_rs::read_from_string(&checked.text)
         .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
-    let mut notes = Vec::new();
-    let moving = moving_links(source, &checked, &model, options.angles, &mut notes)?;
+    let (mut notes, mut snapped) = (Vec::new(), Vec::new());
+    let floating = options.floating_base;
+    let links = moving_links(source, &checked, &model, options.angles, floating, &mut snapped)?;
+    let MovingLinks { mut moving, rooted } = links;
+    for made in make_parallel(moving.iter_mut().map(|m| &mut m.given), options.angles) {
+        let joint = |at: usize| &model.joints[moving[at].joint].name;
+        let text = format!(
+            "its axis is {:.1e} rad from parallel to that of {} and is taken as parallel to it",
+            made.angle,
+            joint(made.antecedent)
+        );
+        snapped.push(Note { subject: joint(made.link).clone(), text });
+    }
     let given: Vec<Given> = moving.iter().map(|m| m.given.clone()).collect();
     let framed = frames(&given);
 
@@ -78,9 +91,10 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     for (k, follows, limits) in narrower {
         follows.narrow(&mut coordinates[k.0], limits);
     }
-    if coordinates.is_empty() {
+    if coordinates.is_empty() && !floating {
         return Err(source.place(checked.at, "no joint of the robot moves by itself"));
     }
+    let base = base(&model, &checked, &rooted);
     let robot = Robot {
         name: if model.name.is_empty() { "robot".into() } else { model.name },
         source: None,
@@ -88,10 +102,12 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         coordinates,
         passive: Vec::new(),
         links,
+        base,
         massless: 0,
         loops: Vec::new(),
         gravity: [Value::ZERO, Value::ZERO, Value::Number(-9.81)],
         notes,
+        snapped,
     };
     check_frames(source, &checked, &robot, &given, &follows)?;
     Ok(robot)
@@ -113,14 +129,13 @@ fn drive(moving: &Moving, follows: &Follows, k: Option<CoordinateId>) -> (Drive,
 /// Axes that are parallel but for a hair meet their common normal far away, and figures about
 /// frames out there lose digits.
 fn nearly_parallel(joint: &urdf_rs::Joint, framed: &Framed) -> Option<Note> {
-    const HAIR: f64 = 0.01;
     let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
     let text = format!(
-        "its axis is parallel to the one before it but for {sine:.1e} rad, so its frame lies {:.3} m along the axis; \
-         if they are meant to be parallel, say so in the file",
-        framed.geometry.r.number(&[]).abs()
+        "its axis is parallel to the one before it but for {sine:.1e} rad, so their common normal lies {:.3} m along \
+         the axis; if they are meant to be parallel, say so in the file",
+        framed.geometry.b.number(&[]).abs()
     );
-    (sine > 0.0 && sine < HAIR).then(|| Note { subject: joint.name.clone(), text })
+    (sine > 0.0 && sine < NEARLY_PARALLEL).then(|| Note { subject: joint.name.clone(), text })
 }
 
 fn link(
@@ -133,6 +148,11 @@ fn link(
 ) -> Link {
     let joint = &model.joints[moving.joint];
     let (parts, inertial) = parts(model, checked, moving, &framed.file_frame, notes);
+    let own = |carried: &(usize, Pose)| model.links[carried.0].name == joint.child.link;
+    let mut carried: Vec<&(usize, Pose)> = moving.carried.iter().collect();
+    carried.sort_by_key(|&carried| !own(carried));
+    let frame = |(k, pose): &(usize, Pose)| (model.links[*k].name.clone(), framed.file_frame.compose(pose));
+    let frames = carried.into_iter().map(frame).collect();
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -157,7 +177,14 @@ fn link(
         inertial,
         file_frame: framed.file_frame,
         parts,
+        frames,
     }
+}
+
+/// The root and what is fixed to it, in the frame of the root.
+fn base(model: &urdf_rs::Robot, checked: &Checked, rooted: &[(usize, Pose)]) -> Base {
+    let (parts, _) = parts_of(model, checked, rooted, &Pose::IDENTITY);
+    Base { inertial: sum(&parts), parts }
 }
 
 /// The inertials lumped into a link, and their sum; without any, the sum is unknown.
@@ -168,9 +195,41 @@ fn parts(
     file_frame: &Pose,
     notes: &mut Vec<Note>,
 ) -> (Vec<Part>, Option<[f64; 10]>) {
+    let (parts, massless) = parts_of(model, checked, &moving.carried, file_frame);
+    let subject = &model.joints[moving.joint].child.link;
+    let mut note = |text: String| notes.push(Note { subject: subject.clone(), text });
+    if parts.is_empty() {
+        note("has no inertial: its standard parameters are unknown".into());
+    } else {
+        for name in massless {
+            note(format!("`{name}` has no inertial and counts as massless"));
+        }
+    }
+    let inertial = sum(&parts);
+    (parts, inertial)
+}
+
+fn sum(parts: &[Part]) -> Option<[f64; 10]> {
+    let mut sum = [0.0; 10];
+    for part in parts {
+        for (sum, x) in sum.iter_mut().zip(part.parameters()) {
+            *sum += x;
+        }
+    }
+    (!parts.is_empty()).then_some(sum)
+}
+
+/// The parts among some links, and those that have a shape but no inertial; `file_frame`: the frame of the file that
+/// their places are given in, in the frame of the link.
+fn parts_of<'a>(
+    model: &'a urdf_rs::Robot,
+    checked: &Checked,
+    carried: &[(usize, Pose)],
+    file_frame: &Pose,
+) -> (Vec<Part>, Vec<&'a str>) {
     let mut parts = Vec::new();
     let mut massless = Vec::new();
-    for (index, pose) in &moving.carried {
+    for (index, pose) in carried {
         let link = &model.links[*index];
         let Some(mark) = checked.links.get(&link.name) else { continue };
         if !mark.has_inertial {
@@ -190,22 +249,7 @@ fn parts(
             inertia: [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz],
         });
     }
-    let subject = &model.joints[moving.joint].child.link;
-    let mut note = |text: String| notes.push(Note { subject: subject.clone(), text });
-    if parts.is_empty() {
-        note("has no inertial: its standard parameters are unknown".into());
-        return (parts, None);
-    }
-    for name in massless {
-        note(format!("`{name}` has no inertial and counts as massless"));
-    }
-    let mut sum = [0.0; 10];
-    for part in &parts {
-        for (sum, x) in sum.iter_mut().zip(part.parameters()) {
-            *sum += x;
-        }
-    }
-    (parts, Some(sum))
+    (parts, massless)
 }
 
 fn limits(joint: &urdf_rs::Joint, checked: &Checked, notes: &mut Vec<Note>) -> Limits {

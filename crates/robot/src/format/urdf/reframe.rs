@@ -4,13 +4,13 @@
 //! parameters sparse. Its x lies along the common normal of its axis and that of its main child
 //! (the one heading the longest chain), so that this child has gamma = b = 0; other children use
 //! gamma and b. Where axes are parallel the normal is free along them and r_j = 0 is chosen; where
-//! they coincide theta_j = 0 as well. A last link takes theta_j = r_j = 0. The line of a prismatic
+//! they coincide theta_j = 0 as well; where they are nearly parallel the frame stays at the joint of the file. A last link takes theta_j = r_j = 0. The line of a prismatic
 //! joint may pass anywhere: that of a last link passes through the origin of its antecedent.
 
-use crate::angle_snap::{computed_angle, computed_length, exact};
+use crate::angle_snap::{Angles, computed_angle, computed_length, exact};
 use crate::inertial::Pose;
 use crate::robot::ModifiedDh;
-use crate::vector::{Vector3, cross, dot, norm, plus, scaled, turn};
+use crate::vector::{Vector3, cross, dot, norm, plus, scaled, transposed, turn};
 
 /// A joint and the link it moves, in the frames of a file.
 #[derive(Clone, Debug)]
@@ -40,6 +40,44 @@ const COINCIDENT: f64 = 1e-11;
 /// went through the chain of a robot's rotations.
 const PERPENDICULAR: f64 = 1e-12;
 
+/// rad: axes between [`PARALLEL`] and this meet their common normal far away. Frames are then placed where the file
+/// has its joints, and gamma, b and r lead there.
+pub(super) const NEARLY_PARALLEL: f64 = 0.01;
+/// rad: axes nearer to parallel than this are taken as parallel. An axis written with five digits is off by as much;
+/// one of four digits or a calibrated one is kept.
+const TAKEN: f64 = 5e-5;
+/// rad: the same where angles are to be kept as given. The common normal lies 1e7 m away for every metre between
+/// the axes, and a frame placed by way of it loses 1e-9 m.
+const LOST: f64 = 1e-7;
+
+/// An axis that was turned to be parallel to the one before it.
+pub(super) struct MadeParallel {
+    pub link: usize,
+    pub antecedent: usize,
+    /// rad: what it was turned by.
+    pub angle: f64,
+}
+
+/// Turns axes that are parallel to the one before them but for a hair.
+pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, angles: Angles) -> Vec<MadeParallel> {
+    let tolerance = if angles == Angles::Meant { TAKEN } else { LOST };
+    let mut made = Vec::new();
+    let mut axes: Vec<Vector3> = Vec::new();
+    for (link, given) in links.into_iter().enumerate() {
+        if let Some(antecedent) = given.antecedent {
+            // The axis before, in this joint's frame.
+            let before = turn(&transposed(&given.pose.rotation), axes[antecedent]);
+            let angle = norm(cross(before, given.axis));
+            if angle > PARALLEL && angle < tolerance {
+                given.axis = scaled(before, dot(before, given.axis).signum() / norm(before));
+                made.push(MadeParallel { link, antecedent, angle });
+            }
+        }
+        axes.push(given.axis);
+    }
+    made
+}
+
 /// The frames of all links, in their order.
 pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
     let main = main_children(links);
@@ -52,12 +90,18 @@ pub(super) fn frames(links: &[Given]) -> Vec<Framed> {
         let point = if link.prismatic && main[j].is_none() { [0.0; 3] } else { joint.position };
         let normal = Normal::from_z(point, axis);
         let (theta, r) = match main[j] {
-            None => (0.0, 0.0),
+            None => (0.0, normal.nearby(point, axis)),
             Some(m) => {
                 let child = joint.compose(&links[m].pose);
                 let own = main[m].is_none() && links[m].prismatic;
                 let child_axis = turn(&child.rotation, links[m].axis);
-                towards(&normal, axis, if own { None } else { Some(child.position) }, child_axis)
+                towards(
+                    &normal,
+                    axis,
+                    normal.nearby(point, axis),
+                    if own { None } else { Some(child.position) },
+                    child_axis,
+                )
             }
         };
         let geometry = ModifiedDh {
@@ -99,6 +143,8 @@ struct Normal {
     /// Unit vector along the normal, and its foot on the other axis.
     direction: Vector3,
     foot: Vector3,
+    /// Whether the foot lies far away, since the axes are nearly parallel.
+    far: bool,
 }
 
 impl Normal {
@@ -111,7 +157,7 @@ impl Normal {
             let along =
                 if distance < COINCIDENT { [1.0, 0.0, 0.0] } else { scaled([point[0], point[1], 0.0], 1.0 / distance) };
             let (direction, gamma, d) = nearer(along, distance);
-            return Normal { gamma, b: 0.0, alpha, d, direction, foot: scaled(direction, d) };
+            return Normal { gamma, b: 0.0, alpha, d, direction, foot: scaled(direction, d), far: false };
         }
         let across = [-ay / sine, ax / sine, 0.0];
         let t = -(point[0] * ax + point[1] * ay) / (sine * sine);
@@ -119,7 +165,13 @@ impl Normal {
         // With d = 0 the sign of the normal is the sign of alpha.
         let (direction, gamma, d) = nearer(across, distance);
         let alpha = (sine * dot(direction, across).signum()).atan2(az);
-        Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus(point, axis, t) }
+        let far = sine < NEARLY_PARALLEL;
+        Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus(point, axis, t), far }
+    }
+
+    /// How far along the axis a frame that may lie anywhere is put: at the foot, or at the point where that is far.
+    fn nearby(&self, point: Vector3, axis: Vector3) -> f64 {
+        if self.far { dot(plus(point, self.foot, -1.0), axis) } else { 0.0 }
     }
 }
 
@@ -133,21 +185,29 @@ fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
 }
 
 /// theta and r that bring the frame of an axis onto its common normal with the child's axis;
-/// the child's line passes through `child_point`, or through the origin to be chosen.
-fn towards(normal: &Normal, axis: Vector3, child_point: Option<Vector3>, child_axis: Vector3) -> (f64, f64) {
+/// the child's line passes through `child_point`, or through the origin to be chosen. `nearby`: the r of a frame that
+/// may lie anywhere along the axis.
+fn towards(
+    normal: &Normal,
+    axis: Vector3,
+    nearby: f64,
+    child_point: Option<Vector3>,
+    child_axis: Vector3,
+) -> (f64, f64) {
     let across = cross(axis, child_axis);
     let sine = norm(across);
     let offset = child_point.map(|p| plus(p, normal.foot, -1.0));
-    let (direction, r) = match (sine < PARALLEL, offset) {
-        (true, None) => return (0.0, 0.0),
+    let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL } else { PARALLEL };
+    let (direction, r) = match (parallel, offset) {
+        (true, None) => return (0.0, nearby),
         (true, Some(offset)) => {
             let sideways = plus(offset, axis, -dot(offset, axis));
             if norm(sideways) < COINCIDENT {
-                return (0.0, 0.0);
+                return (0.0, nearby);
             }
-            (scaled(sideways, 1.0 / norm(sideways)), 0.0)
+            (scaled(sideways, 1.0 / norm(sideways)), nearby)
         }
-        (false, None) => (scaled(across, 1.0 / sine), 0.0),
+        (false, None) => (scaled(across, 1.0 / sine), nearby),
         (false, Some(offset)) => (scaled(across, 1.0 / sine), dot(cross(offset, child_axis), across) / (sine * sine)),
     };
     let along = dot(normal.direction, direction);

@@ -1,4 +1,4 @@
-//! A first reading of a URDF text: what urdf-rs hides or cannot place.
+//! A first reading of a URDF text, for what urdf-rs hides or cannot place.
 //!
 //! urdf-rs gives a robot its data but no line numbers; it takes a missing inertial for a massless
 //! link, a missing limit for zeros, and NaN for a number. Here every element that describes the
@@ -10,6 +10,7 @@ use std::fmt::Write;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::Error;
+use crate::format::expression::LARGEST;
 use crate::format::node::Source;
 use crate::format::suggestion::did_you_mean;
 
@@ -92,6 +93,10 @@ pub(super) struct Checked {
 
 /// More elements than this are no robot.
 const MAX_NODES: u32 = 2_000_000;
+/// More links are no robot either, as in YAML: finding the line of each takes time that grows as their square.
+const MAX_LINKS: usize = 2000;
+/// The largest limit of a joint.
+const UNLIMITED: f64 = 1e100;
 
 pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
@@ -117,6 +122,11 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
         let message =
             format!("<xacro:{}> is a macro: expand the file with xacro first", shown(xacro.tag_name().name()));
         return Err(reader.error(xacro, message));
+    }
+    for tag in ["link", "joint"] {
+        if let Some(node) = root.children().filter(|n| n.has_tag_name(tag)).nth(MAX_LINKS) {
+            return Err(reader.error(node, format!("more than {MAX_LINKS} {tag}s are no robot")));
+        }
     }
     reader.copy(root, "the robot")?;
     let (links, joints) = (reader.links(root)?, reader.joints(root)?);
@@ -204,9 +214,15 @@ impl Reader<'_, '_> {
             let wanted = if count == 1 { "one number".to_string() } else { format!("{count} numbers") };
             return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
         }
+        // A limit may be beyond reach on purpose.
+        let largest = if node.tag_name().name() == "limit" { UNLIMITED } else { LARGEST };
         for word in &words {
             match word.parse::<f64>() {
-                Ok(x) if x.is_finite() && x.abs() < 1e100 => {}
+                Ok(x) if x.abs() <= largest => {}
+                Ok(x) if x.is_finite() => {
+                    let message = format!("{place} is {x:e}: no robot has a number beyond {largest:e}");
+                    return Err(self.error(node, message));
+                }
                 _ => return Err(self.error(node, format!("{place}: `{}` is not a finite number", shown(word)))),
             }
         }

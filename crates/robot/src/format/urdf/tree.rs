@@ -27,17 +27,27 @@ pub(super) struct Moving {
     pub carried: Vec<(usize, Pose)>,
 }
 
-/// The moving links, antecedents first.
+/// The links of a robot as they move.
+pub(super) struct MovingLinks {
+    /// Antecedents first.
+    pub moving: Vec<Moving>,
+    /// The root and the links fixed to it, by index in the file's links, with their place in the root.
+    pub rooted: Vec<(usize, Pose)>,
+}
+
+/// The moving links; `floating`: whether none needs to move, since the root will.
 pub(super) fn moving_links(
     source: Source,
     checked: &Checked,
     model: &urdf_rs::Robot,
     angles: Angles,
-    notes: &mut Vec<Note>,
-) -> Result<Vec<Moving>, Error> {
+    floating: bool,
+    snapped: &mut Vec<Note>,
+) -> Result<MovingLinks, Error> {
     let link_index: BTreeMap<&str, usize> = model.links.iter().enumerate().map(|(k, l)| (l.name.as_str(), k)).collect();
     let tree = Tree::new(source, checked, model, &link_index)?;
     let mut moving: Vec<Moving> = Vec::new();
+    let mut rooted = vec![(tree.root, Pose::IDENTITY)];
     let mut reached = vec![false; model.joints.len()];
     // A joint to follow, the moving link it hangs on, its parent link in the joint frame of that.
     let mut stack: Vec<(usize, Option<usize>, Pose)> = Vec::new();
@@ -49,20 +59,18 @@ pub(super) fn moving_links(
         reached[j] = true;
         let joint = &model.joints[j];
         let child = tree.child[j];
-        let pose = parent.compose(&origin(joint, angles, notes));
+        let pose = parent.compose(&origin(joint, angles, snapped));
         let pose = Pose { rotation: angle_snap::exact(&pose.rotation), ..pose };
         if joint.joint_type == JointType::Fixed {
-            if let Some(i) = carrier {
-                moving[i].carried.push((child, pose));
-            }
+            carrier.map_or(&mut rooted, |i| &mut moving[i].carried).push((child, pose));
             push(child, carrier, pose, &mut stack);
             continue;
         }
-        let axis = angle_snap::unit_axis(*joint.axis.xyz).ok_or_else(|| {
+        let axis = angle_snap::unit_axis(*joint.axis.xyz, angles).ok_or_else(|| {
             let message = format!("the axis of joint `{}` is zero: it needs a direction", shown(&joint.name));
             source.place(mark(checked, joint).map_or((0, 0), |m| m.axis_at), message)
         })?;
-        note_axis(joint, axis, notes);
+        note_axis(joint, axis, snapped);
         let prismatic = joint.joint_type == JointType::Prismatic;
         let given = Given { antecedent: carrier, pose, axis, prismatic };
         moving.push(Moving { joint: j, given, carried: vec![(child, Pose::IDENTITY)] });
@@ -73,13 +81,13 @@ pub(super) fn moving_links(
         let message = format!("the joints {} form a circle that hangs on nothing", circle.join(", "));
         return Err(source.place(mark(checked, &model.joints[j]).map_or((0, 0), |m| m.at), message));
     }
-    if moving.is_empty() {
-        return Err(source.place(checked.at, "no joint of the robot moves"));
+    if moving.is_empty() && !floating {
+        return Err(source.place(checked.at, "no joint of the robot moves; its base may float: --floating-base"));
     }
-    for link in &mut moving {
-        link.carried.sort_by_key(|c| c.0);
+    for carried in moving.iter_mut().map(|link| &mut link.carried).chain([&mut rooted]) {
+        carried.sort_by_key(|c| c.0);
     }
-    Ok(moving)
+    Ok(MovingLinks { moving, rooted })
 }
 
 struct Tree {
@@ -178,13 +186,13 @@ fn mark<'a>(checked: &'a Checked, joint: &urdf_rs::Joint) -> Option<&'a JointMar
 }
 
 /// The joint frame in the parent link's frame, with the angles that were meant.
-fn origin(joint: &urdf_rs::Joint, angles: Angles, notes: &mut Vec<Note>) -> Pose {
+fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Pose {
     let given = *joint.origin.rpy;
     let rpy: [Value; 3] = given.map(|angle| angle_snap::given_angle(angle, angles));
     for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {
         if (taken.number(&[]) - given).abs() > SILENT {
             let text = format!("{name} {given} is taken as {}", multiple_of_pi(taken));
-            notes.push(Note { subject: joint.name.clone(), text });
+            snapped.push(Note { subject: joint.name.clone(), text });
         }
     }
     let position = joint.origin.xyz.map(angle_snap::given_length);
@@ -206,7 +214,7 @@ fn multiple_of_pi(angle: &Value) -> String {
     if denominator == 1 { format!("{sign}{multiple}") } else { format!("{sign}{multiple}/{denominator}") }
 }
 
-fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], notes: &mut Vec<Note>) {
+fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let given = *joint.axis.xyz;
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     // A coordinate axis has one entry; what stood beside it was left out.
@@ -214,6 +222,6 @@ fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], notes: &mut Vec<Note>) {
     let left_out = given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > SILENT * largest);
     if along && left_out {
         let text = format!("axis {given:?} is taken as {axis:?}");
-        notes.push(Note { subject: joint.name.clone(), text });
+        snapped.push(Note { subject: joint.name.clone(), text });
     }
 }

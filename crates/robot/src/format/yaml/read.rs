@@ -19,7 +19,7 @@ use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::parameter::Inertial;
 use crate::passive;
-use crate::robot::{Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
+use crate::robot::{Base, Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 
 const ROOT_KEYS: [&str; 10] = [
@@ -93,10 +93,12 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, angles: Angles) 
         coordinates,
         passive,
         links,
+        base: Base::default(),
         massless: 0,
         loops,
         gravity,
         notes: vec![],
+        snapped: vec![],
     };
     snap_angles(&mut robot, angles);
     check_passive(source, &robot, &drafts)?;
@@ -258,6 +260,7 @@ fn link(
         inertial: None,
         file_frame: Pose::IDENTITY,
         parts: Vec::new(),
+        frames: Vec::new(),
     })
 }
 

@@ -19,13 +19,14 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
         ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
     }
     let names = Names::new(robot);
-    line!("convention: khalil-kleinfinger\nname: {}", quoted(&robot.name));
+    line!("convention: khalil-kleinfinger\nname: {}", named(&robot.name));
     if let Some(source) = &robot.source {
-        line!("source: {}", quoted(source));
+        line!("source: {}", named(source));
     }
     let constant = |v: &Value| names.value(v);
     let [x, y, z] = robot.gravity.each_ref().map(constant);
-    line!("gravity: [{x}, {y}, {z}]");
+    // A comma within a list ends the entry.
+    line!("gravity: [{}, {}, {}]", quoted(&x), quoted(&y), quoted(&z));
     if !robot.symbols.is_empty() {
         line!("symbols:");
         for (symbol, name) in robot.symbols.iter().zip(&names.symbols) {
@@ -66,7 +67,7 @@ fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
     let joint = &link.joint;
     let mut items = vec![format!("link: {}", label)];
     if link.name != format!("link {}", label) {
-        items.push(format!("name: {}", quoted(&link.name)));
+        items.push(format!("name: {}", named(&link.name)));
     }
     items.push(format!("antecedent: {}", names.link(link.antecedent)));
     match joint.kind {
@@ -132,14 +133,16 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
             }
             continue;
         }
-        // A passive coordinate alone is what the reader gives to a variable left out.
+        // What the closure of the loops decides is left out: the reader finds it again. A constant part is where the
+        // search starts.
         match &variable.terms[..] {
-            [(k, c)] if k.0 >= n && *c == 1.0 && *value == Value::ZERO => {
-                let start = robot.passive[k.0 - n].start;
+            [(k, c)] if k.0 >= n && *c == 1.0 => {
+                let start = robot.passive[k.0 - n].start + value.number(&robot.symbols);
                 if start != 0.0 {
                     items.push(format!("start: {start}"));
                 }
             }
+            terms if terms.iter().any(|(k, _)| k.0 >= n) => {}
             _ => items.push(format!(
                 "{key}: {}",
                 quoted(&variable.text(value, &names.renamed, &|k| names.coordinates[k.0].clone()))
@@ -163,13 +166,22 @@ fn limits(limits: Limits) -> Option<String> {
     (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
 }
 
+/// Whether YAML, of one version or another, reads a plain word as something else. A label of digits alone, as Khalil
+/// has them, is a word here, and reads back as it stands.
+fn is_no_word(text: &str) -> bool {
+    const TAKEN: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
+    let as_khalil = text.parse::<u32>().is_ok_and(|n| n.to_string() == text);
+    let digit = |c: char| c.is_ascii_hexdigit() || matches!(c, '_' | '.' | '+' | '-' | 'x' | 'X' | 'o' | 'O');
+    let begins_as_number = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-'));
+    let is_number = begins_as_number && text.chars().all(digit);
+    TAKEN.contains(&text.to_ascii_lowercase().as_str()) || (is_number && !as_khalil)
+}
+
 /// A plain word, or a text in quotes: JSON's are YAML's.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*' | '/' | '(' | ')' | '.');
-    if !text.is_empty() && text.trim() == text && text.chars().all(plain) && !text.starts_with(['-', '*', ' ']) {
-        return text.to_string();
-    }
-    if text.parse::<f64>().is_ok() {
+    let is_word = text.trim() == text && text.chars().all(plain) && !text.starts_with(['-', '*', ' ']);
+    if !text.is_empty() && (is_word || text.parse::<f64>().is_ok()) {
         return text.to_string();
     }
     let escaped: String = text
@@ -182,6 +194,12 @@ fn quoted(text: &str) -> String {
         })
         .collect();
     format!("\"{escaped}\"")
+}
+
+/// A name: in quotes where it would be read as a number or a truth.
+fn named(text: &str) -> String {
+    let plain = quoted(text);
+    if plain == text && (is_no_word(text) || text.parse::<f64>().is_ok()) { format!("\"{text}\"") } else { plain }
 }
 
 struct Names {
@@ -207,7 +225,8 @@ impl Names {
             if !is_name(&name) {
                 name.insert(0, 'q');
             }
-            while taken.contains(&name) {
+            // A name has a letter in front: one character more makes no other word of it.
+            while taken.contains(&name) || is_no_word(&name) {
                 name.push('_');
             }
             taken.push(name.clone());
@@ -218,6 +237,10 @@ impl Names {
         let mut labels: Vec<String> = Vec::new();
         for link in &robot.links {
             let mut label = word(&link.label);
+            // More characters behind a number leave it a number.
+            if is_no_word(&label) {
+                label.insert(0, 'l');
+            }
             while label.is_empty() || label == "base" || labels.contains(&label) {
                 label.push('_');
             }

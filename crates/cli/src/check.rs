@@ -1,0 +1,39 @@
+//! `rist check`: a model and a motion -> whether the motion keeps its limits, between samples too.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_text};
+
+use crate::artefact::read_text;
+use crate::failure::{Failure, print};
+use crate::model::ModelArguments;
+
+/// Prove anew that an exciting motion keeps its limits
+///
+/// From the motion and the model alone: the limits the motion was made with, no looser than those of the description.
+/// Position, velocity, acceleration and jerk always; torque where the description has inertial parameters and effort
+/// limits. Boxes, floors and collisions of the arm with itself are not looked at. Exit code 1: a limit is broken, or not
+/// proven to be kept.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The motion of `rist excite`
+    motion: PathBuf,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let model = arguments.model.derive()?;
+    let file = &arguments.motion;
+    let motion = ExcitingMotion::from_yaml(&file.display().to_string(), &read_text(file)?)?;
+    let checked = rist::check(&model, file, &motion)?;
+    let notes: String = checked.notes.iter().map(|n| format!("note: {n}\n")).collect();
+    print(&format!("{notes}{}", certificate_text(&checked.certificate)))?;
+    if checked.is_proven() {
+        return print("every limit above is proven, between samples too\n");
+    }
+    let faults: Vec<String> = checked.faults().map(|row| row.to_string()).collect();
+    Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; "))))
+}

@@ -1,0 +1,216 @@
+//! `rist excite`: a model -> one motion that makes its parameters visible, within proved limits.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::excitation::criterion::Aim;
+use identification::experiments::excitation::limits::LimitsFile;
+use identification::experiments::servo_script::servo_script;
+use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
+use identification::model::friction::terms::FrictionTerm;
+use rist::{ExciteRequest, Model};
+
+use crate::artefact::read_text;
+use crate::failure::{Failure, print};
+use crate::identify::{Friction, friction};
+use crate::model::ModelArguments;
+use crate::output::write_file;
+
+/// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
+///
+/// A finite Fourier series between rest and rest. The limits are those of the description, tightened by --limits; what
+/// neither gives is assumed, with a note. Position, velocity, acceleration and jerk are proved between the samples too,
+/// and the torque where the description has inertial parameters and effort limits. Boxes, floors and collisions of the
+/// arm with itself are not looked at: watch the motion in a simulator, and slowly on the robot, first.
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// Seconds of a period [default: by the limits, 5 to 20]
+    #[arg(long, value_name = "SECONDS", conflicts_with = "frequency")]
+    period: Option<f64>,
+
+    /// Base frequency, Hz: one over the period
+    #[arg(long, value_name = "HZ")]
+    frequency: Option<f64>,
+
+    /// Harmonics of the base frequency
+    #[arg(long, default_value_t = 5)]
+    harmonics: usize,
+
+    /// Whole periods between the blends
+    #[arg(long, default_value_t = 3)]
+    repetitions: usize,
+
+    /// Seconds from rest to the series, and back to rest [default: by the limits]
+    #[arg(long, value_name = "SECONDS")]
+    blend: Option<f64>,
+
+    /// Sample rate of the file to play and of the log, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 200.0)]
+    rate: f64,
+
+    /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
+    /// locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate
+    #[arg(long, value_name = "FILE")]
+    limits: Option<PathBuf>,
+
+    /// Share of the effort limits that the torque of the description may use
+    #[arg(long, value_name = "SHARE", default_value_t = 0.9)]
+    effort_share: f64,
+
+    /// Friction columns a joint that the identification will have, as of `rist identify`, or none
+    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
+    friction: Option<Vec<Friction>>,
+
+    #[arg(long, value_enum, default_value_t = AimWord::Determinant)]
+    criterion: AimWord,
+
+    /// Noise of a torque sample, as a share of the effort limit
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    noise: f64,
+
+    /// Starts of the search
+    #[arg(long, default_value_t = 8)]
+    starts: usize,
+
+    /// Iterations of a start at each of five heights of the walls, at most
+    #[arg(long, default_value_t = 40)]
+    iterations: usize,
+
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+
+    /// Write the motion as YAML, with its certificate and what it makes visible
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+
+    /// Write the samples for a controller: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript servoj); may
+    /// be given several times
+    #[arg(long, value_name = "FILE")]
+    play: Vec<PathBuf>,
+
+    /// Write the motion even where its limits are not proven to be kept; it says so
+    #[arg(long)]
+    unproven: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AimWord {
+    Determinant,
+    Condition,
+}
+
+/// What is written for a controller.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Player {
+    Trajectory(TrajectoryFormat),
+    ServoScript,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let model = arguments.model.derive()?;
+    // Before the search: nobody wants to lose one to a name.
+    let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;
+    for file in arguments.play.iter().chain(&arguments.out) {
+        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(Failure::new(format_args!("{}: there is no directory {}", file.display(), folder.display())));
+        }
+    }
+    let request = request(arguments)?;
+    let progress = |done: usize, all: usize, text: &str| eprintln!("start {done} of {all}: {text}");
+    let found = rist::excite(&model, &request, &progress)?;
+    let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
+    print(&format!("{notes}{found}"))?;
+    if !found.proven && !arguments.unproven {
+        return Err(Failure::verdict(
+            "no motion was found whose limits are proven to be kept; nothing is written (--unproven writes it all the \
+             same, and it says so)",
+        ));
+    }
+    let reference = found.motion("the motion")?.reference();
+    for (file, player) in arguments.play.iter().zip(players) {
+        let text = match player {
+            Player::Trajectory(format) => {
+                trajectory_file(&reference, model.regressor().coordinates(), found.rate_hz, format)
+            }
+            Player::ServoScript => servo_script(&reference),
+        };
+        write_file(file, &text, &[&arguments.model.model])?;
+    }
+    match &arguments.out {
+        Some(out) => write_file(out, &ExcitingMotion::to_yaml(&found)?, &[&arguments.model.model]),
+        None => Ok(()),
+    }
+}
+
+fn request(arguments: &Arguments) -> Result<ExciteRequest, Failure> {
+    let period = match arguments.frequency {
+        Some(f) if !(f.is_finite() && f > 0.0) => {
+            return Err(Failure::new(format_args!("--frequency must be a positive number, not {f}")));
+        }
+        frequency => arguments.period.or(frequency.map(|f| 1.0 / f)),
+    };
+    let limits = match &arguments.limits {
+        Some(file) => LimitsFile::from_yaml(&file.display().to_string(), &read_text(file)?)?,
+        None => LimitsFile::default(),
+    };
+    Ok(ExciteRequest {
+        period,
+        blend: arguments.blend,
+        harmonics: arguments.harmonics,
+        repetitions: arguments.repetitions,
+        rate: arguments.rate,
+        limits,
+        effort_share: arguments.effort_share,
+        friction: friction_terms(arguments.friction.as_deref())?,
+        aim: match arguments.criterion {
+            AimWord::Determinant => Aim::Determinant,
+            AimWord::Condition => Aim::Condition,
+        },
+        noise: arguments.noise,
+        starts: arguments.starts,
+        iterations: arguments.iterations,
+        seed: arguments.seed,
+    })
+}
+
+fn friction_terms(words: Option<&[Friction]>) -> Result<Vec<FrictionTerm>, Failure> {
+    match words {
+        None => Ok(FrictionTerm::STANDARD.to_vec()),
+        Some([Friction::None]) => Ok(vec![]),
+        Some(words) => words
+            .iter()
+            .map(|word| match word {
+                Friction::Term(term) => Ok(*term),
+                Friction::Auto | Friction::None => {
+                    Err(Failure::new("--friction: name the terms, or none alone; auto needs a log"))
+                }
+            })
+            .collect(),
+    }
+}
+
+fn player(file: &Path, model: &Model) -> Result<Player, Failure> {
+    let end = file.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let regressor = model.regressor();
+    let n = regressor.coordinates().len();
+    match end.as_str() {
+        "csv" => Ok(Player::Trajectory(TrajectoryFormat::Csv)),
+        "yaml" | "yml" => Ok(Player::Trajectory(TrajectoryFormat::RosYaml)),
+        "json" => Ok(Player::Trajectory(TrajectoryFormat::RosJson)),
+        "script" if n == 6 && !(0..n).any(|k| regressor.is_prismatic(k)) => Ok(Player::ServoScript),
+        "script" => Err(Failure::new(format_args!(
+            "{}: URScript plays robots with six joints that turn; {} has {n} coordinates",
+            file.display(),
+            model.robot.name
+        ))),
+        _ => Err(Failure::new(format_args!(
+            "{}: the end of the name chooses the format: .csv, .yaml or .json (ROS JointTrajectory), .script (URScript)",
+            file.display()
+        ))),
+    }
+}

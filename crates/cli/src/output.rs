@@ -1,0 +1,147 @@
+//! Files that a command writes: whole or not at all, and never over what it reads.
+//!
+//! A text goes into a new file of a random name beside its place and is then moved there; it is removed where that
+//! fails. A link is followed, so that it stays one. What is no regular file (a terminal, a pipe, /dev/null) is written
+//! to and not replaced.
+
+use std::fs::{self, File, OpenOptions};
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// Refuses an output that is an input, by whatever name, and one whose directory is not there.
+pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    if let Some(input) = inputs.iter().find(|input| is_same(out, input)) {
+        return Err(Failure::new(format_args!(
+            "{}: an input ({}), which is not written over",
+            out.display(),
+            input.display()
+        )));
+    }
+    if out.is_dir() {
+        return Err(Failure::new(format_args!("{}: a directory, and the name of a file is expected", out.display())));
+    }
+    match directory_of(out) {
+        directory if directory.is_dir() => Ok(()),
+        directory => {
+            let (out, directory) = (out.display(), directory.display());
+            Err(Failure::new(format_args!("{out}: there is no directory {directory}; make it, or write elsewhere")))
+        }
+    }
+}
+
+/// Writes a whole file or nothing; refused as `check_output` does.
+pub fn write_file(out: &Path, text: &str, inputs: &[&Path]) -> Result<(), Failure> {
+    check_output(out, inputs)?;
+    write(out, text).map_err(|e| Failure::new(format_args!("{}: {e}", out.display())))
+}
+
+fn write(out: &Path, text: &str) -> io::Result<()> {
+    let place = match fs::metadata(out) {
+        Ok(found) if !found.is_file() => return OpenOptions::new().write(true).open(out)?.write_all(text.as_bytes()),
+        Ok(_) => fs::canonicalize(out)?,
+        Err(_) => out.to_path_buf(),
+    };
+    let (neighbour, file) = new_neighbour(&place)?;
+    let written = fill(file, &place, text).and_then(|()| fs::rename(&neighbour, &place));
+    if written.is_err() {
+        // What failed is said; a file that is left behind beside it would be one more failure to say.
+        let _ = fs::remove_file(&neighbour);
+    }
+    written
+}
+
+fn fill(mut file: File, place: &Path, text: &str) -> io::Result<()> {
+    if let Ok(found) = fs::metadata(place) {
+        file.set_permissions(found.permissions())?;
+    }
+    file.write_all(text.as_bytes())?;
+    file.sync_all()
+}
+
+/// A file that was not there before: no other is opened, and no link followed.
+fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
+    let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
+    let mut tries = 0;
+    loop {
+        // Keys of a hasher are random, and new for each.
+        let random = RandomState::new().build_hasher().finish();
+        let neighbour = place.with_file_name(format!(".{name}.{random:016x}.part"));
+        match OpenOptions::new().write(true).create_new(true).open(&neighbour) {
+            Ok(file) => return Ok((neighbour, file)),
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && tries < 8 => tries += 1,
+            Err(e) => return Err(e),
+        }
+    }
+}
+
+fn directory_of(out: &Path) -> &Path {
+    out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Whether two paths lead to one file: over links of both kinds, and for a file that is still to be written.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let name = path.file_name()?;
+        fs::canonicalize(path).or_else(|_| fs::canonicalize(directory_of(path)).map(|p| p.join(name))).ok()
+    };
+    if a == b || place(a).is_some_and(|a| Some(a) == place(b)) {
+        return true;
+    }
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (fs::metadata(a), fs::metadata(b)) {
+        use std::os::unix::fs::MetadataExt;
+        return (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    false
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("rist-output-{}-{name}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn no_input_is_written_over() {
+        let here = folder("inputs");
+        let (input, hard, soft) = (here.join("a.yaml"), here.join("hard.yaml"), here.join("soft.yaml"));
+        fs::write(&input, "a").unwrap();
+        fs::hard_link(&input, &hard).unwrap();
+        std::os::unix::fs::symlink(&input, &soft).unwrap();
+        let around = here.join("../").join(here.file_name().unwrap()).join("a.yaml");
+        for out in [&input, &hard, &soft, &around] {
+            assert!(write_file(out, "b", &[&input]).is_err(), "{}", out.display());
+        }
+        assert_eq!(fs::read_to_string(&input).unwrap(), "a");
+        let (new, other) = (here.join("new"), here.join("other"));
+        assert!(is_same(&new, &here.join("./new")) && !is_same(&new, &other));
+        fs::remove_dir_all(here).unwrap();
+    }
+
+    #[test]
+    fn links_and_neighbours_stay_and_nothing_is_left_behind() {
+        let here = folder("links");
+        let (target, link, part) = (here.join("target"), here.join("link"), here.join("link.part"));
+        fs::write(&target, "old").unwrap();
+        fs::write(&part, "mine").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        assert!(write_file(&link, "new", &[]).is_ok());
+        assert_eq!(
+            (fs::read_to_string(&target).unwrap(), fs::read_to_string(&part).unwrap()),
+            ("new".into(), "mine".into())
+        );
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert!(write_file(&here.join("no/such/x"), "x", &[]).is_err() && write_file(&here, "x", &[]).is_err());
+        assert!(write_file(Path::new("/dev/null"), "x", &[]).is_ok());
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        assert_eq!(fs::read_dir(&here).unwrap().count(), 3);
+        fs::remove_dir_all(here).unwrap();
+    }
+}

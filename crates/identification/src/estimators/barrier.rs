@@ -1,0 +1,169 @@
+//! Least squares inside the cone of bodies: Newton's method on a barrier.
+//!
+//! minimise  1/2 |A y - z|^2  +  w/2 sum_i (y_i / sd_i)^2
+//!           + gamma [sum_j (tr P_j - log det P_j - 4) + sum_k (y_k - log y_k - 1)],   w = min(gamma / gamma_0, 1)
+//!
+//! y: bodies P_j and rotors y_k relative to their references, and friction y_i. Each step is one of Newton's with a
+//! line search that stays in the cone.
+//!
+//! How far 1/2 chi^2 of a solution y is above that of any other x: chi^2 is convex and the gradient of the whole is
+//! zero, so with the traces t(y) = sum tr P_j + sum y_k
+//!
+//! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
+//!
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]; `slack` is this for every x up to [`LARGER`] times as large.
+//! What stands in A and where the references come from: `consistent`.
+//!
+//! chi^2 is that of the residual, not 1/2 y'A'A y - z'A y + c: with torques a thousand times their noise the three terms
+//! cancel to a ten-thousandth of a nat, and no line search finds its way down.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
+
+/// How the iteration ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The gradient vanished at the smallest barrier.
+    Converged,
+    /// The line search found no way down before the gradient vanished: rounding.
+    Stalled,
+}
+
+/// Newton's method stops when half the squared decrement is below this, nats.
+const DECREMENT: f64 = 1e-10;
+const MAX_STEPS: usize = 60;
+
+/// Times as large as the solution in their traces, and friction as its deviation: what a bound on chi^2 covers.
+pub const LARGER: f64 = 100.0;
+
+/// The problem in scaled variables.
+pub(crate) struct Problem {
+    /// A and z of the data in scaled variables, and A'A.
+    pub rows: DMatrix<f64>,
+    pub right: DVector<f64>,
+    pub hessian: DMatrix<f64>,
+    /// Scaled column and standard deviation of the friction that has one.
+    pub friction: Vec<(usize, f64)>,
+    /// Nats per unit of divergence at the full weight of the prior.
+    pub gamma: f64,
+    /// First scaled column of each body, then the rotors.
+    pub bodies: Vec<usize>,
+    pub rotors: Vec<usize>,
+    pub units: [Matrix4<f64>; 10],
+}
+
+impl Problem {
+    /// Logarithms of the barrier: the order of its cone.
+    pub fn barriers(&self) -> f64 {
+        (4 * self.bodies.len() + self.rotors.len()) as f64
+    }
+
+    /// Nats by which 1/2 chi^2 of the solution of a share of the prior is at most above that of anything [`LARGER`]
+    /// times as large: the bound in the head.
+    pub fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
+        let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
+        let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
+        let friction = self.friction.iter().map(|&(c, sd)| (y[c] / sd).abs());
+        let pull: f64 = friction.map(|f| f * (LARGER + f)).sum();
+        share * (self.gamma * (self.barriers() + (LARGER - 1.0) * size) + pull)
+    }
+
+    /// The weight of the friction's prior at a gamma: it goes down with it, and never above one.
+    fn friction_weight(&self, gamma: f64) -> f64 {
+        (gamma / self.gamma).min(1.0)
+    }
+
+    /// 1/2 chi^2 of the data.
+    pub fn quadratic(&self, y: &DVector<f64>) -> f64 {
+        0.5 * (&self.rows * y - &self.right).norm_squared()
+    }
+
+    fn body(&self, y: &DVector<f64>, first: usize) -> Matrix4<f64> {
+        (0..10).fold(Matrix4::zeros(), |sum, i| sum + self.units[i] * y[first + i])
+    }
+
+    /// The objective; `None` outside the cone.
+    fn value(&self, y: &DVector<f64>, gamma: f64) -> Option<f64> {
+        let mut value = self.quadratic(y);
+        value +=
+            self.friction.iter().map(|&(c, sd)| 0.5 * self.friction_weight(gamma) * (y[c] / sd).powi(2)).sum::<f64>();
+        for &first in &self.bodies {
+            let p = self.body(y, first);
+            let log_det: f64 = 2.0 * p.cholesky()?.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            value += gamma * (p.trace() - log_det - 4.0);
+        }
+        for &c in &self.rotors {
+            if y[c] <= 0.0 {
+                return None;
+            }
+            value += gamma * (y[c] - y[c].ln() - 1.0);
+        }
+        value.is_finite().then_some(value)
+    }
+
+    fn derivatives(&self, y: &DVector<f64>, gamma: f64) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let mut g = self.rows.tr_mul(&(&self.rows * y - &self.right));
+        let mut h = self.hessian.clone();
+        for &(c, sd) in &self.friction {
+            let weight = self.friction_weight(gamma) / (sd * sd);
+            g[c] += weight * y[c];
+            h[(c, c)] += weight;
+        }
+        for &first in &self.bodies {
+            let inverse = self.body(y, first).cholesky()?.inverse();
+            let scaled: [Matrix4<f64>; 10] = std::array::from_fn(|i| inverse * self.units[i]);
+            for i in 0..10 {
+                g[first + i] += gamma * (self.units[i].trace() - scaled[i].trace());
+                for k in 0..10 {
+                    h[(first + i, first + k)] += gamma * (scaled[i] * scaled[k]).trace();
+                }
+            }
+        }
+        for &c in &self.rotors {
+            g[c] += gamma * (1.0 - 1.0 / y[c]);
+            h[(c, c)] += gamma / (y[c] * y[c]);
+        }
+        Some((g, h))
+    }
+
+    /// Newton steps at one gamma, in place.
+    pub fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
+        let Some(mut value) = self.value(y, gamma) else { return (0, Outcome::Stalled) };
+        for step in 0..MAX_STEPS {
+            let Some((g, h)) = self.derivatives(y, gamma) else { return (step, Outcome::Stalled) };
+            let Some(direction) = solve_scaled(h, &g) else { return (step, Outcome::Stalled) };
+            let decrement = g.dot(&direction);
+            if 0.5 * decrement <= DECREMENT {
+                return (step, Outcome::Converged);
+            }
+            let mut length = 1.0;
+            loop {
+                let candidate = &*y - length * &direction;
+                match self.value(&candidate, gamma) {
+                    Some(v) if v <= value - 0.1 * length * decrement => {
+                        (*y, value) = (candidate, v);
+                        break;
+                    }
+                    // The decrease asked for is below the rounding of the objective.
+                    _ if length < 1e-10 => {
+                        let rounding = 1e-9 * value.abs().max(1.0);
+                        return (step, if decrement < rounding { Outcome::Converged } else { Outcome::Stalled });
+                    }
+                    _ => length *= 0.5,
+                }
+            }
+        }
+        (MAX_STEPS, Outcome::Stalled)
+    }
+}
+
+/// H^-1 g with H scaled to a unit diagonal; a ridge at the level of rounding where it must be.
+fn solve_scaled(h: DMatrix<f64>, g: &DVector<f64>) -> Option<DVector<f64>> {
+    let d = h.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
+    let n = h.nrows();
+    let scaled = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * d[i] * d[j]);
+    let rhs = g.component_mul(&d);
+    [0.0, 1e-14, 1e-12, 1e-10].into_iter().find_map(|ridge| {
+        let m = &scaled + DMatrix::from_diagonal_element(n, n, ridge);
+        Cholesky::new(m).map(|c| c.solve(&rhs).component_mul(&d))
+    })
+}

@@ -1,0 +1,240 @@
+//! The kinematic limits of a motion as a wall that a descent stays within.
+//!
+//! Position, velocity, acceleration and jerk at instants of the series, and the control points of the blends, are linear
+//! in the coefficients x of a joint: low <= r x <= high. The wall of a row with weight 1/S (S instants a period) is
+//!
+//! B(x) = -1/S sum log((high - r x) / half) + log((r x - low) / half),   half = (high - low) / 2
+//!
+//! Here x is scaled: the centre by half the room of the position, amplitudes by the limit of velocity.
+//! [Boyd, Vandenberghe 2004, 11.2]
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::experiments::excitation::fourier_motion::{basis, blend_control};
+use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+
+/// The rows of one joint.
+struct JointRows {
+    /// rows x m.
+    rows: Vec<f64>,
+    bounds: Vec<(f64, f64)>,
+    /// Limit of each row.
+    kinds: Vec<LimitKind>,
+}
+
+/// The wall of all joints that move.
+pub struct Barrier {
+    m: usize,
+    weight: f64,
+    joints: Vec<JointRows>,
+}
+
+/// The timing of a motion to be found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// s.
+    pub period: f64,
+    /// s.
+    pub blend: f64,
+    /// Number of harmonics.
+    pub harmonics: usize,
+    /// Instants a period at which limits and information are looked at.
+    pub samples: usize,
+}
+
+/// What a unit of each scaled coefficient is: of the centre, then of the amplitudes.
+pub fn scales(limits: &CoordinateLimits, harmonics: usize) -> Vec<f64> {
+    let centre = 0.5 * (limits.position.1 - limits.position.0);
+    std::iter::once(centre).chain(std::iter::repeat_n(limits.velocity, 2 * harmonics)).collect()
+}
+
+impl Barrier {
+    /// The wall for the joints with these limits, none of them locked.
+    pub fn new(timing: &Timing, limits: &[&CoordinateLimits]) -> Barrier {
+        let Timing { period, blend, harmonics, samples } = *timing;
+        let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
+        for (k, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
+            for r in 0..samples {
+                rows.push((kind, basis(harmonics, period, period * r as f64 / samples as f64, k as i32)));
+            }
+            for is_start in [true, false] {
+                rows.extend(blend_control(harmonics, period, blend, k, is_start).into_iter().map(|row| (kind, row)));
+            }
+        }
+        // At rest nothing moves: the rows of zeros that the ends of the blends have.
+        rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
+        let joint = |limits: &&CoordinateLimits| {
+            let scale = scales(limits, harmonics);
+            let bound = |kind: LimitKind| limits.bounds(kind).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            JointRows {
+                rows: rows.iter().flat_map(|(_, row)| row.iter().zip(&scale).map(|(x, s)| x * s)).collect(),
+                bounds: rows.iter().map(|(kind, _)| bound(*kind)).collect(),
+                kinds: rows.iter().map(|(kind, _)| *kind).collect(),
+            }
+        };
+        let joints = limits.iter().map(joint).collect();
+        Barrier { m: 2 * harmonics + 1, weight: 1.0 / samples as f64, joints }
+    }
+
+    /// Row values with their bounds, of one joint.
+    fn rows<'a>(&'a self, joint: usize, x: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64, (f64, f64))> {
+        let rows = &self.joints[joint];
+        let x = &x[joint * self.m..][..self.m];
+        rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
+    }
+
+    /// B, and its gradient times `factor` added; `None` outside the limits.
+    pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64]) -> Option<f64> {
+        let mut sum = 0.0;
+        for joint in 0..self.joints.len() {
+            let gradient = &mut gradient[joint * self.m..][..self.m];
+            for (row, value, (low, high)) in self.rows(joint, x) {
+                let (above, below, half) = (high - value, value - low, 0.5 * (high - low));
+                if !(above > 0.0 && below > 0.0) {
+                    return None;
+                }
+                sum -= (above / half * (below / half)).ln();
+                let slope = factor * self.weight * (1.0 / above - 1.0 / below);
+                gradient.iter_mut().zip(row).for_each(|(g, r)| *g += slope * r);
+            }
+        }
+        Some(sum * self.weight)
+    }
+
+    /// The factor of the second derivative of `factor` B plus `ridge` on its diagonal, joint by joint.
+    pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
+        let m = self.m;
+        let block = |joint: usize| {
+            let mut hessian = DMatrix::<f64>::identity(m, m) * ridge;
+            for (row, value, (low, high)) in self.rows(joint, x) {
+                let bend = (high - value).powi(-2) + (value - low).powi(-2);
+                for i in 0..m {
+                    let scaled = factor * self.weight * bend * row[i];
+                    for j in 0..=i {
+                        hessian[(i, j)] += scaled * row[j];
+                    }
+                }
+            }
+            hessian.fill_upper_triangle_with_lower_triangle();
+            Cholesky::new(hessian)
+        };
+        (0..self.joints.len()).map(block).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
+    }
+
+    /// The greatest step along a direction that keeps a hundredth of the room of every row.
+    pub fn step(&self, x: &[f64], direction: &[f64]) -> f64 {
+        let mut step = f64::INFINITY;
+        for joint in 0..self.joints.len() {
+            let d = &direction[joint * self.m..][..self.m];
+            for (row, value, (low, high)) in self.rows(joint, x) {
+                let rate = dot(row, d);
+                let room = if rate > 0.0 { high - value } else { value - low };
+                if rate != 0.0 {
+                    step = step.min(0.99 * room / rate.abs());
+                }
+            }
+        }
+        step
+    }
+
+    /// The least room of any row over half the width of its limit, with the joint and the limit.
+    pub fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
+        let all = (0..self.joints.len()).flat_map(|joint| {
+            let kinds = &self.joints[joint].kinds;
+            self.rows(joint, x).zip(kinds).map(move |((_, value, (low, high)), kind)| {
+                ((high - value).min(value - low) / (0.5 * (high - low)), joint, *kind)
+            })
+        });
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Least and greatest value of the rows of a limit of one joint.
+    pub fn reached(&self, joint: usize, x: &[f64], limit: LimitKind) -> (f64, f64) {
+        let kinds = &self.joints[joint].kinds;
+        let of = self.rows(joint, x).zip(kinds).filter(|(_, kind)| **kind == limit).map(|((_, value, _), _)| value);
+        of.fold((f64::INFINITY, f64::NEG_INFINITY), |m, v| (m.0.min(v), m.1.max(v)))
+    }
+}
+
+/// A factored second derivative, block by block.
+pub struct Curvature {
+    m: usize,
+    blocks: Vec<Cholesky<f64, Dyn>>,
+}
+
+impl Curvature {
+    /// Solves in place.
+    pub fn solve(&self, x: &mut [f64]) {
+        for (block, x) in self.blocks.iter().zip(x.chunks_exact_mut(self.m)) {
+            x.copy_from_slice(block.solve(&DVector::from_column_slice(x)).as_slice());
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn barrier() -> Barrier {
+        let limits = CoordinateLimits {
+            position: (-1.0, 2.0),
+            velocity: 1.5,
+            acceleration: 4.0,
+            jerk: 60.0,
+            effort: None,
+            locked: None,
+        };
+        let timing = Timing { period: 5.0, blend: 1.0, harmonics: 2, samples: 40 };
+        Barrier::new(&timing, &[&limits, &limits])
+    }
+
+    #[test]
+    fn slope_and_curvature_are_those_of_differences() {
+        let barrier = barrier();
+        let x = [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02];
+        let slope = |x: &[f64]| {
+            let mut g = vec![0.0; 10];
+            let value = barrier.value(x, 1.0, &mut g).unwrap();
+            (value, g)
+        };
+        let (_, g) = slope(&x);
+        let mut along = vec![0.3; 10];
+        let direction = along.clone();
+        barrier.curvature(&x, 1.0, 0.0).unwrap().solve(&mut along);
+        let h = 1e-6;
+        let moved = |k: Option<usize>, h: f64| -> Vec<f64> {
+            let step = |(i, x): (usize, &f64)| match k {
+                Some(k) => x + if i == k { h } else { 0.0 },
+                None => x + h * along[i],
+            };
+            x.iter().enumerate().map(step).collect()
+        };
+        for k in 0..10 {
+            let difference = (slope(&moved(Some(k), h)).0 - slope(&moved(Some(k), -h)).0) / (2.0 * h);
+            assert!((g[k] - difference).abs() < 1e-6 * (1.0 + g[k].abs()), "{k}: {} {difference}", g[k]);
+        }
+        // The curvature times its solution is the right-hand side.
+        let (after, before) = (slope(&moved(None, h)).1, slope(&moved(None, -h)).1);
+        for k in 0..10 {
+            let difference = (after[k] - before[k]) / (2.0 * h);
+            assert!((difference - direction[k]).abs() < 1e-5, "{k}: {difference}");
+        }
+    }
+
+    #[test]
+    fn the_wall_is_where_the_limits_are() {
+        let barrier = barrier();
+        let (x, mut direction) = ([0.1; 10], [0.0; 10]);
+        direction[1] = 1.0;
+        let step = barrier.step(&[0.0; 10], &direction);
+        let at = |s: f64| -> Vec<f64> { direction.iter().map(|d| s * d).collect() };
+        assert!(barrier.value(&at(step), 1.0, &mut [0.0; 10]).is_some());
+        assert!(barrier.value(&at(step / 0.98), 1.0, &mut [0.0; 10]).is_none());
+        let (low, high) = barrier.reached(0, &x, LimitKind::Velocity);
+        assert!(low < 0.0 && high > 0.0 && high < 1.5);
+    }
+}

@@ -1,0 +1,115 @@
+//! How much rows of W tell, and how that changes with each of their entries.
+//!
+//! F = W'W / samples, p x p. With d_c the norms of the columns and C = F scaled to a unit diagonal:
+//!
+//! determinant: J = -log det F / p,                dJ/dF = -F^-1 / p
+//! condition:   J = log(p tr C^-1) / 2, the logarithm of cond_fro of the scaled columns,
+//!              dJ/dF = [diag((F^-1)_cc) - F^-1 diag(F_cc) F^-1] / (2 tr C^-1)
+//!
+//! and dJ/dW = 2 W dJ/dF / samples. Both are to be made small. Neither depends on the scale of a column but for a
+//! constant.
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::information_matrix::{InformationMatrix, Rows};
+
+/// What a motion is to make great or small.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Aim {
+    /// The determinant of the information, great.
+    Determinant,
+    /// The condition number (Frobenius) of the columns scaled to unit norm, small.
+    Condition,
+}
+
+/// J with its derivative.
+pub struct Criterion {
+    /// The criterion, the smaller the better.
+    pub value: f64,
+    /// dJ/dW, row by row.
+    pub slope: Vec<f64>,
+}
+
+/// The criterion of the rows `w` (p a row); `None` where they have not full rank.
+pub fn criterion(aim: Aim, w: &[f64], p: usize, samples: usize) -> Option<Criterion> {
+    let mut squares = vec![0.0; p];
+    for row in w.chunks_exact(p) {
+        squares.iter_mut().zip(row).for_each(|(s, x)| *s += x * x);
+    }
+    let scale: Vec<f64> = squares.iter().map(|s| 1.0 / s.sqrt()).collect();
+    if p == 0 || scale.iter().any(|s| !s.is_finite()) {
+        return None;
+    }
+    let mut rows = Rows::new(p);
+    let mut scaled = vec![0.0; p];
+    for row in w.chunks_exact(p) {
+        scaled.iter_mut().zip(row.iter().zip(&scale)).for_each(|(y, (x, s))| *y = x * s);
+        rows.push(&scaled);
+    }
+    let factor = InformationMatrix::sum(p, 0.0, [(&rows, 1.0)]).factor()?;
+    let inverse = factor.inverse();
+    let columns = p as f64;
+    // dJ/dC of the scaled columns; of W: 2 (scaled W) (dJ/dC) scale.
+    let (value, of_c): (f64, Vec<f64>) = match aim {
+        Aim::Determinant => {
+            let of_scale: f64 = squares.iter().map(|s| (s / samples as f64).ln()).sum();
+            (-(factor.log_det + of_scale) / columns, inverse.iter().map(|x| -x / columns).collect())
+        }
+        Aim::Condition => {
+            let trace: f64 = (0..p).map(|i| inverse[i * p + i]).sum();
+            let entry = |at: usize| {
+                let (i, j) = (at / p, at % p);
+                let product: f64 = inverse[i * p..][..p].iter().zip(&inverse[j * p..][..p]).map(|(a, b)| a * b).sum();
+                let own = if i == j { inverse[at] } else { 0.0 };
+                (own - product) / (2.0 * trace)
+            };
+            (0.5 * (columns * trace).ln(), (0..p * p).map(entry).collect())
+        }
+    };
+    let mut slope = vec![0.0; w.len()];
+    for (row, out) in rows.iter().zip(slope.chunks_exact_mut(p)) {
+        for (j, x) in row.iter().enumerate().filter(|(_, x)| **x != 0.0) {
+            out.iter_mut().zip(&of_c[j * p..][..p]).for_each(|(o, g)| *o += x * g);
+        }
+        out.iter_mut().zip(&scale).for_each(|(o, s)| *o *= 2.0 * s);
+    }
+    Some(Criterion { value, slope })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+
+    #[test]
+    fn slopes_are_those_of_central_differences() {
+        let (p, samples) = (4, 9);
+        let mut random = Random::new(2);
+        let scales = [1.0, 30.0, 0.02, 4.0];
+        let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
+        for aim in [Aim::Determinant, Aim::Condition] {
+            let at = |w: &[f64]| criterion(aim, w, p, samples).unwrap();
+            let found = at(&w);
+            for k in 0..w.len() {
+                let h = 1e-6 * scales[k % p];
+                let moved = |h: f64| {
+                    let mut w = w.clone();
+                    w[k] += h;
+                    at(&w).value
+                };
+                let slope = (moved(h) - moved(-h)) / (2.0 * h);
+                // Central differences: 1e-16 over 1e-6, per scale of the column.
+                assert!(
+                    (found.slope[k] - slope).abs() < 1e-7 / scales[k % p],
+                    "{aim:?} {k}: {} {slope}",
+                    found.slope[k]
+                );
+            }
+        }
+        let mut lost = w.clone();
+        lost.chunks_exact_mut(p).for_each(|row| row[1] = 2.0 * row[0]);
+        lost.iter_mut().skip(3).step_by(p).for_each(|x| *x = 0.0);
+        assert!(criterion(Aim::Determinant, &lost, p, samples).is_none());
+    }
+}

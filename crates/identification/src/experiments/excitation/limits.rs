@@ -1,0 +1,333 @@
+//! What a motion may ask of each coordinate: from the description, tightened by a file, assumed where neither says.
+//!
+//! | limit | of the description | assumed (slides) |
+//! |---|---|---|
+//! | position | yes | +-1.5 rad (+-0.25 m) |
+//! | velocity | yes | 1 rad/s (0.25 m/s) |
+//! | acceleration | of a YAML | reaches the velocity in 0.3 s |
+//! | jerk | no | reaches the acceleration in 0.05 s |
+//! | effort | yes | unknown: not looked at |
+//!
+//! A file can only tighten what the description says. Not here: boxes, floors, collisions of the arm with itself.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use robot::Limits;
+use serde::{Deserialize, Serialize};
+
+/// A kind of limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitKind {
+    /// rad (m).
+    Position,
+    /// rad/s (m/s).
+    Velocity,
+    /// rad/s^2 (m/s^2).
+    Acceleration,
+    /// rad/s^3 (m/s^3).
+    Jerk,
+    /// N m (N).
+    Effort,
+}
+
+impl LimitKind {
+    /// Those of the motion alone, in the order of its derivatives.
+    pub const KINEMATIC: [LimitKind; 4] =
+        [LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
+
+    /// The unit at a joint that turns, or slides.
+    pub fn unit(self, is_prismatic: bool) -> &'static str {
+        match (self, is_prismatic) {
+            (LimitKind::Position, false) => "rad",
+            (LimitKind::Velocity, false) => "rad/s",
+            (LimitKind::Acceleration, false) => "rad/s^2",
+            (LimitKind::Jerk, false) => "rad/s^3",
+            (LimitKind::Effort, false) => "N m",
+            (LimitKind::Position, true) => "m",
+            (LimitKind::Velocity, true) => "m/s",
+            (LimitKind::Acceleration, true) => "m/s^2",
+            (LimitKind::Jerk, true) => "m/s^3",
+            (LimitKind::Effort, true) => "N",
+        }
+    }
+}
+
+impl fmt::Display for LimitKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            LimitKind::Position => "position",
+            LimitKind::Velocity => "velocity",
+            LimitKind::Acceleration => "acceleration",
+            LimitKind::Jerk => "jerk",
+            LimitKind::Effort => "effort",
+        })
+    }
+}
+
+/// What a motion may ask of one coordinate: rad and s (m and s where it slides), N m (N).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoordinateLimits {
+    /// Smallest and largest, rad (m).
+    pub position: (f64, f64),
+    /// rad/s (m/s).
+    pub velocity: f64,
+    /// rad/s^2 (m/s^2).
+    pub acceleration: f64,
+    /// rad/s^3 (m/s^3).
+    pub jerk: f64,
+    /// None: unknown, not looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effort: Option<f64>,
+    /// The coordinate stands here all the time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub locked: Option<f64>,
+}
+
+impl CoordinateLimits {
+    /// Least and greatest value that a limit allows.
+    pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
+        let symmetric = |x: f64| Some((-x, x));
+        match kind {
+            LimitKind::Position => Some(self.position),
+            LimitKind::Velocity => symmetric(self.velocity),
+            LimitKind::Acceleration => symmetric(self.acceleration),
+            LimitKind::Jerk => symmetric(self.jerk),
+            LimitKind::Effort => self.effort.and_then(symmetric),
+        }
+    }
+
+    /// Why no motion can keep these limits, if so.
+    fn fault(&self) -> Option<String> {
+        let (low, high) = self.position;
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Some(format!("the limits of position leave no room: from {low} to {high}"));
+        }
+        let effort = (LimitKind::Effort, self.effort.unwrap_or(1.0));
+        let positive = [
+            (LimitKind::Velocity, self.velocity),
+            (LimitKind::Acceleration, self.acceleration),
+            (LimitKind::Jerk, self.jerk),
+            effort,
+        ];
+        if let Some((kind, x)) = positive.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+            return Some(format!("the limit of {kind} leaves no room: {x}; lock the coordinate (locked: POSITION)"));
+        }
+        let locked = self.locked.filter(|q| !(*q >= low && *q <= high));
+        locked.map(|q| format!("locked at {q}, outside its limits of position, {low} to {high}"))
+    }
+}
+
+/// What a file says of one coordinate, or of all.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AskedLimits {
+    /// Smallest and largest, rad (m).
+    pub position: Option<(f64, f64)>,
+    /// rad/s (m/s).
+    pub velocity: Option<f64>,
+    /// rad/s^2 (m/s^2).
+    pub acceleration: Option<f64>,
+    /// rad/s^3 (m/s^3).
+    pub jerk: Option<f64>,
+    /// N m (N).
+    pub effort: Option<f64>,
+    /// Stand here all the time.
+    pub locked: Option<f64>,
+    /// Slow motion: velocity times s, acceleration times s^2, jerk times s^3.
+    pub slowed: Option<f64>,
+}
+
+/// The file of `--limits`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitsFile {
+    /// Of every coordinate; those of its own come first.
+    pub all: AskedLimits,
+    /// Of single coordinates, by name.
+    pub coordinates: BTreeMap<String, AskedLimits>,
+}
+
+impl LimitsFile {
+    /// Reads the YAML of `--limits`.
+    pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
+        let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
+                        locked, slowed}}`, or `all: {..}`";
+        serde_yaml::from_str(text)
+            .map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
+    }
+}
+
+/// The limits of the coordinates, and what had to be assumed for them, in sentences.
+///
+/// Fails where the file names a coordinate that is not there, is looser than the description, or leaves no room.
+pub fn motion_limits(
+    names: &[String],
+    is_prismatic: impl Fn(usize) -> bool,
+    described: &[Limits],
+    file: &LimitsFile,
+) -> Result<(Vec<CoordinateLimits>, Vec<String>), String> {
+    if let Some(unknown) = file.coordinates.keys().find(|name| !names.contains(name)) {
+        return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
+    }
+    let mut assumed: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut limits = Vec::new();
+    for (k, (name, described)) in names.iter().zip(described).enumerate() {
+        let nothing = AskedLimits::default();
+        let own = file.coordinates.get(name).unwrap_or(&nothing);
+        let mut assume = |text: String| match assumed.iter_mut().find(|a| a.0 == text) {
+            Some(a) => a.1.push(name),
+            None => assumed.push((text, vec![name])),
+        };
+        let found = one(is_prismatic(k), described, own, &file.all, &mut assume);
+        let found = found.map_err(|what| format!("coordinate {name}: {what}"))?;
+        limits.push(found);
+    }
+    let sentence = |(text, names): (String, Vec<&str>)| format!("{}: {text}", names.join(", "));
+    Ok((limits, assumed.into_iter().map(sentence).collect()))
+}
+
+fn one(
+    is_prismatic: bool,
+    described: &Limits,
+    own: &AskedLimits,
+    all: &AskedLimits,
+    assume: &mut dyn FnMut(String),
+) -> Result<CoordinateLimits, String> {
+    let mut choose = |kind: LimitKind, described: Option<f64>, asked: Option<f64>, otherwise: f64| match (
+        described.filter(|x| x.is_finite() && *x > 0.0),
+        asked,
+    ) {
+        (Some(d), Some(a)) if a > d => {
+            Err(format!("{kind} {a} of the limits file is above {d} of the description, which a file can only tighten"))
+        }
+        (_, Some(a)) => Ok(a),
+        (Some(d), None) => Ok(d),
+        (None, None) => {
+            assume(format!("no limit of {kind} given, {otherwise:.4} {} assumed", kind.unit(is_prismatic)));
+            Ok(otherwise)
+        }
+    };
+    let (far, fast) = if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) };
+    let velocity = choose(LimitKind::Velocity, described.velocity, own.velocity.or(all.velocity), fast)?;
+    let asked = own.acceleration.or(all.acceleration);
+    let acceleration = choose(LimitKind::Acceleration, described.acceleration, asked, velocity / 0.3)?;
+    let jerk = choose(LimitKind::Jerk, None, own.jerk.or(all.jerk), acceleration / 0.05)?;
+    let described_position = described.position.filter(|(low, high)| low.is_finite() && high.is_finite());
+    let position = match (described_position, own.position.or(all.position)) {
+        (Some((low, high)), Some((a, b))) if a < low || b > high => {
+            return Err(format!(
+                "position {a} to {b} of the limits file exceeds {low} to {high} of the description, which a file can \
+                 only tighten"
+            ));
+        }
+        (_, Some(asked)) => asked,
+        (Some(described), None) => described,
+        (None, None) => {
+            let unit = LimitKind::Position.unit(is_prismatic);
+            assume(format!("no limits of position given, +-{far} {unit} assumed"));
+            (-far, far)
+        }
+    };
+    let effort = match (described.effort.filter(|x| x.is_finite() && *x > 0.0), own.effort.or(all.effort)) {
+        (Some(d), Some(a)) if a > d => {
+            return Err(format!(
+                "effort {a} of the limits file is above {d} of the description, which a file can only tighten"
+            ));
+        }
+        (described, asked) => asked.or(described),
+    };
+    let slowed = own.slowed.or(all.slowed).unwrap_or(1.0);
+    if !(slowed > 0.0 && slowed <= 1.0) {
+        return Err(format!("slowed is a factor above 0 and at most 1, not {slowed}"));
+    }
+    let limits = CoordinateLimits {
+        position,
+        velocity: velocity * slowed,
+        acceleration: acceleration * slowed.powi(2),
+        jerk: jerk * slowed.powi(3),
+        effort,
+        locked: own.locked.or(all.locked),
+    };
+    match limits.fault() {
+        None => Ok(limits),
+        Some(fault) => Err(fault),
+    }
+}
+
+/// The limits that a motion was made with, no looser than the description's.
+///
+/// Fails where they leave no room.
+pub fn tightened(made_with: &CoordinateLimits, described: &Limits) -> Result<CoordinateLimits, String> {
+    let least = |a: f64, b: Option<f64>| b.filter(|b| b.is_finite() && *b > 0.0).map_or(a, |b| a.min(b));
+    let (low, high) = described.position.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+    let effort = match (made_with.effort, described.effort.filter(|x| x.is_finite() && *x > 0.0)) {
+        (Some(a), described) => Some(least(a, described)),
+        (None, described) => described,
+    };
+    let limits = CoordinateLimits {
+        position: (made_with.position.0.max(low), made_with.position.1.min(high)),
+        velocity: least(made_with.velocity, described.velocity),
+        acceleration: least(made_with.acceleration, described.acceleration),
+        effort,
+        ..made_with.clone()
+    };
+    match limits.fault() {
+        None => Ok(limits),
+        Some(fault) => Err(fault),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn described() -> Limits {
+        Limits { position: Some((-2.0, 2.0)), velocity: Some(3.0), acceleration: None, effort: Some(10.0) }
+    }
+
+    fn found(text: &str) -> Result<(Vec<CoordinateLimits>, Vec<String>), String> {
+        let file = LimitsFile::from_yaml("limits.yaml", text).map_err(|e| e.to_string())?;
+        motion_limits(&["q1".into(), "q2".into()], |k| k == 1, &[described(), Limits::default()], &file)
+    }
+
+    #[test]
+    fn description_file_assumption() {
+        let (limits, notes) =
+            found("coordinates: {q1: {velocity: 1.5, slowed: 0.5}, q2: {locked: 0.1, effort: 7}}").unwrap();
+        assert_eq!((limits[0].position, limits[0].velocity, limits[0].effort), ((-2.0, 2.0), 0.75, Some(10.0)));
+        // 1.5 / 0.3 = 5, times 0.5^2; 5 / 0.05 = 100, times 0.5^3.
+        assert!((limits[0].acceleration - 1.25).abs() < 1e-12 && (limits[0].jerk - 12.5).abs() < 1e-12);
+        assert_eq!((limits[1].position, limits[1].locked, limits[1].effort), ((-0.25, 0.25), Some(0.1), Some(7.0)));
+        assert!(notes.iter().any(|n| n == "q2: no limits of position given, +-0.25 m assumed"), "{notes:?}");
+    }
+
+    #[test]
+    fn what_leaves_no_room_is_refused_with_its_coordinate() {
+        for (text, words) in [
+            ("coordinates: {q9: {velocity: 1}}", "no coordinate `q9`; there are q1, q2"),
+            ("coordinates: {q1: {velocity: 4}}", "coordinate q1: velocity 4 of the limits file is above 3"),
+            ("coordinates: {q1: {position: [-3, 1]}}", "exceeds -2 to 2"),
+            ("coordinates: {q2: {position: [0.1, 0.1]}}", "coordinate q2: the limits of position leave no room"),
+            ("all: {acceleration: 0}", "the limit of acceleration leaves no room: 0"),
+            ("coordinates: {q1: {locked: 5}}", "locked at 5, outside"),
+            ("coordinates: {q1: {slowed: 2}}", "slowed is a factor"),
+            ("coordinates: {q1: {speed: 2}}", "these are no limits"),
+        ] {
+            let error = found(text).unwrap_err();
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_motion_cannot_loosen_the_description() {
+        let (limits, _) = found("").unwrap();
+        let loose = CoordinateLimits { position: (-9.0, 1.0), velocity: 9.0, effort: None, ..limits[0].clone() };
+        let held = tightened(&loose, &described()).unwrap();
+        assert_eq!((held.position, held.velocity, held.effort), ((-2.0, 1.0), 3.0, Some(10.0)));
+        let away = CoordinateLimits { position: (3.0, 9.0), ..loose };
+        assert!(tightened(&away, &described()).is_err());
+    }
+}

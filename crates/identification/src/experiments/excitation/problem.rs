@@ -1,0 +1,391 @@
+//! The motion that tells most, as a function of its coefficients with an exact gradient.
+//!
+//! f(x) = J(W(x)) + mu (B(x) + T(x)): J the criterion of the rows at S instants of a period
+//! ([`crate::experiments::excitation::criterion`]), B the wall of the kinematic limits
+//! ([`crate::experiments::excitation::barrier`]), T that of the torques at the instants of the period and the blends,
+//!
+//! T = -1/S sum log((u - tau) / u) + log((u + tau) / u),   u = share effort - FS,   tau = Y X + FV dq + OFF.
+//!
+//! The state at an instant is linear in x, and one reverse pass through the regressor gives the slope of J and T with
+//! respect to the states: df/dY is known, and dY/d(q, dq, ddq) exact. Rows are over the noise of their joint; locked
+//! joints have none.
+
+use crate::experiments::excitation::barrier::{Barrier, Curvature, Timing, scales};
+use crate::experiments::excitation::columns::{SMOOTH_SIGN, friction_columns};
+use crate::experiments::excitation::criterion::{Aim, criterion};
+use crate::experiments::excitation::descent::Objective;
+use crate::experiments::excitation::fourier_motion::{FourierJoint, basis, blend_control, casteljau};
+use crate::experiments::excitation::limits::CoordinateLimits;
+use crate::experiments::excitation::proof::DescribedFriction;
+use crate::model::differentiable::DifferentiableRegressor;
+use crate::model::friction::terms::FrictionTerm;
+
+/// Torques of the description that a motion must keep within.
+#[derive(Clone, Debug)]
+pub struct TorqueWall {
+    /// Base parameters, in the order of the regressor.
+    pub parameters: Vec<f64>,
+    /// One a coordinate.
+    pub friction: Vec<DescribedFriction>,
+    /// Share of the effort limits.
+    pub share: f64,
+}
+
+/// What is asked of a motion.
+pub struct Problem<'a> {
+    /// The base regressor with its derivatives.
+    pub regressor: &'a dyn DifferentiableRegressor,
+    /// Friction columns of every joint.
+    pub friction: &'a [FrictionTerm],
+    /// One a coordinate.
+    pub limits: &'a [CoordinateLimits],
+    /// N m (N) a sample, one a coordinate.
+    pub noise: &'a [f64],
+    /// The aim of the search.
+    pub aim: Aim,
+    /// The torque limit, where the description has one.
+    pub torque: Option<&'a TorqueWall>,
+    /// Which columns count.
+    pub columns: &'a [bool],
+    /// Period, blend and rate.
+    pub timing: Timing,
+}
+
+/// Instants in a blend at which torques are looked at.
+const BLEND_INSTANTS: usize = 16;
+/// Torques at samples keep this share of their bound: what they do in between.
+const BETWEEN_SAMPLES: f64 = 0.995;
+/// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
+const RIDGE: f64 = 0.1;
+
+/// A problem with what every evaluation needs.
+pub struct Prepared<'a> {
+    problem: &'a Problem<'a>,
+    barrier: Barrier,
+    /// Coordinates that move.
+    moving: Vec<usize>,
+    /// Unit of each scaled coefficient, joint after joint.
+    scale: Vec<f64>,
+    /// q, dq, ddq at each instant per unit of (c, a_1, b_1, ..): S of the period, then those of the blends.
+    instants: Vec<[Vec<f64>; 3]>,
+    /// Base columns that count, and the first of the friction columns of each coordinate among the counted ones.
+    base: Vec<usize>,
+    /// By coordinate: its friction columns that count, as (place among its own, place in W).
+    own: Vec<Vec<(usize, usize)>>,
+    /// Columns of W.
+    p: usize,
+}
+
+/// A problem at one height of its walls.
+pub struct Walled<'a> {
+    /// What all starts share.
+    pub prepared: &'a Prepared<'a>,
+    /// mu.
+    pub height: f64,
+}
+
+impl<'a> Prepared<'a> {
+    /// Computes what all starts share.
+    pub fn new(problem: &'a Problem<'a>) -> Prepared<'a> {
+        let Timing { period, blend, harmonics, samples } = problem.timing;
+        let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
+        let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
+        let of_period = |r: usize| [0, 1, 2].map(|k| basis(harmonics, period, period * r as f64 / samples as f64, k));
+        let mut instants: Vec<[Vec<f64>; 3]> = (0..samples).map(of_period).collect();
+        for is_start in [true, false] {
+            let control = [0, 1, 2].map(|k| blend_control(harmonics, period, blend, k, is_start));
+            for i in 0..BLEND_INSTANTS {
+                let u = i as f64 / (BLEND_INSTANTS - 1) as f64;
+                instants.push(control.each_ref().map(|points| casteljau(points.clone(), u)));
+            }
+        }
+        let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
+        let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
+        let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
+        let mut p = base_columns.len();
+        let mut own = vec![Vec::new(); n];
+        for (i, own) in own.iter_mut().enumerate() {
+            for t in 0..terms {
+                if problem.columns[base + i * terms + t] {
+                    own.push((t, p));
+                    p += 1;
+                }
+            }
+        }
+        Prepared {
+            barrier: Barrier::new(&problem.timing, &limits),
+            scale: limits.iter().flat_map(|l| scales(l, harmonics)).collect(),
+            moving,
+            instants,
+            base: base_columns,
+            own,
+            p,
+            problem,
+        }
+    }
+
+    /// The barrier of the limits.
+    pub fn barrier(&self) -> &Barrier {
+        &self.barrier
+    }
+
+    /// Coordinates that move.
+    pub fn moving(&self) -> &[usize] {
+        &self.moving
+    }
+
+    /// Columns that count.
+    pub fn p(&self) -> usize {
+        self.p
+    }
+
+    fn m(&self) -> usize {
+        2 * self.problem.timing.harmonics + 1
+    }
+
+    /// The series of every coordinate.
+    pub fn joints(&self, x: &[f64]) -> Vec<FourierJoint> {
+        let harmonics = self.problem.timing.harmonics;
+        let rest = |l: &CoordinateLimits| FourierJoint::at_rest(l.locked.unwrap_or(0.0), harmonics);
+        let mut joints: Vec<FourierJoint> = self.problem.limits.iter().map(rest).collect();
+        let m = self.m();
+        for ((&k, x), scale) in self.moving.iter().zip(x.chunks_exact(m)).zip(self.scale.chunks_exact(m)) {
+            let coefficients: Vec<f64> = x.iter().zip(scale).map(|(x, s)| x * s).collect();
+            joints[k] = FourierJoint::from_coefficients(&coefficients);
+        }
+        joints
+    }
+
+    /// The scaled coefficients of a motion.
+    pub fn scaled(&self, joints: &[FourierJoint]) -> Vec<f64> {
+        let all = self.moving.iter().flat_map(|&k| joints[k].coefficients());
+        all.zip(&self.scale).map(|(x, s)| x / s).collect()
+    }
+
+    /// q, dq, ddq at the instants, one after the other.
+    fn states(&self, x: &[f64]) -> Vec<f64> {
+        let (n, m) = (self.problem.limits.len(), self.m());
+        let mut states = vec![0.0; self.instants.len() * 3 * n];
+        for (rows, state) in self.instants.iter().zip(states.chunks_exact_mut(3 * n)) {
+            for (k, limits) in self.problem.limits.iter().enumerate() {
+                state[k] = limits.locked.unwrap_or(0.0);
+            }
+            for (j, &k) in self.moving.iter().enumerate() {
+                for (d, row) in rows.iter().enumerate() {
+                    let terms = row.iter().zip(&x[j * m..]).zip(&self.scale[j * m..]);
+                    state[d * n + k] = terms.map(|((b, x), s)| b * x * s).sum();
+                }
+            }
+        }
+        states
+    }
+
+    fn filled(&self, states: &[f64]) -> Vec<f64> {
+        let size = self.problem.limits.len() * self.problem.regressor.parameters().len();
+        let mut y = vec![0.0; self.instants.len() * size];
+        self.problem.regressor.fill_many(states, &mut y);
+        y
+    }
+
+    /// The torque of the description at an instant, with what it may be; `None` where there is no bound.
+    fn torque(&self, wall: &TorqueWall, k: usize, state: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+        let (n, b) = (self.problem.limits.len(), wall.parameters.len());
+        let f = wall.friction[k];
+        let bound = BETWEEN_SAMPLES * (wall.share * self.problem.limits[k].effort? - f.coulomb.abs());
+        let rigid: f64 = y[k * b..][..b].iter().zip(&wall.parameters).map(|(y, x)| y * x).sum();
+        Some((rigid + f.viscous * state[n + k] + f.offset, bound))
+    }
+
+    /// The greatest torque over its bound with its coordinate, of the motion x; none where no torque is bounded.
+    pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize)> {
+        let wall = self.problem.torque?;
+        let (n, b) = (self.problem.limits.len(), wall.parameters.len());
+        let states = self.states(x);
+        let y = self.filled(&states);
+        let mut greatest: Option<(f64, usize)> = None;
+        for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)) {
+            for k in 0..n {
+                if let Some((tau, bound)) = self.torque(wall, k, state, y) {
+                    let share = if bound > 0.0 { tau.abs() / bound } else { f64::INFINITY };
+                    if greatest.is_none_or(|g| share > g.0) {
+                        greatest = Some((share, k));
+                    }
+                }
+            }
+        }
+        greatest
+    }
+
+    /// The rows of W at the instants of a period, p wide; and the slopes of friction columns, (instant, coordinate) after
+    /// (instant, coordinate).
+    fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<f64>, Vec<Vec<[f64; 3]>>) {
+        let problem = self.problem;
+        let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
+        let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
+        let samples = problem.timing.samples;
+        let mut w = vec![0.0; samples * self.moving.len() * self.p];
+        let mut slopes = Vec::with_capacity(samples * self.moving.len());
+        let mut rows = w.chunks_exact_mut(self.p.max(1));
+        for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).take(samples) {
+            for &i in &self.moving {
+                let mut friction = vec![[0.0; 3]; terms];
+                let turn = SMOOTH_SIGN * problem.limits[i].velocity;
+                friction_columns(problem.friction, state[n + i], state[2 * n + i], turn, &mut friction);
+                if let Some(row) = rows.next() {
+                    let noise = problem.noise[i];
+                    for (x, &c) in row.iter_mut().zip(&self.base) {
+                        *x = y[i * b + c] / noise;
+                    }
+                    for &(t, at) in &self.own[i] {
+                        row[at] = friction[t][0] / noise;
+                    }
+                }
+                slopes.push(friction);
+            }
+        }
+        (w, slopes)
+    }
+
+    /// J of a motion; `None` where its rows have not full rank.
+    pub fn criterion(&self, x: &[f64]) -> Option<f64> {
+        let states = self.states(x);
+        let (w, _) = self.rows(&states, &self.filled(&states));
+        Some(criterion(self.problem.aim, &w, self.p, self.problem.timing.samples)?.value)
+    }
+}
+
+impl Walled<'_> {
+    fn evaluate(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
+        let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
+        let mut gradient = vec![0.0; x.len()];
+        let mut value = height * prepared.barrier.value(x, height, &mut gradient)?;
+        let (n, b, m) = (problem.limits.len(), problem.regressor.parameters().len(), prepared.m());
+        let samples = problem.timing.samples;
+        let states = prepared.states(x);
+        let y = prepared.filled(&states);
+        if y.iter().any(|y| !y.is_finite()) {
+            return None;
+        }
+        let mut weights = vec![0.0; y.len()];
+        let mut along = vec![0.0; states.len()];
+
+        // The wall of the torques.
+        if let Some(wall) = problem.torque {
+            let weight = height / samples as f64;
+            for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
+                for k in 0..n {
+                    let Some((tau, bound)) = prepared.torque(wall, k, state, y) else { continue };
+                    let (above, below) = (bound - tau, bound + tau);
+                    if !(above > 0.0 && below > 0.0) {
+                        return None;
+                    }
+                    value -= weight * (above / bound * (below / bound)).ln();
+                    let slope = weight * (1.0 / above - 1.0 / below);
+                    let place = &mut weights[(r * n + k) * b..][..b];
+                    place.iter_mut().zip(&wall.parameters).for_each(|(w, x)| *w += slope * x);
+                    along[r * 3 * n + n + k] += slope * wall.friction[k].viscous;
+                }
+            }
+        }
+
+        // The criterion.
+        let (w, friction) = prepared.rows(&states, &y);
+        let found = criterion(problem.aim, &w, prepared.p, samples)?;
+        value += found.value;
+        for (at, slope) in found.slope.chunks_exact(prepared.p).enumerate() {
+            let (r, i) = (at / prepared.moving.len(), prepared.moving[at % prepared.moving.len()]);
+            let noise = problem.noise[i];
+            for (g, &c) in slope.iter().zip(&prepared.base) {
+                weights[(r * n + i) * b + c] += g / noise;
+            }
+            for &(t, place) in &prepared.own[i] {
+                let [_, along_dq, along_ddq] = friction[at][t];
+                along[r * 3 * n + n + i] += slope[place] / noise * along_dq;
+                along[r * 3 * n + 2 * n + i] += slope[place] / noise * along_ddq;
+            }
+        }
+
+        // From the entries of Y to the states, and from those to the coefficients.
+        let mut through = vec![0.0; states.len()];
+        problem.regressor.pull_back(&states, &weights, &mut through);
+        for (r, rows) in prepared.instants.iter().enumerate() {
+            for (j, &k) in prepared.moving.iter().enumerate() {
+                for (d, row) in rows.iter().enumerate() {
+                    let at = r * 3 * n + d * n + k;
+                    let slope = through[at] + along[at];
+                    let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&prepared.scale[j * m..]);
+                    place.for_each(|((g, b), s)| *g += slope * b * s);
+                }
+            }
+        }
+        value.is_finite().then_some((value, gradient))
+    }
+
+    fn curvature(&self, x: &[f64]) -> Option<Curvature> {
+        self.prepared.barrier.curvature(x, self.height, RIDGE)
+    }
+}
+
+impl Objective for Walled<'_> {
+    fn value(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
+        self.evaluate(x)
+    }
+
+    fn precondition(&self, x: &[f64], direction: &mut [f64]) {
+        // Inside the walls it is positive definite; without a factor the direction stays that of the slope.
+        if let Some(curvature) = self.curvature(x) {
+            curvature.solve(direction);
+        }
+    }
+
+    fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64 {
+        self.prepared.barrier.step(x, direction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::excitation::search::tests::{pendulum_limits, pendulum_torque};
+    use crate::test_arm::Pendulum;
+
+    /// The gradient of criterion and walls together, against central differences.
+    #[test]
+    fn the_gradient_is_exact() {
+        let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        let timing = Timing { period: 5.0, blend: 1.0, harmonics: 3, samples: 50 };
+        for aim in [Aim::Determinant, Aim::Condition] {
+            let problem = Problem {
+                regressor: &arm,
+                friction: &[FrictionTerm::Viscous, FrictionTerm::Coulomb],
+                limits: &limits,
+                noise: &[0.1],
+                aim,
+                torque: Some(&wall),
+                columns: &[true; 5],
+                timing,
+            };
+            let prepared = Prepared::new(&problem);
+            let walled = Walled { prepared: &prepared, height: 0.01 };
+            let x = [0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1];
+            let (_, gradient) = walled.value(&x).unwrap();
+            for k in 0..x.len() {
+                let h = 1e-6;
+                let moved = |h: f64| {
+                    let mut x = x;
+                    x[k] += h;
+                    walled.value(&x).unwrap().0
+                };
+                let slope = (moved(h) - moved(-h)) / (2.0 * h);
+                // Central differences: 1e-16 over 1e-6, and h^2 times the third derivative of the smooth sign.
+                assert!(
+                    (gradient[k] - slope).abs() < 1e-6 * (1.0 + slope.abs()),
+                    "{aim:?} {k}: {} {slope}",
+                    gradient[k]
+                );
+            }
+            assert_eq!(prepared.scaled(&prepared.joints(&x)).len(), x.len());
+            assert!(walled.value(&[5.0; 7]).is_none());
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! The proof that a motion keeps its limits between the samples too, or where it does not.
+//!
+//! For each piece of the motion and each limit the range of the limited quantity is found by subdivision
+//! ([`crate::algebra::range`]) of the enclosures of the motion ([`crate::experiments::excitation::enclosure`]); the
+//! torque by the second-order enclosure of the torque function along the motion ([`crate::algebra::jet`]), with the
+//! described friction: FV dq + OFF +- FS. It follows from the motion, the limits and the description alone.
+//!
+//! Not here: boxes, floors and collisions; torques that the description does not tell.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::interval::Interval;
+use crate::algebra::jet::Jet;
+use crate::algebra::range::{Range, Subdivision, ranges};
+use crate::experiments::excitation::enclosure::{Derivatives, EnclosedMotion, Piece};
+use crate::experiments::excitation::fourier_motion::FourierMotion;
+use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+
+/// The torque function of a described robot on jets of its motion.
+pub trait EnclosedTorque: Sync {
+    /// Torque of each coordinate, N m (N), friction left out.
+    fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet>;
+}
+
+/// Friction that the description gives for a coordinate: N m s/rad, N m (N s/m, N).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DescribedFriction {
+    /// N m s/rad (N s/m).
+    pub viscous: f64,
+    /// N m (N).
+    pub coulomb: f64,
+    /// N m (N).
+    pub offset: f64,
+}
+
+/// What is known of the torques of a described robot.
+pub struct DescribedTorque<'a> {
+    /// Encloses the torque of the description.
+    pub torque: &'a dyn EnclosedTorque,
+    /// One a coordinate.
+    pub friction: Vec<DescribedFriction>,
+    /// Share of the effort limits that a motion may use: the description is not the robot.
+    pub share: f64,
+}
+
+/// Whether a limit is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kept {
+    /// Nowhere broken.
+    Proven,
+    /// Broken at the time given.
+    Violated,
+    /// Not seen to be broken, and not proved to be kept.
+    Open,
+}
+
+/// One limit of one coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CertificateRow {
+    /// Which limit.
+    pub limit: LimitKind,
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// s after the start; of a repeated period the first.
+    pub time_s: f64,
+    /// What is nearest to the bound, or farthest beyond: reached at that time.
+    pub value: f64,
+    /// The limit itself, in the unit of the value.
+    pub bound: f64,
+    /// Nowhere exceeded.
+    pub nowhere_beyond: f64,
+    /// Whether the limit is kept, and how that is known.
+    pub kept: Kept,
+    /// The proof in words.
+    pub how: String,
+}
+
+impl CertificateRow {
+    /// Room between what is reached and the bound; negative where the limit is broken.
+    pub fn room(&self) -> f64 {
+        let distance = (self.bound - self.value).abs();
+        if self.kept == Kept::Violated { -distance } else { distance }
+    }
+}
+
+impl fmt::Display for CertificateRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let CertificateRow { limit, coordinate, time_s, value, bound, .. } = self;
+        match self.kept {
+            Kept::Proven => write!(f, "{limit} of {coordinate}: {value:.6} at {time_s:.4} s, bound {bound:.6}, proven"),
+            Kept::Violated => write!(
+                f,
+                "{limit} of {coordinate}: {value:.6} at {time_s:.4} s is beyond {bound:.6} by {:.3e}",
+                (value - bound).abs()
+            ),
+            Kept::Open => write!(
+                f,
+                "{limit} of {coordinate}: {value:.6} at {time_s:.4} s, bound {bound:.6}, not proven: nowhere beyond {:.6}",
+                self.nowhere_beyond
+            ),
+        }
+    }
+}
+
+/// Of the kinematic limits, relative to their size: how near a proof comes to what is reached.
+const KINEMATIC_TOLERANCE: f64 = 1e-6;
+/// Of the torques: their enclosures are wider.
+const TORQUE_TOLERANCE: f64 = 1e-3;
+/// Parts to begin with, and enclosures at most, of a piece.
+const KINEMATIC_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 50_000 };
+const TORQUE_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
+
+/// The rows of the kinematic limits, coordinate by coordinate.
+pub fn prove_motion(motion: &FourierMotion, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
+    let enclosed = EnclosedMotion::new(motion);
+    let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
+    let tolerance: Vec<f64> =
+        limits.iter().flat_map(|l| LimitKind::KINEMATIC.map(|kind| KINEMATIC_TOLERANCE * size(l, kind))).collect();
+    let pieces = Piece::ALL.map(|piece| {
+        let enclose = |part| enclosed.on(piece, part).iter().flat_map(|x| x[..4].to_vec()).collect();
+        (piece, ranges(piece.span(motion), KINEMATIC_PARTS, &tolerance, enclose))
+    });
+    let mut rows = Vec::new();
+    for (k, (limits, name)) in limits.iter().zip(names).enumerate() {
+        for (d, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
+            let Some(bounds) = limits.bounds(kind) else { continue };
+            let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[4 * k + d]));
+            rows.extend(row(motion, kind, name, bounds, found, |piece| piece.method().into()));
+        }
+    }
+    rows
+}
+
+/// The rows of the torques of the coordinates that have an effort limit.
+pub fn prove_torque(
+    motion: &FourierMotion,
+    limits: &[CoordinateLimits],
+    names: &[String],
+    described: &DescribedTorque,
+) -> Vec<CertificateRow> {
+    let enclosed = EnclosedMotion::new(motion);
+    let limited: Vec<usize> = (0..limits.len()).filter(|&k| limits[k].effort.is_some()).collect();
+    if limited.is_empty() {
+        return vec![];
+    }
+    // A joint at rest may hold with its dry friction on either side.
+    let bound =
+        |k: usize| described.share * limits[k].effort.unwrap_or(f64::INFINITY) - described.friction[k].coulomb.abs();
+    let tolerance: Vec<f64> = limited.iter().map(|&k| TORQUE_TOLERANCE * bound(k).abs()).collect();
+    let pieces = Piece::ALL.map(|piece| {
+        let enclose = |part| {
+            let all = torque_on(&enclosed, piece, part, described);
+            limited.iter().map(|&k| all[k]).collect()
+        };
+        (piece, ranges(piece.span(motion), TORQUE_PARTS, &tolerance, enclose))
+    });
+    let one = |(i, &k): (usize, &usize)| {
+        let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[i]));
+        let how = |_| {
+            format!(
+                "Taylor enclosures of the described torque; {} N m of dry friction kept free",
+                described.friction[k].coulomb.abs()
+            )
+        };
+        row(motion, LimitKind::Effort, &names[k], (-bound(k), bound(k)), found, how)
+    };
+    limited.iter().enumerate().filter_map(one).collect()
+}
+
+/// Torque of each coordinate on a part of a piece, with viscous friction and offset.
+fn torque_on(enclosed: &EnclosedMotion, piece: Piece, part: Interval, described: &DescribedTorque) -> Vec<Interval> {
+    let jets = |states: &[Derivatives]| {
+        let of =
+            |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
+        described.torque.torque(&of(0), &of(1), &of(2))
+    };
+    let states = enclosed.on(piece, part);
+    let middle = part.middle();
+    let wide = jets(&states);
+    let rigid: Vec<Interval> = if part.width() == 0.0 {
+        wide.iter().map(|t| t.0[0]).collect()
+    } else {
+        let thin = jets(&enclosed.on(piece, Interval::point(middle)));
+        let from_middle = part - Interval::point(middle);
+        thin.iter().zip(&wide).map(|(thin, wide)| Jet::over_interval(*thin, *wide, from_middle)).collect()
+    };
+    let with_friction = |(k, torque): (usize, Interval)| {
+        let f = described.friction[k];
+        torque + states[k][1] * f.viscous + Interval::point(f.offset)
+    };
+    rigid.into_iter().enumerate().map(with_friction).collect()
+}
+
+/// The row of a limit from the ranges over the pieces: the end with the least room.
+fn row(
+    motion: &FourierMotion,
+    limit: LimitKind,
+    coordinate: &str,
+    (low, high): (f64, f64),
+    found: impl Iterator<Item = (Piece, Range)>,
+    how: impl Fn(Piece) -> String,
+) -> Option<CertificateRow> {
+    let rows = found.flat_map(|(piece, range)| {
+        let ends = [(low, range.least, -1.0), (high, range.greatest, 1.0)];
+        let how = how(piece);
+        ends.map(|(bound, end, sign)| CertificateRow {
+            limit,
+            coordinate: coordinate.to_string(),
+            time_s: piece.start(motion) + end.time,
+            value: end.reached,
+            bound,
+            nowhere_beyond: end.proved,
+            kept: match (sign * (end.proved - bound) <= 0.0, sign * (end.reached - bound) > 0.0) {
+                (true, _) => Kept::Proven,
+                (false, true) => Kept::Violated,
+                (false, false) => Kept::Open,
+            },
+            how: how.clone(),
+        })
+    });
+    // Violated before open before proven, then by room; the first of equals.
+    let rank = |row: &CertificateRow| match row.kept {
+        Kept::Violated => 0,
+        Kept::Open => 1,
+        Kept::Proven => 2,
+    };
+    rows.min_by(|a, b| rank(a).cmp(&rank(b)).then(a.room().total_cmp(&b.room())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::excitation::fourier_motion::tests::motion;
+
+    /// The greatest size of each quantity of each coordinate, from dense samples.
+    fn sampled(motion: &FourierMotion) -> Vec<[(f64, f64); 4]> {
+        let mut found = vec![[(f64::INFINITY, f64::NEG_INFINITY); 4]; motion.joints.len()];
+        for i in 0..=200_000 {
+            for (found, x) in found.iter_mut().zip(motion.at(motion.duration() * f64::from(i) / 200_000.0)) {
+                for d in 0..4 {
+                    found[d] = (found[d].0.min(x[d]), found[d].1.max(x[d]));
+                }
+            }
+        }
+        found
+    }
+
+    fn limits(found: &[[(f64, f64); 4]], factor: f64) -> Vec<CoordinateLimits> {
+        let size = |x: (f64, f64)| factor * x.1.max(-x.0);
+        let of = |x: &[(f64, f64); 4]| CoordinateLimits {
+            position: (x[0].0 - (factor - 1.0), x[0].1 + (factor - 1.0)),
+            velocity: size(x[1]),
+            acceleration: size(x[2]),
+            jerk: size(x[3]),
+            effort: None,
+            locked: None,
+        };
+        found.iter().map(of).collect()
+    }
+
+    /// Limits just above what dense samples reach are proven, limits just below are seen to be broken, at a time where
+    /// the motion does break them.
+    #[test]
+    fn proofs_are_sharp() {
+        let (motion, names) = (motion(), ["q1".to_string(), "q2".to_string()]);
+        let found = sampled(&motion);
+        // Samples 5e-5 s apart miss a peak by less than 1e-6 of its size; the jerk at its jumps by 1e-4.
+        let rows = prove_motion(&motion, &limits(&found, 1.001), &names);
+        assert_eq!(rows.len(), 8);
+        assert!(rows.iter().all(|r| r.kept == Kept::Proven && r.room() > 0.0), "{rows:?}");
+        let rows = prove_motion(&motion, &limits(&found, 0.999), &names);
+        for row in rows {
+            assert!(row.kept == Kept::Violated && row.room() < 0.0, "{row:?}");
+            let joint = names.iter().position(|n| *n == row.coordinate).unwrap();
+            let d = LimitKind::KINEMATIC.iter().position(|k| *k == row.limit).unwrap();
+            let near = |t: f64| (motion.at(t)[joint][d] - row.value).abs() < 1e-6 * (1.0 + row.value.abs());
+            // At an instant where the jerk jumps, on the side of its piece.
+            assert!(near(row.time_s) || near(row.time_s - 1e-9) || near(row.time_s + 1e-9), "{row:?}");
+        }
+    }
+}

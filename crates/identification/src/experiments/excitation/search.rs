@@ -1,0 +1,324 @@
+//! Many starts, each descended to the wall of the limits, and the best of them made to keep its limits for certain.
+//!
+//! A start draws a spectrum for each joint, scales it into the limits and puts its centre where there is room: any
+//! coefficients are made feasible by their scale. Its walls are then lowered in steps, with a descent at each
+//! ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled last: a motion that
+//! exceeds one there is scaled by what is missing, and proved ([`crate::experiments::excitation::proof`]).
+//!
+//! A start depends on the seed and its number alone, so the outcome is the same on any number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::algebra::random::Random;
+use crate::experiments::excitation::descent::descend;
+use crate::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
+use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::problem::{Prepared, Problem, Walled};
+use crate::experiments::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque};
+
+/// How much is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct SearchOptions {
+    /// Starting points of the search.
+    pub starts: usize,
+    /// At each height of the walls, at most.
+    pub iterations: usize,
+    /// Of the starting points.
+    pub seed: u64,
+    /// Threads that share the starts; the result does not depend on them.
+    pub threads: usize,
+}
+
+/// One start, done.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Its number.
+    pub start: usize,
+    /// One a coordinate.
+    pub joints: Vec<FourierJoint>,
+    /// J.
+    pub criterion: f64,
+    /// The least room of a kinematic limit over half its width, with its coordinate and limit.
+    pub room: (f64, usize, LimitKind),
+    /// The greatest torque over its bound with its coordinate, where torques are bounded.
+    pub torque: Option<(f64, usize)>,
+}
+
+/// Heights of the walls; at the last they cost the determinant less than a thousandth a limit.
+const HEIGHTS: [f64; 5] = [3e-2, 6e-3, 1.2e-3, 2.4e-4, 5e-5];
+/// Draws for one start before it is given up.
+const DRAWS: usize = 60;
+/// Rounds of scaling before a proof is given up.
+const ROUNDS: usize = 16;
+
+/// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
+///
+/// Fails where no start keeps the limits, with what stands in the way.
+pub fn search(
+    problem: &Problem,
+    options: &SearchOptions,
+    progress: &(dyn Fn(usize, Option<&Found>) + Sync),
+) -> Result<Vec<Found>, NoMotion> {
+    let prepared = Prepared::new(problem);
+    if prepared.moving().is_empty() {
+        return Err(NoMotion::AllLocked);
+    }
+    if prepared.p() == 0 {
+        return Err(NoMotion::NothingToTell);
+    }
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || {
+        let mut found: Vec<(usize, Result<Found, NoMotion>)> = Vec::new();
+        loop {
+            let start = next.fetch_add(1, Ordering::Relaxed);
+            if start >= options.starts.max(1) {
+                return found;
+            }
+            let outcome = one(&prepared, problem, options, start);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
+            found.push((start, outcome));
+        }
+    };
+    let mut all: Vec<(usize, Result<Found, NoMotion>)> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..options.threads.max(1)).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
+    });
+    all.sort_by_key(|(start, _)| *start);
+    let mut failed = NoMotion::NothingToTell;
+    let mut found = Vec::new();
+    for (_, outcome) in all {
+        match outcome {
+            Ok(motion) => found.push(motion),
+            Err(why) => failed = why,
+        }
+    }
+    found.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+    if found.is_empty() { Err(failed) } else { Ok(found) }
+}
+
+/// Why there is no motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoMotion {
+    /// No coordinate may move.
+    AllLocked,
+    /// No parameter is seen by any motion within the limits.
+    NothingToTell,
+    /// Standing still alone takes more torque than allowed of this coordinate: the least share of its bound found.
+    TooWeak {
+        /// Index of the coordinate.
+        coordinate: usize,
+        /// Of its effort limit that is needed at rest.
+        share: f64,
+    },
+}
+
+fn one(prepared: &Prepared, problem: &Problem, options: &SearchOptions, start: usize) -> Result<Found, NoMotion> {
+    let mut random = Random::stream(options.seed, start as u64);
+    let mut x = first(prepared, problem, &mut random)?;
+    for height in HEIGHTS {
+        let walled = Walled { prepared, height };
+        if let Some(found) = descend(&walled, &x, options.iterations) {
+            x = found.x;
+        }
+    }
+    let criterion = prepared.criterion(&x).ok_or(NoMotion::NothingToTell)?;
+    let (room, joint, limit) = prepared.barrier().least_room(&x).ok_or(NoMotion::AllLocked)?;
+    Ok(Found {
+        start,
+        joints: prepared.joints(&x),
+        criterion,
+        room: (room, prepared.moving()[joint], limit),
+        torque: prepared.greatest_torque(&x),
+    })
+}
+
+/// A motion within all limits: a random spectrum, scaled.
+fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<Vec<f64>, NoMotion> {
+    let harmonics = problem.timing.harmonics;
+    let m = 2 * harmonics + 1;
+    let barrier = prepared.barrier();
+    let mut weakest = (f64::INFINITY, 0);
+    for _ in 0..DRAWS {
+        let mut x = vec![0.0; m * prepared.moving().len()];
+        for (j, &k) in prepared.moving().iter().enumerate() {
+            for l in 0..harmonics {
+                // The square leaves some harmonics nearly silent.
+                let weight = random.uniform().powi(2);
+                x[j * m + 1 + 2 * l] = weight * random.normal();
+                x[j * m + 2 + 2 * l] = weight * random.normal();
+            }
+            let limits = &problem.limits[k];
+            let share = |kind: LimitKind| {
+                let (low, high) = barrier.reached(j, &x, kind);
+                match (kind, limits.bounds(kind)) {
+                    (LimitKind::Position, Some((a, b))) => (high - low) / (b - a),
+                    (_, Some((_, b))) => high.max(-low) / b,
+                    (_, None) => 0.0,
+                }
+            };
+            let most = LimitKind::KINEMATIC.into_iter().map(share).fold(0.0, f64::max);
+            let factor = random.between(0.4, 0.85) / most.max(f64::MIN_POSITIVE);
+            x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
+            let (least, greatest) = barrier.reached(j, &x, LimitKind::Position);
+            let (low, high) = limits.position;
+            let margin = 0.05 * (high - low);
+            let centre = random.between(low + margin - least, high - margin - greatest);
+            x[j * m] = centre / (0.5 * (high - low));
+        }
+        // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
+        for _ in 0..12 {
+            match prepared.greatest_torque(&x) {
+                Some((share, k)) if share > 0.95 => {
+                    if share < weakest.0 {
+                        weakest = (share, k);
+                    }
+                    for joint in x.chunks_exact_mut(m) {
+                        joint[1..].iter_mut().for_each(|x| *x *= 0.7);
+                    }
+                }
+                _ => return Ok(x),
+            }
+        }
+    }
+    Err(NoMotion::TooWeak { coordinate: weakest.1, share: weakest.0 })
+}
+
+/// The motion, scaled until its limits are proved to be kept or the rounds are over, with the certificate of its last
+/// scale.
+pub fn fitted(
+    motion: FourierMotion,
+    limits: &[CoordinateLimits],
+    names: &[String],
+    described: Option<&DescribedTorque>,
+) -> (FourierMotion, Vec<CertificateRow>) {
+    let mut motion = motion;
+    let mut rows = Vec::new();
+    for _ in 0..ROUNDS {
+        rows = prove_motion(&motion, limits, names);
+        let per_joint = LimitKind::KINEMATIC.len();
+        let mut is_changed = false;
+        for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
+            let (low, high) = limits.position;
+            let middle = 0.5 * (low + high);
+            for row in rows.iter().filter(|r| r.kept != Kept::Proven) {
+                let shrink = |bound: f64, beyond: f64| (bound / beyond).clamp(0.5, 1.0) * (1.0 - 1e-6);
+                *joint = match row.limit {
+                    // Towards the middle of the room, the centre too.
+                    LimitKind::Position => {
+                        let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
+                        joint.scaled(factor, middle + factor * (joint.centre - middle))
+                    }
+                    _ => joint.scaled(shrink(row.bound, row.nowhere_beyond), joint.centre),
+                };
+                is_changed = true;
+            }
+        }
+        if is_changed {
+            continue;
+        }
+        if let Some(described) = described {
+            rows.extend(prove_torque(&motion, limits, names, described));
+        }
+        if rows.iter().all(|r| r.kept == Kept::Proven) {
+            break;
+        }
+        motion.joints.iter_mut().for_each(|joint| *joint = joint.scaled(0.996, joint.centre));
+    }
+    (motion, rows)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::experiments::excitation::barrier::Timing;
+    use crate::experiments::excitation::criterion::Aim;
+    use crate::experiments::excitation::problem::TorqueWall;
+    use crate::experiments::excitation::proof::DescribedFriction;
+    use crate::model::differentiable::DifferentiableRegressor;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::test_arm::Pendulum;
+
+    impl DifferentiableRegressor for Pendulum {
+        fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]) {
+            for ((s, w), g) in states.chunks_exact(3).zip(weights.chunks_exact(3)).zip(gradient.chunks_exact_mut(3)) {
+                let (sine, cosine) = s[0].sin_cos();
+                g.copy_from_slice(&[-9.81 * (w[1] * sine + w[2] * cosine), 0.0, w[0]]);
+            }
+        }
+    }
+
+    pub(crate) fn pendulum_limits() -> CoordinateLimits {
+        CoordinateLimits {
+            position: (-1.5, 2.0),
+            velocity: 2.0,
+            acceleration: 8.0,
+            jerk: 150.0,
+            effort: Some(12.0),
+            locked: None,
+        }
+    }
+
+    pub(crate) fn pendulum_torque() -> TorqueWall {
+        let friction = vec![DescribedFriction { viscous: 0.1, coulomb: 0.2, offset: 0.05 }];
+        TorqueWall { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
+    }
+
+    fn problem<'a>(arm: &'a Pendulum, limits: &'a [CoordinateLimits], wall: &'a TorqueWall) -> Problem<'a> {
+        Problem {
+            regressor: arm,
+            friction: &[FrictionTerm::Viscous],
+            limits,
+            noise: &[0.1],
+            aim: Aim::Determinant,
+            torque: Some(wall),
+            columns: &[true; 4],
+            timing: Timing { period: 5.0, blend: 1.0, harmonics: 3, samples: 60 },
+        }
+    }
+
+    #[test]
+    fn the_same_motion_on_any_number_of_threads() {
+        let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        let problem = problem(&arm, &limits, &wall);
+        let run = |threads| {
+            let options = SearchOptions { starts: 4, iterations: 20, seed: 7, threads };
+            search(&problem, &options, &|_, _| ()).unwrap()
+        };
+        let (one, three) = (run(1), run(3));
+        assert_eq!(one.len(), 4);
+        for (a, b) in one.iter().zip(&three) {
+            assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
+        }
+        assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
+        // The descent ends far above where random motions are.
+        let prepared = Prepared::new(&problem);
+        let random = first(&prepared, &problem, &mut Random::new(1)).unwrap();
+        assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
+    }
+
+    #[test]
+    fn what_cannot_move_says_why() {
+        let (arm, mut limits, mut wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        let options = SearchOptions { starts: 1, iterations: 5, seed: 1, threads: 1 };
+        // Gravity takes 9.81 * 0.8 = 7.8 N m near the horizontal, and never less than at the edge of the room.
+        wall.share = 0.05;
+        let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
+        assert!(matches!(why, NoMotion::TooWeak { coordinate: 0, share } if share > 1.0), "{why:?}");
+        limits[0].locked = Some(0.0);
+        let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
+        assert_eq!(why, NoMotion::AllLocked);
+    }
+
+    /// A motion that is too large by a few parts in a thousand comes back within its limits, proved.
+    #[test]
+    fn what_is_missing_is_scaled_away() {
+        let (limits, names) = ([pendulum_limits()], ["q1".to_string()]);
+        let joint = FourierJoint { centre: 0.2, cosine: vec![1.0, 0.8, 0.4], sine: vec![0.3, -0.6, 0.2] };
+        let motion = FourierMotion { rate: 100.0, period: 5.0, blend: 1.0, repetitions: 1, joints: vec![joint] };
+        let rows = prove_motion(&motion, &limits, &names);
+        assert!(rows.iter().any(|r| r.kept == Kept::Violated), "{rows:?}");
+        let (motion, rows) = fitted(motion, &limits, &names, None);
+        assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
+        assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && motion.joints[0].cosine[0] > 0.5);
+    }
+}

@@ -1,0 +1,227 @@
+//! What a motion will tell: the deviation of each parameter that an identification from it may expect.
+//!
+//! sigma_c = sqrt((W'W)^-1_cc), W the rows at the rate of the motion over its whole periods, each over the noise of its
+//! joint: white noise of that size a sample, a model that fits, joints that follow. The sign of dry friction is the sign.
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::least_squares::solve;
+use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::experiments::excitation::columns::visible_columns;
+use crate::experiments::excitation::fourier_motion::FourierMotion;
+use crate::experiments::excitation::limits::CoordinateLimits;
+use crate::experiments::excitation::proof::CertificateRow;
+use crate::model::friction::terms::sign;
+use crate::model::linear_model::Model;
+use crate::model::parameter::{Parameter, ParameterId};
+use crate::model::unit::Unit;
+
+/// What a motion tells of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VisibleParameter {
+    /// What the parameter is.
+    #[serde(rename = "name")]
+    pub id: ParameterId,
+    /// SI unit of its deviation.
+    pub unit: Unit,
+    /// Of the description, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub described: Option<f64>,
+    /// Expected, in the unit; none: not visible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<f64>,
+    /// Over the size of the described value, where that is not zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_deviation: Option<f64>,
+    /// Of what is not visible or weak: the joint, and what holds it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_blame: Option<String>,
+}
+
+/// A parameter with a greater relative deviation is weak.
+pub const WEAK: f64 = 0.3;
+
+/// A described value below this share of the greatest of its unit is taken for zero: no deviation is small beside it.
+const NO_VALUE: f64 = 1e-9;
+
+/// What a motion tells of all parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Visibility {
+    /// In the order of the model.
+    pub parameters: Vec<VisibleParameter>,
+    /// det(W'W / instants)^(1/p) of the columns that are visible within the limits.
+    pub determinant: f64,
+    /// Of those columns, scaled to unit norm.
+    pub condition_number: f64,
+}
+
+/// What the motion tells. `noise`: N m (N) a sample, one a coordinate; `described`: one a
+/// parameter; `certificate`: that of the motion.
+pub fn visibility(
+    model: &Model,
+    motion: &FourierMotion,
+    limits: &[CoordinateLimits],
+    noise: &[f64],
+    described: &[Option<f64>],
+    certificate: &[CertificateRow],
+) -> Visibility {
+    let visible = visible_columns(model, limits);
+    let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
+    let triangle = information(model, motion, limits, noise, &columns);
+    // Without a column there is nothing to solve for.
+    let solution = (!columns.is_empty()).then(|| solve(&triangle));
+    let repetitions = motion.repetitions.max(1) as f64;
+    let greatest = described.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let one = |(c, parameter): (usize, &Parameter)| {
+        let place = columns.iter().position(|k| *k == c);
+        let found = place.zip(solution.as_ref()).filter(|(i, solution)| solution.determined[*i]);
+        let deviation = found.map(|(i, solution)| (solution.inverse[(i, i)].max(0.0) / repetitions).sqrt());
+        let value = described.get(c).copied().flatten();
+        let size = value.map(f64::abs).filter(|x| *x > NO_VALUE * greatest);
+        let relative_deviation = deviation.zip(size).map(|(d, x)| d / x);
+        let to_blame = match deviation {
+            None => Some(held(model, limits, c)),
+            Some(_) => relative_deviation
+                .filter(|r| *r > WEAK)
+                .and_then(|_| slowest(model, &parameter.coordinates, certificate)),
+        };
+        VisibleParameter {
+            id: parameter.id.clone(),
+            unit: parameter.unit(),
+            described: value,
+            deviation,
+            relative_deviation,
+            to_blame,
+        }
+    };
+    let instants = (motion.period * motion.rate).round().max(1.0);
+    let logarithms: f64 = (0..columns.len()).map(|i| triangle.at(i, i).abs().ln()).sum();
+    Visibility {
+        parameters: model.parameters.iter().enumerate().map(one).collect(),
+        determinant: (2.0 * logarithms / columns.len().max(1) as f64).exp() / instants,
+        condition_number: solution.as_ref().map_or(f64::INFINITY, |s| s.condition_number),
+    }
+}
+
+/// The triangle of the rows of one period, over their noise, of these columns.
+fn information(
+    model: &Model,
+    motion: &FourierMotion,
+    limits: &[CoordinateLimits],
+    noise: &[f64],
+    columns: &[usize],
+) -> Triangle {
+    let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
+    let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
+    let mut block = Accumulator::new(columns.len());
+    let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
+    for r in 0..(motion.period * motion.rate).round() as usize {
+        let state = motion.at(motion.blend + r as f64 / motion.rate);
+        let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
+        let (dq, ddq) = (of(1), of(2));
+        model.regressor.fill(&of(0), &dq, &ddq, &mut y);
+        for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
+            row.fill(0.0);
+            row[..base].copy_from_slice(&y[i * base..][..base]);
+            let mut places = &mut row[base + i * terms..][..terms];
+            for term in model.friction {
+                let (own, rest) = places.split_at_mut(term.parameters().len());
+                term.fill(dq[i], ddq[i], 0.0, sign(dq[i]), own);
+                places = rest;
+            }
+            picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c] / noise[i]);
+            block.push(&picked, 0.0);
+        }
+    }
+    block.finish()
+}
+
+/// Which locked joint hides a column.
+fn held(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
+    let names = model.regressor.coordinates();
+    let locked: Vec<usize> = (0..limits.len()).filter(|&k| limits[k].locked.is_some()).collect();
+    let shows = |free: &[usize]| {
+        let mut limits = limits.to_vec();
+        free.iter().for_each(|&k| limits[k].locked = None);
+        visible_columns(model, &limits)[column]
+    };
+    let alone: Vec<usize> = locked.iter().copied().filter(|k| shows(&[*k])).collect();
+    let list = |these: &[usize]| these.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", ");
+    match (alone.as_slice(), shows(&locked)) {
+        ([], true) => format!("locked: {}", list(&locked)),
+        ([], false) => "no motion shows it beside the others".into(),
+        (one, _) => format!("locked: {}", list(one)),
+    }
+}
+
+/// The limit that holds back most the joint behind a parameter.
+fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow]) -> Option<String> {
+    let names = model.regressor.coordinates();
+    let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.coordinate);
+    let share = |row: &CertificateRow| row.room() / row.bound.abs().max(f64::MIN_POSITIVE);
+    let least = certificate.iter().filter(own).min_by(|a, b| share(a).total_cmp(&share(b)))?;
+    Some(format!("{}: {}", least.coordinate, least.limit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::experiments::excitation::fourier_motion::FourierJoint;
+    use crate::experiments::excitation::search::tests::pendulum_limits;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::model::regressor::Regressor;
+    use crate::test_arm::Pendulum;
+
+    fn motion() -> FourierMotion {
+        let joint = FourierJoint { centre: 0.2, cosine: vec![0.6, 0.5], sine: vec![0.1, -0.3] };
+        FourierMotion { rate: 50.0, period: 5.0, blend: 1.0, repetitions: 2, joints: vec![joint] }
+    }
+
+    /// Least squares on noisy torques of the motion deviate as predicted.
+    #[test]
+    fn deviations_are_those_of_least_squares() {
+        let (arm, motion, limits) = (Pendulum::new(), motion(), [pendulum_limits()]);
+        let friction = [FrictionTerm::Viscous];
+        let model = Model::new(&arm, &friction, &[]);
+        let truth = [0.3, 0.8, -0.1, 0.5];
+        let described = truth.map(Some);
+        let predicted = visibility(&model, &motion, &limits, &[0.2], &described, &[]).parameters;
+        let draws = 200;
+        let mut squares = [0.0; 4];
+        let mut random = Random::new(9);
+        for _ in 0..draws {
+            let mut block = Accumulator::new(4);
+            for r in 0..500 {
+                let [q, dq, ddq, _] = motion.at(1.0 + 0.02 * f64::from(r))[0];
+                let mut row = [0.0; 4];
+                arm.fill(&[q], &[dq], &[ddq], &mut row[..3]);
+                row[3] = dq;
+                let torque: f64 = row.iter().zip(truth).map(|(y, x)| y * x).sum();
+                block.push(&row, torque + 0.2 * random.normal());
+            }
+            let triangle = block.finish();
+            let found = solve(&triangle).x;
+            (0..4).for_each(|c| squares[c] += (found[c] - truth[c]).powi(2) / f64::from(draws));
+        }
+        for c in 0..4 {
+            let (sigma, seen) = (predicted[c].deviation.unwrap(), squares[c].sqrt());
+            // The deviation of 200 draws is known to 1/sqrt(400) = 5 %: four of those.
+            assert!((seen / sigma - 1.0).abs() < 0.2, "{c}: {seen} {sigma}");
+            let relative = predicted[c].relative_deviation.unwrap();
+            assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_is_hidden_names_the_joint() {
+        let (arm, motion) = (Pendulum::new(), motion());
+        let model = Model::new(&arm, &[], &[]);
+        let limits = [CoordinateLimits { locked: Some(0.0), ..pendulum_limits() }];
+        let found = visibility(&model, &motion, &limits, &[0.2], &[None; 3], &[]).parameters;
+        assert!(
+            found.iter().all(|p| p.deviation.is_none() && p.to_blame.as_deref() == Some("locked: q1")),
+            "{found:?}"
+        );
+    }
+}

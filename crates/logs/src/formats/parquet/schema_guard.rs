@@ -1,0 +1,178 @@
+//! The schema of a Parquet file is held against its bounds before the library builds a tree of it.
+//!
+//! The crate `parquet` (60.1) descends into the schema by recursion and reserves room for as many children as an element
+//! claims: a footer of 100 kB that nests without end exhausts the stack, and one claim of 2^31 children asks for 16 GiB.
+//! Neither can be caught. So the number of children of every element is read here, of nothing else, in Thrift's compact
+//! protocol: FileMetaData {2: list of SchemaElement {5: num_children}}.
+
+use crate::table::MAX_COLUMNS;
+
+/// Deeper nesting is not a log of a robot.
+const MAX_DEPTH: usize = 16;
+
+/// Depth up to which fields of other names are passed over.
+const MAX_NESTING: usize = 16;
+
+const CUT: &str = "the index of the file is damaged: it ends too early";
+
+/// Refuses a footer whose schema is nested too deeply or claims more than it holds.
+pub fn check(footer: &[u8]) -> Result<(), String> {
+    let mut bytes = Bytes(footer);
+    let mut children = Vec::new();
+    bytes.fields(&mut |bytes, id, kind| match (id, kind) {
+        (2, 9) => {
+            let (count, _) = bytes.list()?;
+            // As many groups as columns, at the most.
+            if count > 2 * MAX_COLUMNS {
+                return Err(format!("its schema claims {count} elements; at most {MAX_COLUMNS} columns are expected"));
+            }
+            for _ in 0..count {
+                let mut below = 0;
+                bytes.fields(&mut |bytes, id, kind| match (id, kind) {
+                    (5, 5) => bytes.varint().map(|n| below = n >> 1),
+                    _ => bytes.pass(kind, MAX_NESTING),
+                })?;
+                children.push(below);
+            }
+            Ok(())
+        }
+        _ => bytes.pass(kind, MAX_NESTING),
+    })?;
+    // How many children each open element still waits for.
+    let mut open: Vec<u64> = Vec::new();
+    for (place, &below) in children.iter().enumerate() {
+        if below > (children.len() - place) as u64 {
+            return Err(format!("an element of its schema claims {below} parts of {}", children.len()));
+        }
+        open.iter_mut().rev().take(1).for_each(|left| *left -= 1);
+        if below > 0 {
+            open.push(below);
+        }
+        if open.len() > MAX_DEPTH {
+            return Err("the schema is nested too deeply".into());
+        }
+        while open.last() == Some(&0) {
+            open.pop();
+        }
+    }
+    Ok(())
+}
+
+/// Bytes taken from the front.
+struct Bytes<'a>(&'a [u8]);
+
+impl Bytes<'_> {
+    fn byte(&mut self) -> Result<u8, String> {
+        let (byte, rest) = self.0.split_first().ok_or(CUT)?;
+        self.0 = rest;
+        Ok(*byte)
+    }
+
+    fn skip(&mut self, count: u64) -> Result<(), String> {
+        self.0 = usize::try_from(count).ok().and_then(|n| self.0.get(n..)).ok_or(CUT)?;
+        Ok(())
+    }
+
+    /// Seven bits a byte, the lowest first.
+    fn varint(&mut self) -> Result<u64, String> {
+        let mut value = 0;
+        for k in 0..10 {
+            let byte = self.byte()?;
+            value |= u64::from(byte & 0x7f) << (7 * k);
+            if byte & 0x80 == 0 {
+                return Ok(value);
+            }
+        }
+        Err(CUT.into())
+    }
+
+    /// How many elements, each of at least a byte, and of which kind.
+    fn list(&mut self) -> Result<(usize, u8), String> {
+        let head = self.byte()?;
+        let count = if head >> 4 == 15 { self.varint()? } else { u64::from(head >> 4) };
+        if count > self.0.len() as u64 {
+            return Err(format!("the metadata claim {count} elements where {} bytes are left", self.0.len()));
+        }
+        Ok((count as usize, head & 15))
+    }
+
+    /// The fields of a struct, by number and kind.
+    fn fields(&mut self, each: &mut dyn FnMut(&mut Self, i64, u8) -> Result<(), String>) -> Result<(), String> {
+        let mut id = 0i64;
+        loop {
+            let head = self.byte()?;
+            if head == 0 {
+                return Ok(());
+            }
+            id = match head >> 4 {
+                0 => {
+                    let n = self.varint()?;
+                    (n >> 1) as i64 ^ -((n & 1) as i64)
+                }
+                step => id.wrapping_add(i64::from(step)),
+            };
+            each(self, id, head & 15)?;
+        }
+    }
+
+    /// Passes over a field.
+    fn pass(&mut self, kind: u8, depth: usize) -> Result<(), String> {
+        let depth = depth.checked_sub(1).ok_or("the metadata are nested too deeply")?;
+        match kind {
+            1 | 2 => Ok(()),
+            3 => self.skip(1),
+            4..=6 => self.varint().map(|_| ()),
+            7 => self.skip(8),
+            8 => {
+                let length = self.varint()?;
+                self.skip(length)
+            }
+            9 | 10 => {
+                let (count, kind) = self.list()?;
+                // Inside lists a truth takes a byte of its own.
+                (0..count).try_for_each(|_| if kind <= 2 { self.skip(1) } else { self.pass(kind, depth) })
+            }
+            12 => self.fields(&mut |bytes, _, kind| bytes.pass(kind, depth)),
+            other => Err(format!("the metadata hold a field of kind {other}")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A footer of version 1 with elements of so many children.
+    fn footer(children: &[u32]) -> Vec<u8> {
+        let varint = |mut n: u32| {
+            let mut out = Vec::new();
+            while n > 127 {
+                out.push(n as u8 | 128);
+                n >>= 7;
+            }
+            out.push(n as u8);
+            out
+        };
+        let mut out = [&[0x15, 2, 0x19, 0xfc][..], &varint(children.len() as u32)].concat();
+        for n in children {
+            // {4: "a", 5: n}
+            out.extend([&[0x48, 1, b'a', 0x15][..], &varint(n << 1), &[0]].concat());
+        }
+        out.push(0);
+        out
+    }
+
+    #[test]
+    fn schemas_within_their_bounds() {
+        assert_eq!(check(&footer(&[2, 1, 0, 0])), Ok(()));
+        let nested = |depth: usize| [vec![1; depth], vec![0]].concat();
+        assert_eq!(check(&footer(&nested(16))), Ok(()));
+        assert!(check(&footer(&nested(17))).unwrap_err().contains("nested too deeply"));
+        assert!(check(&footer(&nested(15_000))).unwrap_err().contains("nested too deeply"));
+        assert!(check(&footer(&[1 << 30, 0])).unwrap_err().contains("claims 1073741824 parts of 2"));
+        assert!(check(&[0x19, 0xfc, 0xff, 0xff, 0xff, 0xff, 0x0f]).unwrap_err().contains("claim 4294967295 elements"));
+        for cut in 0..footer(&[2, 0, 0]).len() {
+            assert!(check(&footer(&[2, 0, 0])[..cut]).is_err(), "{cut}");
+        }
+    }
+}

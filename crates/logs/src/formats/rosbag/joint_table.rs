@@ -1,0 +1,192 @@
+//! The joint states of one topic become a table.
+//!
+//! A message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every joint that was
+//! named. Messages may name other joints or order them otherwise; what a message does not hold is NaN. Time counts from
+//! the first message (s): nanoseconds since 1970 have more digits than a number keeps.
+//!
+//! A joint that hardly any message names would be a column of nothing: it is left out, and said. So the table is at most
+//! [`SPARSE`] times what the messages hold.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::formats::rosbag::joint_state::JointState;
+use crate::table::{MAX_CELLS, Table};
+
+const QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
+
+/// More joints than this are not one robot.
+const MAX_JOINTS: usize = 500;
+
+/// A joint that is in fewer than one of so many messages is left out.
+const SPARSE: usize = 64;
+
+/// The messages of one topic.
+#[derive(Default)]
+pub struct JointTable {
+    /// ns, of the header and of the recorder.
+    stamps: Vec<i64>,
+    log_times: Vec<i64>,
+    /// In the order of their first naming.
+    joints: Vec<String>,
+    places: BTreeMap<String, usize>,
+    /// For every joint the series of the three quantities.
+    series: Vec<[Series; 3]>,
+    uneven: usize,
+    /// Numbers in all of it.
+    cells: usize,
+}
+
+/// Numbers and the rows they stand in.
+#[derive(Default)]
+struct Series {
+    rows: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl JointTable {
+    pub fn messages(&self) -> usize {
+        self.stamps.len()
+    }
+
+    /// The joints that were named, in the order of their first naming.
+    pub fn joints(&self) -> &[String] {
+        &self.joints
+    }
+
+    /// Takes in a message that the recorder got at `log_time` ns.
+    ///
+    /// Fails when it names a joint twice, or when there are too many joints or numbers.
+    pub fn push(&mut self, log_time: i64, state: &JointState) -> Result<(), String> {
+        let row = self.stamps.len();
+        let arrays = [&state.position, &state.velocity, &state.effort];
+        self.cells += 2 + arrays.iter().map(|a| a.len()).sum::<usize>();
+        if self.cells > MAX_CELLS {
+            return Err(format!("with it there are more than {MAX_CELLS} numbers; cut the recording into parts"));
+        }
+        self.stamps.push(state.stamp);
+        self.log_times.push(log_time);
+        self.uneven += usize::from(arrays.iter().any(|a| !a.is_empty() && a.len() != state.names.len()));
+        let mut seen = BTreeSet::new();
+        for (k, name) in state.names.iter().enumerate() {
+            if !seen.insert(*name) {
+                return Err(format!("it names joint `{name}` twice"));
+            }
+            let joint = match self.places.get(*name) {
+                Some(joint) => *joint,
+                None => self.new_joint(name)?,
+            };
+            for (series, array) in self.series[joint].iter_mut().zip(arrays) {
+                if array.len() == state.names.len() {
+                    series.rows.push(row as u32);
+                    series.values.push(array[k]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn new_joint(&mut self, name: &str) -> Result<usize, String> {
+        let joint = self.joints.len();
+        if joint == MAX_JOINTS {
+            return Err(format!("it names joint {}; at most {MAX_JOINTS} are expected", joint + 1));
+        }
+        self.joints.push(name.into());
+        self.places.insert(name.into(), joint);
+        self.series.push(Default::default());
+        Ok(joint)
+    }
+
+    /// The table of the messages of topic `name` in `file`.
+    ///
+    /// Fails when it would hold more than [`MAX_CELLS`] numbers.
+    pub fn table(mut self, name: &str, file: &str, notes: Vec<String>) -> Result<Table, String> {
+        let rows = self.stamps.len();
+        let stamped = self.stamps.iter().any(|&s| s != 0);
+        // The difference is taken in whole numbers and divided once: the nearest number to its decimals.
+        let times = if stamped { &self.stamps } else { &self.log_times };
+        // A driver's first messages may be without a stamp.
+        let first = i128::from(times.iter().copied().find(|&t| t != 0).unwrap_or(0));
+        let time: Vec<f64> = times.iter().map(|&t| (i128::from(t) - first) as f64 / 1e9).collect();
+        let clock = if stamped { "header.stamp" } else { "the recorder's clock, for every header.stamp is zero" };
+        let mut table = Table { file: file.into(), notes, ..Table::default() };
+        table.notes.insert(0, format!("topic {name}; time from {clock}"));
+        table.header.push("time".into());
+        table.columns.push(time);
+        let mut rare = BTreeSet::new();
+        for (k, quantity) in QUANTITIES.iter().enumerate() {
+            let mut without = Vec::new();
+            for (joint, series) in self.joints.iter().zip(&mut self.series) {
+                let series = std::mem::take(&mut series[k]);
+                // Controllers fill what they do not measure with NaN.
+                if series.values.iter().all(|x| x.is_nan()) {
+                    without.push(joint.as_str());
+                    continue;
+                }
+                if series.rows.len() < rows / SPARSE {
+                    rare.insert(joint.as_str());
+                    continue;
+                }
+                if (table.columns.len() + 1).saturating_mul(rows) > MAX_CELLS {
+                    return Err(format!("more than {MAX_CELLS} numbers; cut the recording into parts"));
+                }
+                table.header.push(format!("{quantity}_{joint}"));
+                table.columns.push(series.column(rows));
+            }
+            if !without.is_empty() {
+                table.notes.push(format!("no {quantity} of {}", clipped(without.join(", "))));
+            }
+        }
+        if !rare.is_empty() {
+            let rare = clipped(rare.into_iter().collect::<Vec<_>>().join(", "));
+            table.notes.push(format!("left out, for fewer than one message of {SPARSE} names it: {rare}"));
+        }
+        if self.uneven > 0 {
+            let message = "messages with an array that is neither empty nor as long as `name`: it is not used";
+            table.notes.push(format!("{} {message}", self.uneven));
+        }
+        table.texts = vec![None; table.header.len()];
+        Ok(table)
+    }
+}
+
+impl Series {
+    fn column(self, rows: usize) -> Vec<f64> {
+        if self.values.len() == rows {
+            return self.values;
+        }
+        let mut column = vec![f64::NAN; rows];
+        for (row, value) in self.rows.iter().zip(self.values) {
+            column[*row as usize] = value;
+        }
+        column
+    }
+}
+
+/// A list of names that does not fill the screen.
+pub fn clipped(text: String) -> String {
+    if text.chars().count() <= 600 { text } else { text.chars().take(600).chain(" ..".chars()).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One message names 500 joints, 20 000 name one: the table has the columns of that one.
+    #[test]
+    fn joints_that_come_once_make_no_columns() {
+        let names: Vec<String> = (0..MAX_JOINTS).map(|j| format!("j{j}")).collect();
+        let all = JointState { names: names.iter().map(String::as_str).collect(), ..JointState::default() };
+        let all = JointState { position: vec![1.0; MAX_JOINTS], ..all };
+        let one = JointState { names: vec!["j0"], position: vec![2.0], ..JointState::default() };
+        let mut table = JointTable::default();
+        table.push(1, &all).unwrap();
+        (0..20_000).for_each(|r| table.push(2 + r, &one).unwrap());
+        let table = table.table("/a", "log", vec![]).unwrap();
+        assert_eq!(table.header, ["time", "position_j0"]);
+        assert!(
+            table.notes.iter().any(|n| n.starts_with("left out") && n.contains("j1, j10, j100")),
+            "{:?}",
+            table.notes
+        );
+    }
+}

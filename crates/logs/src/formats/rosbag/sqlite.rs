@@ -1,0 +1,140 @@
+//! The messages of a rosbag2 in sqlite3 (.db3), in the order of their recording.
+//!
+//! `topics(id, name, type, serialization_format)` and `messages(id, topic_id, timestamp, data)`, as rosbag2_storage_sqlite3
+//! writes them. The file is opened for reading only and nothing is written beside it; a write-ahead log that a recorder
+//! left behind is read with it. A file cut short or damaged is read up to the first page that is missing.
+//!
+//! Files come from strangers: views, triggers and functions in the schema are off, a table that computes its columns is
+//! refused, and no message is longer than [`MAX_MESSAGE`].
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+use rusqlite::config::DbConfig;
+use rusqlite::ffi::SQLITE_READONLY_ROLLBACK;
+use rusqlite::limits::Limit;
+use rusqlite::{Connection, OpenFlags};
+
+use crate::formats::compression::Compression;
+use crate::formats::content::Content;
+use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
+
+/// Bytes of one message; 500 joints take 30 000.
+const MAX_MESSAGE: i32 = 1 << 24;
+
+/// SQLite without locks: nothing is written, and a folder that cannot be written to is no hindrance.
+const UNLOCKED: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
+
+/// Opens a file, which must not be written by another program meanwhile.
+pub fn open(path: &Path) -> Result<Connection, String> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    Connection::open_with_flags_and_vfs(path, flags, UNLOCKED).map_err(|e| refused(&e))
+}
+
+/// Opens the content of a file.
+pub fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
+    // In memory there is no write-ahead log beside the file; its mode, bytes 18 and 19, is taken for that of a plain one.
+    let (head, rest) = bytes.split_at(bytes.len().min(20));
+    let head: Vec<u8> = head.iter().enumerate().map(|(at, b)| if at < 18 { *b } else { 1 }).collect();
+    let mut database = Connection::open_in_memory().map_err(|e| refused(&e))?;
+    let image = database.deserialize_read_exact("main", head.as_slice().chain(rest), bytes.len(), true);
+    image.map_err(|e| refused(&e))?;
+    Ok(database)
+}
+
+fn refused(e: &rusqlite::Error) -> String {
+    let half_written = e.sqlite_error().is_some_and(|e| e.extended_code == SQLITE_READONLY_ROLLBACK);
+    if half_written {
+        return "its recorder was killed in the middle of writing: the file ending in -journal beside it takes that back; \
+                on a copy of both, run `sqlite3 FILE .tables` once"
+            .into();
+    }
+    format!("this is no rosbag2 in sqlite3 that can be read: {e}; `sqlite3 FILE .recover` may save what is in it")
+}
+
+/// Hands the messages of the channels that are `wanted` to `each`.
+///
+/// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
+pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut Receiver) -> Result<Outcome, String> {
+    guard(database).map_err(|e| refused(&e))?;
+    for table in ["topics", "messages"] {
+        // Views, virtual tables and tables that compute columns are another's program: they are not run.
+        let plain = "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
+        let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
+        let count = |query: &str| database.query_row(query, [table], |row| row.get::<_, i64>(0));
+        if count(plain).map_err(|e| refused(&e))? != 1 || count(computed).map_err(|e| refused(&e))? != 0 {
+            return Err(format!("this SQLite file has no table `{table}` of a rosbag2"));
+        }
+    }
+    let channels = channels(database).map_err(|e| refused(&e))?;
+    let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
+    // All rows are looked at: of a page that is missing SQLite makes rows of nothing, which must be seen.
+    let query = format!(
+        "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
+         rowid",
+        asked.join(",")
+    );
+    let mut outcome = Outcome { channels: channels.values().cloned().collect(), cut: None };
+    let mut statement = database.prepare(&query).map_err(|e| refused(&e))?;
+    let mut rows = statement.query([]).map_err(|e| refused(&e))?;
+    let (mut count, mut last) = (0u64, i64::MIN);
+    let damage = loop {
+        let row = match rows.next() {
+            Ok(Some(row)) => row,
+            Ok(None) => return Ok(outcome),
+            Err(e) => break e.to_string(),
+        };
+        let head = || -> rusqlite::Result<(i64, i64, i64)> { Ok((row.get(0)?, row.get(1)?, row.get(2)?)) };
+        let (id, topic, log_time) = match head() {
+            Ok(head) if head.0 > last => head,
+            Ok((id, ..)) => break format!("row {id} behind row {last}"),
+            Err(e) => break e.to_string(),
+        };
+        last = id;
+        let Some(channel) = channels.get(&topic).filter(|channel| wanted(channel)) else { continue };
+        let data = match row.get_ref(3).and_then(|data| Ok(data.as_blob()?)) {
+            Ok(data) => data,
+            Err(e) => break e.to_string(),
+        };
+        let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
+        // Messages packed one by one; CDR begins with 00 00 or 00 01.
+        let unpacked;
+        let data = if Content::of(data) == Content::Zstd {
+            unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE as usize).map_err(at)?;
+            &unpacked
+        } else {
+            data
+        };
+        each(&Message { channel, log_time, data }).map_err(at)?;
+        count += 1;
+    };
+    let read = format!("the {count} messages of joint states before the damage are read");
+    outcome.cut = Some(format!("is cut short or damaged: {read}; SQLite says: {damage}"));
+    Ok(outcome)
+}
+
+/// What SQLite shall not do for a file that it reads.
+fn guard(database: &Connection) -> rusqlite::Result<()> {
+    for (option, on) in [
+        (DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true),
+        (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
+        (DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false),
+        (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
+        // Without it a file with fewer pages than its head says is refused as a whole.
+        (DbConfig::SQLITE_DBCONFIG_WRITABLE_SCHEMA, true),
+    ] {
+        database.set_db_config(option, on)?;
+    }
+    database.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE)?;
+    // The index of a write-ahead log is kept in memory instead of in a file beside it.
+    database.pragma_update(None, "locking_mode", "EXCLUSIVE")
+}
+
+fn channels(database: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
+    let mut statement = database.prepare("SELECT id, name, type, serialization_format FROM topics LIMIT 10000")?;
+    let channel = |row: &rusqlite::Row| {
+        Ok((row.get(0)?, Channel { topic: row.get(1)?, schema: row.get(2)?, encoding: row.get(3)? }))
+    };
+    statement.query_map([], channel)?.collect()
+}

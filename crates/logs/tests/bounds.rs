@@ -1,0 +1,104 @@
+//! What a stranger's file can ask for is bounded: a limit that is stated stops it, with a message that says what to do.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use logs::{ColumnNames, LogSource, Table};
+
+fn refusal(bytes: &[u8]) -> String {
+    Table::from_bytes("log.csv", bytes).unwrap_err().to_string()
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("rist-bounds-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn open(path: &Path, held: usize) -> Result<LogSource, String> {
+    let names = ColumnNames::default();
+    LogSource::open_within(path, &["a".into()], &names, held, 64).map(|log| log.0).map_err(|e| e.to_string())
+}
+
+fn rows(n: usize, change: f64) -> String {
+    let row = |i: usize| format!("{:.3},{:.6},{:.6}\n", 0.01 * i as f64, (0.05 * i as f64).sin(), change);
+    std::iter::once("t,q1,tau1\n".to_string()).chain((0..n).map(row)).collect()
+}
+
+/// A row has an end: plain, behind blanks, in a gzip stream, behind a quotation mark.
+#[test]
+fn rows_without_an_end() {
+    let long = "1".repeat(3 << 20);
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(format!("t,q1,tau1\n{long}").as_bytes()).unwrap();
+    let quoted = format!("t,q1,tau1\n0,\"1,2\n{}", "3,4,5\n".repeat(1 << 19));
+    for bytes in [
+        format!("t,q1,tau1\n{long}").into_bytes(),
+        format!("t q1 tau1\n{long}").into_bytes(),
+        gzip.finish().unwrap(),
+        quoted.into_bytes(),
+        format!("t,q1,tau1\n{}", "\n".repeat(3 << 20)).into_bytes(),
+    ] {
+        let message = refusal(&bytes);
+        assert!(message.contains("1048576 bytes without the end of a row"), "{message}");
+    }
+}
+
+/// Ten thousand columns and rows of one cell: half a megabyte that would be gigabytes.
+#[test]
+fn cells_that_are_not_there() {
+    let header: Vec<String> = (0..10_000).map(|c| format!("c{c}")).collect();
+    let message = refusal(format!("{}\n{}", header.join(","), "1\n".repeat(30_000)).as_bytes());
+    assert!(message.contains("420 of 420 rows have more or fewer cells"), "{message}");
+}
+
+#[test]
+fn text_in_utf_16_is_named() {
+    assert!(refusal(b"\xff\xfet\0,\0").contains("UTF-16; save it as UTF-8"));
+}
+
+/// A log that is read at every pass is watched: another of as many rows is another.
+#[test]
+fn a_file_replaced_is_noticed() {
+    let folder = folder("replaced");
+    let path = folder.join("log.csv");
+    std::fs::write(&path, rows(300, 1.0)).unwrap();
+    let Ok(LogSource::Streamed(stream)) = open(&path, 100) else { panic!("it is held") };
+    assert!(stream.blocks(0.1, &mut |_| Ok(())).is_ok());
+    std::fs::write(&path, rows(300, 10.0)).unwrap();
+    let message = stream.blocks(0.1, &mut |_| Ok(())).unwrap_err().to_string();
+    assert!(message.contains("was replaced since"), "{message}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_and_pipes_without_an_end() {
+    for device in ["/dev/zero", "/dev/urandom"] {
+        for message in
+            [Table::read(Path::new(device)).unwrap_err().to_string(), open(Path::new(device), 100).err().unwrap()]
+        {
+            assert!(message.contains(device), "{message}");
+        }
+    }
+    let folder = folder("pipe");
+    let pipe = folder.join("pipe");
+    let feed = |text: String| {
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let pipe = pipe.clone();
+        // The reader may leave before the end: what it does not take is not the writer's fault.
+        std::thread::spawn(move || std::fs::write(pipe, text).ok())
+    };
+    let writer = feed(rows(90, 1.0));
+    assert!(matches!(open(&pipe, 100), Ok(LogSource::Held(_))));
+    writer.join().unwrap();
+    std::fs::remove_file(&pipe).unwrap();
+    let writer = feed(rows(300, 1.0));
+    let message = open(&pipe, 100).err().unwrap();
+    assert!(
+        message.contains("more than 100 rows from a pipe or device") && message.contains("write it to a file"),
+        "{message}"
+    );
+    writer.join().unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+}

@@ -1,0 +1,226 @@
+//! The rules of all base parameters as text, expanded or nested.
+//!
+//! Expanded, a rule names standard parameters alone: `XXR1 = XX1 - YY1 + cos(A)^2*(YY2 + YY3)`. Nested, it names
+//! what the next link has gathered: with D_d = sum_c f_dc D_c the rule of a dropped parameter d,
+//!
+//! ```text
+//! X^R_c = X_c + sum_d f_dc X^R_d
+//! ```
+//! for every parameter c, kept or dropped, so that `XXR1 = XX1 - YYR1`, `YYR1 = YY1 + cos(A)^2*YYR2` and so on outward
+//! [Khalil, Dombre 2002, chapter 9]. A chain of n links has n such rules of bounded length; expanded, those of
+//! oblique axes grow faster than n^2, those of prismatic joints on them faster than any power of n.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use expr::Graph;
+use robot::{Inertial, Robot, StandardParameter};
+
+use crate::base::coefficient::Coefficient;
+use crate::base::regrouping::{Beta, Regrouping};
+use crate::base::{names, rule};
+
+/// Rules are expanded while all of them together stay below this many characters: three times what a humanoid of
+/// 44 joints needs.
+const SHORT: usize = 200_000;
+/// Summands that the rules may have when they are to be expanded whatever their length: some 30 MB of text.
+const MOST_SUMMANDS: usize = 1_000_000;
+
+/// The rules of the base parameters as text.
+#[derive(Clone, Debug)]
+pub struct Rules {
+    /// Of each base parameter, in the order of [`crate::BaseParameters::base`]:
+    /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, and `XY2 = XY2` where nothing is absorbed.
+    pub base: Vec<String>,
+    /// Nested rules only: the regrouped parameters that these rules name and that are no base parameters.
+    pub regrouped: Vec<String>,
+    /// The coefficient of each term of each base parameter in the robot's symbols, a number where no closed form was
+    /// found; empty where the rules are nested.
+    pub coefficients: Vec<Vec<String>>,
+}
+
+impl Rules {
+    /// Whether rules name regrouped parameters.
+    pub fn are_nested(&self) -> bool {
+        self.coefficients.is_empty() && !self.base.is_empty()
+    }
+}
+
+/// What rules are written from.
+#[derive(Clone, Debug)]
+pub(crate) struct RuleSources {
+    regrouping: Regrouping,
+    /// Names of the standard parameters, and what they are of their links.
+    names: Vec<String>,
+    inertials: Vec<Inertial>,
+    /// The constants, by which coefficients name them.
+    symbols: Graph,
+}
+
+/// A rule's coefficients in full: by dropped column, the kept columns it is made of.
+type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
+
+impl RuleSources {
+    pub fn new(regrouping: Regrouping, robot: &Robot, standard: &[StandardParameter], graph: &Graph) -> RuleSources {
+        RuleSources {
+            regrouping,
+            names: standard.iter().map(|s| s.display(robot).to_string()).collect(),
+            inertials: standard.iter().map(|s| s.inertial).collect(),
+            symbols: Graph::with_symbols(graph.symbols().to_vec()),
+        }
+    }
+
+    /// Expanded where they are short, else nested. `kept`: the columns of the base parameters.
+    pub fn short(&self, kept: &[usize]) -> Rules {
+        // A summand takes at least five characters, ` + M3`; two may join to a double angle.
+        let expanded = self.expand(SHORT / 2).map(|expanded| self.written(&expanded, kept));
+        expanded
+            .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= SHORT)
+            .unwrap_or_else(|| self.nested(kept))
+    }
+
+    /// Expanded whatever their length; `None` beyond a million summands.
+    pub fn expanded(&self, kept: &[usize]) -> Option<Rules> {
+        self.expand(MOST_SUMMANDS).map(|expanded| self.written(&expanded, kept))
+    }
+
+    /// Every rule put into those that name it, while all together have at most `most` summands.
+    fn expand(&self, most: usize) -> Option<Expanded> {
+        let mut all = self.regrouping.solved.clone();
+        let mut n_summands = 0;
+        for (&dropped, terms) in &self.regrouping.rules {
+            let mut row: BTreeMap<usize, Beta> = BTreeMap::new();
+            for (c, factor) in terms {
+                let own = [(*c, Beta::Exact(Coefficient::one()))];
+                for (kept, beta) in all.get(c).map_or(&own[..], Vec::as_slice) {
+                    let term = beta.times(factor, &self.symbols);
+                    let sum = match row.remove(kept) {
+                        None => term,
+                        Some(before) => before.plus(&term, &self.symbols),
+                    };
+                    row.insert(*kept, sum);
+                }
+            }
+            row.retain(|_, beta| !matches!(beta, Beta::Exact(c) if c.is_zero()));
+            n_summands += row.values().map(Beta::n_summands).sum::<usize>();
+            if n_summands > most {
+                return None;
+            }
+            all.insert(dropped, row.into_iter().collect());
+        }
+        Some(all)
+    }
+
+    fn written(&self, expanded: &Expanded, kept: &[usize]) -> Rules {
+        let mut by_kept: BTreeMap<usize, Vec<(usize, &Beta)>> = BTreeMap::new();
+        for (&dropped, row) in expanded {
+            for (kept, beta) in row {
+                by_kept.entry(*kept).or_default().push((dropped, beta));
+            }
+        }
+        let mut rules = Rules { base: Vec::new(), regrouped: Vec::new(), coefficients: Vec::new() };
+        for &column in kept {
+            let terms = by_kept.get(&column).map_or(&[][..], Vec::as_slice);
+            let left = self.regrouped_name(column, !terms.is_empty());
+            rules.base.push(self.text(&left, column, terms, &|c| self.names[c].clone()));
+            let coefficients = terms.iter().map(|(_, beta)| beta.text(&self.symbols));
+            rules.coefficients.push([String::from("1")].into_iter().chain(coefficients).collect());
+        }
+        rules
+    }
+
+    /// Each naming what the next link has gathered.
+    pub fn nested(&self, kept: &[usize]) -> Rules {
+        let direct: Vec<(usize, usize, Beta)> = {
+            let tree = self
+                .regrouping
+                .rules
+                .iter()
+                .flat_map(|(&d, row)| row.iter().map(move |(c, factor)| (*c, d, Beta::Exact(factor.clone()))));
+            let solved =
+                self.regrouping.solved.iter().flat_map(|(&d, row)| row.iter().map(move |(c, b)| (*c, d, b.clone())));
+            tree.chain(solved).collect()
+        };
+        let mut absorbed: BTreeMap<usize, Vec<(usize, &Beta)>> = BTreeMap::new();
+        for (c, dropped, beta) in &direct {
+            absorbed.entry(*c).or_default().push((*dropped, beta));
+        }
+        absorbed.values_mut().for_each(|terms| terms.sort_by_key(|t| t.0));
+
+        let name = |c: usize| self.regrouped_name(c, absorbed.contains_key(&c));
+        let rule = |c: &usize| {
+            let terms = absorbed.get(c).map_or(&[][..], Vec::as_slice);
+            self.text(&name(*c), *c, terms, &|d| if d == *c { self.names[d].clone() } else { name(d) })
+        };
+        // What a base parameter leads to, link after link.
+        let mut wanted: BTreeSet<usize> = BTreeSet::new();
+        let mut open: Vec<usize> = kept.to_vec();
+        while let Some(c) = open.pop() {
+            for (dropped, _) in absorbed.get(&c).into_iter().flatten() {
+                if absorbed.contains_key(dropped) && wanted.insert(*dropped) {
+                    open.push(*dropped);
+                }
+            }
+        }
+        Rules {
+            base: kept.iter().map(rule).collect(),
+            regrouped: wanted.iter().map(rule).collect(),
+            coefficients: Vec::new(),
+        }
+    }
+
+    fn text(&self, left: &str, own: usize, terms: &[(usize, &Beta)], name: &impl Fn(usize) -> String) -> String {
+        let factors = |(dropped, beta): &(usize, &Beta)| {
+            let factors = match beta {
+                Beta::Exact(c) => rule::Factor::summands(c, &self.symbols),
+                Beta::Number(x) => vec![rule::Factor::number(*x)],
+            };
+            let dropped = *dropped;
+            factors.into_iter().map(move |factor| (dropped, factor))
+        };
+        let absorbed = terms.iter().flat_map(factors);
+        let formula: Vec<_> = [(own, rule::Factor::one())].into_iter().chain(absorbed).collect();
+        rule::text(left, &formula, name)
+    }
+
+    fn regrouped_name(&self, column: usize, absorbs: bool) -> String {
+        let plain = &self.names[column];
+        if absorbs { names::regrouped(plain, self.inertials[column]) } else { plain.clone() }
+    }
+}
+
+impl Beta {
+    fn plus(&self, other: &Beta, graph: &Graph) -> Beta {
+        match (self, other) {
+            (Beta::Exact(a), Beta::Exact(b)) => Beta::Exact(a.plus(b)),
+            (a, b) => Beta::Number(a.number(graph) + b.number(graph)),
+        }
+    }
+
+    fn times(&self, factor: &Coefficient, graph: &Graph) -> Beta {
+        match self {
+            Beta::Exact(c) => Beta::Exact(factor.times(c)),
+            Beta::Number(x) => Beta::Number(factor.number(graph) * x),
+        }
+    }
+
+    fn number(&self, graph: &Graph) -> f64 {
+        match self {
+            Beta::Exact(c) => c.number(graph),
+            Beta::Number(x) => *x,
+        }
+    }
+
+    fn n_summands(&self) -> usize {
+        match self {
+            Beta::Exact(c) => c.n_terms(),
+            Beta::Number(_) => 1,
+        }
+    }
+
+    fn text(&self, graph: &Graph) -> String {
+        match self {
+            Beta::Exact(c) => c.display(graph).to_string(),
+            Beta::Number(x) => rule::rounded(*x).to_string(),
+        }
+    }
+}

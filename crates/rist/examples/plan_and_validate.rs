@@ -1,0 +1,48 @@
+//! The experiments of spectrum analysis in simulation: plan, simulate, identify, validate.
+//!
+//! `cargo run --release --package rist --example plan_and_validate`
+
+use std::path::PathBuf;
+
+use identification::spectrum::identify::SpectralMethod;
+use logs::Effort;
+use rist::{
+    Error, ExperimentLogs, MOTION_CUTOFF, Model, PlanRequest, SimulateRequest, identify_experiments, plan, simulate,
+    validate_experiments,
+};
+
+fn main() -> Result<(), Error> {
+    let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
+    let model = Model::read(format!("{models}/race.yaml"))?;
+    let request = PlanRequest { experiments: 3, starts: 2, ..PlanRequest::default() };
+    let planned = plan(&model, &request, &|_, _, _| ())?;
+    println!("{}", planned.plan);
+
+    // The robot runs the plan; here a simulated one does, with friction, noise and gains of its own.
+    let folder = std::env::temp_dir().join(format!("rist-plan-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(Error::new)?;
+    let gains = vec![("q1".to_string(), 2.393), ("q2".to_string(), 0.870)];
+    let asked = SimulateRequest { validation_motions: 2, gains: gains.clone(), ..SimulateRequest::default() };
+    let mut motions: Vec<PathBuf> = Vec::new();
+    simulate(&model, &planned.plan, &asked, &mut |name, record| {
+        let file = folder.join(format!("{name}.csv"));
+        let text = record.to_csv(model.regressor().coordinates(), Effort::Current);
+        std::fs::write(&file, text).map_err(Error::new)?;
+        motions.extend(name.starts_with('v').then_some(file));
+        Ok(())
+    })?;
+
+    let logs = ExperimentLogs {
+        directory: &folder,
+        plan: &planned.plan,
+        columns: Default::default(),
+        gains: vec![("q3".to_string(), 1.0)],
+        load: None,
+        options: Default::default(),
+    };
+    let estimate = identify_experiments(&model, &logs, SpectralMethod::Harmonic)?;
+    println!("{estimate}");
+    let validation = validate_experiments(&model, &estimate, &motions, &[], MOTION_CUTOFF)?;
+    println!("{validation}");
+    std::fs::remove_dir_all(&folder).map_err(Error::new)
+}

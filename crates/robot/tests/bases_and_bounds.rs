@@ -1,0 +1,74 @@
+//! The base as a body, mimics without a leader, and the range of numbers.
+
+use robot::format::{Mimic, ReadOptions, read_urdf, read_urdf_with, read_yaml, write_yaml};
+
+const ONE_BODY: &str = "<robot name='drone'><link name='frame'><inertial><origin xyz='0 0 0.1'/><mass value='2'/>\
+    <inertia ixx='0.02' iyy='0.03' izz='0.025' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>";
+
+#[test]
+fn a_root_has_a_body_and_may_be_all_there_is() {
+    assert!(read_urdf(ONE_BODY, "drone.urdf").unwrap_err().to_string().contains("--floating-base"));
+    let options = ReadOptions { floating_base: true, ..ReadOptions::default() };
+    let robot = read_urdf_with(ONE_BODY, "drone.urdf", options).unwrap();
+    let floating = robot.floating();
+    let base = floating.links[6].inertial.unwrap();
+    // m = 2 at z = 0.1: I_xx = 0.02 + m z^2, MZ = m z.
+    for (found, wanted) in base.iter().zip([0.04, 0.0, 0.0, 0.05, 0.0, 0.025, 0.0, 0.0, 0.2, 2.0]) {
+        assert!((found - wanted).abs() < 1e-15, "{base:?}");
+    }
+    let impossible = ONE_BODY.replace("ixx='0.02'", "ixx='-0.02'");
+    let robot = read_urdf_with(&impossible, "drone.urdf", options).unwrap();
+    assert!(!robot::lint::lint(&robot).is_empty(), "the root is looked at too");
+}
+
+#[test]
+fn independent_mimics_need_no_leader() {
+    let text = "<robot name='m'><link name='a'/><link name='b'/><joint name='j' type='continuous'><parent link='a'/>\
+                <child link='b'/><axis xyz='0 0 1'/><mimic joint='absent'/></joint></robot>";
+    assert!(read_urdf(text, "m.urdf").unwrap_err().to_string().contains("absent"));
+    let options = ReadOptions { mimic: Mimic::Independent, ..ReadOptions::default() };
+    assert_eq!(read_urdf_with(text, "m.urdf", options).unwrap().n_coordinates(), 1);
+}
+
+#[test]
+fn numbers_beyond_any_robot_are_refused() {
+    let yaml = |gravity: &str, d: &str| {
+        let text = format!(
+            "convention: khalil-kleinfinger\nname: one\ngravity: [0, 0, {gravity}]\nlinks:\n  - {{link: 1, antecedent: \
+             base, d: {d}, theta: q1}}\n"
+        );
+        read_yaml(&text, "one.yaml").map(|_| ()).map_err(|e| e.to_string())
+    };
+    assert_eq!(yaml("-9.81", "0.3"), Ok(()));
+    for refused in [yaml("-1e200", "0.3"), yaml("-9.81", "1e16")] {
+        assert!(refused.unwrap_err().contains("no robot has a number beyond"));
+    }
+    let urdf = |mass: &str| read_urdf(&ONE_BODY.replace("value='2'", &format!("value='{mass}'")), "m.urdf");
+    assert!(urdf("1e20").unwrap_err().to_string().contains("beyond"));
+    let links: String = (0..2001).map(|k| format!("<link name='l{k}'/>")).collect();
+    let many = read_urdf(&format!("<robot name='m'>{links}</robot>"), "m.urdf").unwrap_err().to_string();
+    assert!(many.contains("more than 2000 links"), "{many}");
+}
+
+/// Names that YAML reads as something else, and loops that are solved numerically, come back.
+#[test]
+fn what_is_written_is_read_again() {
+    let text = "convention: khalil-kleinfinger\nname: fourbar\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - \
+                {link: 2, antecedent: 1, d: 0.3, drive: passive, start: 1.0}\n  - {link: 3, antecedent: base, d: 0.5, \
+                drive: passive, start: 2.0}\nloops:\n  - cut: {antecedent: 2, d: 0.4}\n    twin: {antecedent: 3, d: \
+                0.35}\n";
+    let mut robot = read_yaml(text, "fourbar.yaml").unwrap();
+    for (name, labels) in [("true", ["null", "1.0", "0x10"]), ("1e5", ["007", "No", "1_000"])] {
+        robot.name = name.into();
+        for (link, label) in robot.links.iter_mut().zip(labels) {
+            link.label = label.into();
+            link.joint.name = label.into();
+            link.name = label.into();
+        }
+        let written = write_yaml(&robot).0;
+        let again = read_yaml(&written, "again.yaml").unwrap_or_else(|e| panic!("{e}\n{written}"));
+        assert_eq!(again.name, robot.name);
+        assert_eq!(again.links.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), labels);
+        assert_eq!(again.passive.iter().map(|p| p.start).collect::<Vec<_>>(), [1.0, 2.0]);
+    }
+}

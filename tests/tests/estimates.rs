@@ -1,0 +1,157 @@
+//! What an estimate says of itself holds, and what is none is refused.
+
+use std::path::Path;
+
+use identification::estimate::artefact::Estimate;
+use identification::estimate::identified::Status;
+use robot::Robot;
+use tests::joint_log;
+use tests::program::{Run, folder, rist};
+use tests::random::Random;
+use tests::{model, model_path, model_text};
+
+fn ur5() -> (Robot, String, Vec<f64>) {
+    let robot = model("ur5.urdf");
+    let x = Random(60).physical_parameters(&robot);
+    (robot, model_path("ur5.urdf").display().to_string(), x)
+}
+
+fn estimate(here: &Path, name: &str) -> Estimate {
+    Estimate::from_yaml(name, &std::fs::read_to_string(here.join(name)).unwrap()).unwrap()
+}
+
+fn done(here: &Path, arguments: &[&str]) -> Run {
+    let run = rist(here, arguments);
+    assert_eq!(run.code, Some(0), "{arguments:?}: {}", run.err);
+    run
+}
+
+/// The experiments of a plan hold joints still: their encoders' noise is no motion, and the logs have one cut-off.
+#[test]
+fn joints_that_are_held_do_not_decide_the_cutoff() {
+    let here = folder("held_joints");
+    let (robot, urdf, x) = ur5();
+    let logs = ["a.csv", "b.csv", "c.csv"];
+    let moving = [[1.0, 1.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]];
+    for (log, amplitude) in logs.iter().zip(&moving) {
+        joint_log::write_measured(&here.join(log), &robot, &x, amplitude, 0.05, 1e-5);
+    }
+    let of = |logs: &[&str]| {
+        done(&here, &[&["identify", &urdf, "--friction", "none", "--out", "e.yaml"], logs].concat());
+        estimate(&here, "e.yaml")
+    };
+    // Sines of at most 0.8 Hz, in bins of 0.1 Hz; a fifth of the rate, which noise asks for, is 100 Hz.
+    let together = of(&logs);
+    assert!(together.cutoff < 30.0, "{together}");
+    let alone = of(&logs[..1]);
+    assert!(alone.cutoff < 30.0, "{alone}");
+    let named = alone.remarks.iter().find(|r| r.contains("hardly move beside them")).unwrap();
+    assert!(named.contains("elbow") && !named.contains("shoulder_pan"), "{named}");
+    assert!(alone.joints[2].f95.is_none() && alone.joints[0].f95.is_some(), "{alone}");
+}
+
+/// 1/2 chi^2 and what it is at most above the least, as the account of a consistent estimate says.
+fn account(estimate: &Estimate) -> (f64, f64) {
+    let text = estimate.remarks.iter().find(|r| r.starts_with("physically consistent")).unwrap();
+    let behind = |words: &str| text.split(words).nth(1).unwrap().split([',', ' ']).next().unwrap().parse().unwrap();
+    (behind("chi^2 = "), behind("at most "))
+}
+
+/// Inertials a thousand times too small in the description move the solution by no more than is said.
+#[test]
+fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
+    let here = folder("wrong_reference");
+    let (robot, urdf, x) = ur5();
+    joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0; 6], 0.05);
+    let mut wrong = String::new();
+    for (i, part) in model_text("ur5.urdf").split('"').enumerate() {
+        let is_mass = wrong.ends_with("<mass value=");
+        let is_inertia = ["ixx=", "ixy=", "ixz=", "iyy=", "iyz=", "izz="].iter().any(|name| wrong.ends_with(name));
+        let text = match part.parse::<f64>() {
+            Ok(number) if is_mass || is_inertia => format!("{:e}", 1e-3 * number),
+            _ => part.to_string(),
+        };
+        if i % 2 == 1 {
+            wrong += &format!("\"{text}\"");
+        } else {
+            wrong += &text;
+        }
+    }
+    std::fs::write(here.join("wrong.urdf"), wrong).unwrap();
+    let of = |urdf: &str| {
+        done(&here, &["identify", urdf, "log.csv", "--friction", "none", "--consistent", "--out", "e.yaml"]);
+        account(&estimate(&here, "e.yaml"))
+    };
+    let ((right, _), (wrong, excess)) = (of(&urdf), of("wrong.urdf"));
+    // 24 logarithms of 0.1 nats, and what the bound itself costs with bodies a thousand times their reference.
+    assert!(wrong - right <= excess && excess < 5.0, "{right} {wrong} {excess}");
+}
+
+/// Torques of the wrong sign are those of no bodies: it is said, and nothing is written for a simulator.
+#[test]
+fn bodies_that_explain_nothing_are_not_written() {
+    let here = folder("wrong_sign");
+    let (robot, urdf, x) = ur5();
+    let negative: Vec<f64> = x.iter().map(|x| -x).collect();
+    joint_log::write(&here.join("log.csv"), &robot, &negative, &[1.0; 6], 0.05);
+    let run = rist(&here, &["identify", &urdf, "log.csv", "--write-urdf", "w.urdf"]);
+    assert_eq!(run.code, Some(1), "{}{}", run.out, run.err);
+    assert!(run.err.contains("nothing is written for a simulator") && !here.join("w.urdf").exists(), "{}", run.err);
+}
+
+/// An estimate knows how its model was read; a file cut short, or without a parameter, is none.
+#[test]
+fn an_estimate_is_whole_and_knows_its_model() {
+    let here = folder("whole");
+    let (robot, urdf, x) = ur5();
+    joint_log::write(&here.join("log.csv"), &robot, &x, &[1.0; 6], 0.01);
+    joint_log::write(&here.join("other.csv"), &robot, &x, &[0.7; 6], 0.01);
+    let flags = ["--rotor-inertia", "actuated", "--friction", "viscous,coulomb", "--out", "e.yaml"];
+    done(&here, &[&["identify", &urdf, "log.csv"], &flags[..]].concat());
+    done(&here, &["validate", &urdf, "e.yaml", "other.csv"]);
+    let again = done(&here, &["validate", &urdf, "e.yaml", "log.csv"]);
+    assert!(again.err.contains("log.csv: the estimate was fitted to it"), "{}", again.err);
+
+    let text = std::fs::read_to_string(here.join("e.yaml")).unwrap();
+    let refused = |text: &str, said: &str| {
+        std::fs::write(here.join("cut.yaml"), text).unwrap();
+        let run = rist(&here, &["validate", &urdf, "cut.yaml", "other.csv"]);
+        assert!(run.code == Some(2) && run.err.contains(said), "{said}: {}", run.err);
+    };
+    refused(&text.lines().take(5).collect::<Vec<_>>().join("\n"), "cut short");
+    let mut fewer = estimate(&here, "e.yaml");
+    let gone = fewer.parameters.remove(3).id.to_string();
+    refused(&fewer.to_yaml().unwrap(), &format!("no parameter {gone}"));
+    fewer.fingerprint.clear();
+    refused(&fewer.to_yaml().unwrap(), "does not say with which model");
+}
+
+/// All joints but one are held: many parameters show in sums only. The sums predict.
+#[test]
+fn what_is_open_does_not_spoil_the_prediction() {
+    let here = folder("open");
+    let (robot, urdf, x) = ur5();
+    joint_log::write(&here.join("a.csv"), &robot, &x, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
+    joint_log::write(&here.join("b.csv"), &robot, &x, &[1.5, 0.0, 0.0, 0.0, 0.0, 0.0], 0.01);
+    let flags = ["--friction", "none", "--out", "e.yaml", "--validate", "b.csv"];
+    done(&here, &[&["identify", &urdf, "a.csv"], &flags[..]].concat());
+    let found = estimate(&here, "e.yaml");
+    let open: Vec<_> = found.parameters.iter().filter(|p| p.status == Status::NotIdentifiable).collect();
+    assert!(open.len() > 5 && open.iter().all(|p| p.value.is_none()), "{found}");
+    let run = done(&here, &["validate", &urdf, "e.yaml", "b.csv", "--out", "v.yaml"]);
+    let total = run.out.lines().find(|l| l.starts_with("total")).unwrap();
+    let total: f64 = total.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!(total < 2.0 * found.total + 1e-3, "fitted {}: {}", found.total, run.out);
+}
+
+/// Experiments have neither friction columns nor weights of their own to choose: it is said.
+#[test]
+fn what_experiments_do_not_heed_is_refused() {
+    let here = folder("unheeded");
+    let race = model_path("race.yaml").display().to_string();
+    let spectral = ["identify", &race, "logs", "--plan", "plan.yaml", "--method", "rist-mh"];
+    for flag in [["--friction", "viscous"], ["--weights", "huber"], ["--validate", "nowhere.csv"], ["--order", "2"]] {
+        let run = rist(&here, &[&spectral[..], &flag].concat());
+        assert!(run.code == Some(2) && run.err.contains(flag[0]), "{flag:?}: {}", run.err);
+    }
+}

@@ -1,0 +1,167 @@
+//! Functions of a link speak of the frame that the file gives it; a file of several compiles; nothing of a text is code.
+
+use expr::{Function, Tape};
+use modeling::{Derivation, LinkFrame, RobotFunction};
+use robot::{Pose, Robot, format};
+use tests::random::Random;
+
+const ARM: &str = "<robot name='arm'><link name='base'/>
+<link name='upper'/><joint name='shoulder' type='continuous'><parent link='base'/><child link='upper'/>
+<origin xyz='0.1 0.2 0.3' rpy='0.4 0 0.2'/><axis xyz='0 1 0'/></joint>
+<link name='fore-arm'/><joint name='elbow' type='continuous'><parent link='upper'/><child link='fore-arm'/>
+<origin xyz='0.5 -0.1 0.2' rpy='0 0.7 0.1'/><axis xyz='0.6 0 0.8'/></joint>
+<link name='flange'/><joint name='mount' type='fixed'><parent link='fore-arm'/><child link='flange'/>
+<origin xyz='0.3 0.1 -0.2' rpy='0.5 -0.2 0.9'/></joint></robot>";
+
+fn arm() -> Robot {
+    format::read_urdf(ARM, "arm.urdf").unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn evaluated(function: &Function, inputs: &[f64]) -> Vec<f64> {
+    let tape = Tape::new(&function.bound());
+    let mut outputs = vec![f64::NAN; tape.n_outputs()];
+    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+/// Rz(yaw) Ry(pitch) Rx(roll), then the axis turned by q: the chain as the file has it, written here.
+fn file_pose(q: &[f64], frame: &str) -> Pose {
+    let rpy = |r: [f64; 3]| {
+        let about = |axis: usize, angle: f64| {
+            let (s, c) = angle.sin_cos();
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            let mut m = [[0.0; 3]; 3];
+            (m[axis][axis], m[i][i], m[j][j], m[i][j], m[j][i]) = (1.0, c, c, -s, s);
+            Pose { rotation: m, position: [0.0; 3] }
+        };
+        about(2, r[2]).compose(&about(1, r[1])).compose(&about(0, r[0]))
+    };
+    let at = |position: [f64; 3], angles: [f64; 3]| Pose { position, ..rpy(angles) };
+    // Rodrigues.
+    let turned = |a: [f64; 3], angle: f64| {
+        let (s, c) = angle.sin_cos();
+        let across = [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]];
+        let entry = |i: usize, j: usize| (if i == j { c } else { 0.0 }) + (1.0 - c) * a[i] * a[j] + s * across[i][j];
+        Pose { rotation: [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j))), position: [0.0; 3] }
+    };
+    let upper = at([0.1, 0.2, 0.3], [0.4, 0.0, 0.2]).compose(&turned([0.0, 1.0, 0.0], q[1]));
+    let fore_arm = upper.compose(&at([0.5, -0.1, 0.2], [0.0, 0.7, 0.1])).compose(&turned([0.6, 0.0, 0.8], q[0]));
+    match frame {
+        "upper" => upper,
+        "fore-arm" => fore_arm,
+        _ => fore_arm.compose(&at([0.3, 0.1, -0.2], [0.5, -0.2, 0.9])),
+    }
+}
+
+#[test]
+fn frames_of_a_urdf_are_the_files() {
+    let robot = arm();
+    assert_eq!(LinkFrame::names(&robot), ["upper", "fore-arm", "flange"]);
+    let of = |name: &str| robot.coordinates.iter().position(|c| c.name == name).unwrap();
+    let (shoulder, elbow) = (of("shoulder"), of("elbow"));
+    let mut derivation = Derivation::new(&robot).unwrap();
+    let mut random = Random(5);
+    for name in ["upper", "fore-arm", "flange", "elbow"] {
+        let frame = LinkFrame::named(&robot, name).unwrap();
+        let (pose, jacobian) = (derivation.pose(frame.clone()), derivation.jacobian(frame.clone()));
+        let external = derivation.external_torque(frame);
+        for _ in 0..5 {
+            let q = [random.unit(), random.unit()];
+            let seen = |q: &[f64]| file_pose(&[q[elbow], q[shoulder]], if name == "elbow" { "fore-arm" } else { name });
+            let (t, wanted) = (evaluated(&pose, &q), seen(&q));
+            for r in 0..3 {
+                for c in 0..4 {
+                    let entry = if c < 3 { wanted.rotation[r][c] } else { wanted.position[r] };
+                    // A chain of some ten rotations.
+                    assert!((t[4 * r + c] - entry).abs() < 1e-13, "{name} {r} {c}: {} {entry}", t[4 * r + c]);
+                }
+            }
+            let j = evaluated(&jacobian, &q);
+            // Central differences: h^2 of truncation and 1e-16 / h of rounding.
+            let h = 1e-5;
+            for k in 0..2 {
+                let moved = |step: f64| {
+                    let mut q = q;
+                    q[k] += step;
+                    seen(&q)
+                };
+                let (a, b) = (moved(-h), moved(h));
+                let rate: [f64; 3] = std::array::from_fn(|i| (b.position[i] - a.position[i]) / (2.0 * h));
+                for axis in 0..3 {
+                    let in_frame: f64 = (0..3).map(|i| wanted.rotation[i][axis] * rate[i]).sum();
+                    assert!((j[2 * axis + k] - in_frame).abs() < 1e-8, "{name}: {} {in_frame}", j[2 * axis + k]);
+                }
+                // R^T dR/dq is the cross product with the angular velocity.
+                let spin = |i: usize, c: usize| -> f64 {
+                    let rate = |r: usize| (b.rotation[r][c] - a.rotation[r][c]) / (2.0 * h);
+                    (0..3).map(|r| wanted.rotation[r][i] * rate(r)).sum()
+                };
+                for (axis, found) in [spin(2, 1), spin(0, 2), spin(1, 0)].into_iter().enumerate() {
+                    assert!((j[2 * (3 + axis) + k] - found).abs() < 1e-8, "{name}: spin {axis}");
+                }
+            }
+            let wrench: [f64; 6] = std::array::from_fn(|_| random.unit());
+            let tau = evaluated(&external, &[&q[..], &wrench].concat());
+            for k in 0..2 {
+                let wanted: f64 = (0..6).map(|r| j[2 * r + k] * wrench[r]).sum();
+                assert!((tau[k] - wanted).abs() < 1e-14);
+            }
+        }
+    }
+}
+
+fn written(robot: &Robot, functions: &[RobotFunction]) -> String {
+    codegen::rust_file(&modeling::module(robot, functions).unwrap_or_else(|e| panic!("{e}")), "a test")
+}
+
+#[test]
+fn functions_carry_their_link_and_stand_once() {
+    let robot = arm();
+    let frame = |name: &str| LinkFrame::named(&robot, name).unwrap();
+    let pose = |name: &str| RobotFunction::Pose(frame(name));
+    let jacobian = RobotFunction::Jacobian(frame("fore-arm"));
+    let gravity = RobotFunction::Gravity;
+    let asked = [pose("upper"), pose("flange"), pose("flange"), jacobian, gravity.clone(), gravity];
+    let text = written(&robot, &asked);
+    for function in ["pose_upper", "pose_flange", "jacobian_fore_arm", "gravity"] {
+        assert_eq!(text.matches(&format!("pub fn {function}<")).count(), 1, "{function}");
+    }
+    assert!(text.contains("the frame is that of the robot's file"));
+    assert_eq!(LinkFrame::named(&robot, "hand"), None);
+    let khalil = tests::model("rx90.yaml");
+    let third = LinkFrame::named(&khalil, "3").unwrap();
+    assert!(written(&khalil, &[RobotFunction::Pose(third)]).contains("the frame is Khalil's"));
+}
+
+/// What stands in the head is what a reader of the code counts.
+#[test]
+fn counts_are_those_of_the_code() {
+    for (file, function) in [("ur5.yaml", RobotFunction::InertiaMatrix), ("sr400.par", RobotFunction::Gravity)] {
+        let name = if function == RobotFunction::Gravity { "gravity<" } else { "inertia_matrix<" };
+        let text = written(&tests::model(file), &[function]);
+        let counts: Vec<usize> = text
+            .lines()
+            .filter(|line| line.starts_with("/// ") && line.ends_with("sin_cos."))
+            .map(|line| line[4..].split(' ').next().unwrap().parse().unwrap())
+            .collect();
+        let body = text.split("pub fn ").find(|part| part.starts_with(name)).unwrap();
+        let body = body.split("\n}").next().unwrap();
+        assert_eq!(body.matches(" * ").count() + body.matches(" / ").count(), counts[0], "{file} {name}");
+    }
+}
+
+#[test]
+fn nothing_of_a_name_becomes_code() {
+    let mut robot = tests::model("planar2r.yaml");
+    robot.name = "r\nfn pwned() {}\r\u{2028}fn pwned() {}".into();
+    robot.source = Some("here\n#[no_mangle]\nfn pwned() {}".into());
+    robot.coordinates[0].name = "q1\nfn pwned() {}".into();
+    let text = written(&robot, &[]);
+    for line in text.lines().filter(|line| line.contains("pwned")) {
+        let harmless = line.starts_with("//")
+            || line.trim_start().starts_with('"')
+            || line.contains(": &str = \"")
+            || line.contains("= [\"");
+        assert!(harmless, "{line}");
+    }
+}

@@ -1,0 +1,106 @@
+//! The pages point at what is there: links, files and items of the code.
+
+use std::path::{Path, PathBuf};
+
+use tests::workspace;
+
+/// Pages at the root and in docs/, by path below the root.
+fn pages() -> Vec<String> {
+    let mut found = Vec::new();
+    for folder in ["", "docs", "docs/how-to", ".github/ISSUE_TEMPLATE"] {
+        let entries = std::fs::read_dir(workspace().join(folder)).unwrap_or_else(|e| panic!("{folder}: {e}"));
+        let names = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).filter(|n| n.ends_with(".md"));
+        found.extend(names.map(|name| Path::new(folder).join(name).display().to_string()));
+    }
+    found.sort();
+    assert!(found.len() > 10, "{found:?}");
+    found
+}
+
+fn text(page: &str) -> String {
+    std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"))
+}
+
+/// The targets of `[text](target)`, without anchors and addresses of the web.
+fn links(text: &str) -> Vec<&str> {
+    let targets = text.split("](").skip(1).filter_map(|rest| Some(rest.split_once(')')?.0));
+    let files = targets.filter_map(|target| target.split('#').next());
+    files.filter(|file| !file.is_empty() && !file.contains("://")).collect()
+}
+
+/// Words that name a file or a folder of the repository: they begin with one of its folders and hold no stand-in.
+fn files_named(text: &str) -> Vec<&str> {
+    let ends = |c: char| c.is_whitespace() || "`()|,;:'\"".contains(c);
+    let words = text.split(ends).map(|word| word.trim_end_matches('.'));
+    let roots = ["crates/", "docs/", "models/", "tests/", "xtask/", "generated/"];
+    let named = |word: &&str| {
+        let stands_in = word.contains("NAME") || word.contains(['*', '<', '{', '[']);
+        roots.iter().any(|root| word.starts_with(root) && word.len() > root.len()) && !stands_in
+    };
+    words.filter(named).collect()
+}
+
+/// Items of the code that a page names: `crate::module::Item`.
+fn items_named(text: &str) -> Vec<&str> {
+    let crates = ["expr", "robot", "modeling", "codegen", "logs", "identification", "rist"];
+    let code = text.split('`').skip(1).step_by(2).filter(|word| !word.contains(char::is_whitespace));
+    code.filter(|word| word.split_once("::").is_some_and(|(first, _)| crates.contains(&first))).collect()
+}
+
+/// Whether the last name of a path stands as a word in the file of the module before it.
+fn is_there(item: &str) -> bool {
+    let parts: Vec<&str> = item.split("::").collect();
+    let (Some(name), [first, modules @ ..]) = (parts.last(), &parts[..parts.len() - 1]) else { return false };
+    let module: PathBuf = ["crates", first, "src"].iter().chain(modules).collect();
+    let candidates = [module.with_extension("rs"), module.join("mod.rs"), module.join("lib.rs")];
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    candidates.iter().filter_map(|file| std::fs::read_to_string(workspace().join(file)).ok()).any(|source| {
+        let public = source.lines().filter(|line| !line.trim_start().starts_with("//"));
+        public.flat_map(|line| line.split(|c| !is_word(c))).any(|word| word == *name)
+    })
+}
+
+#[test]
+fn links_lead_somewhere() {
+    for page in pages() {
+        let folder = workspace().join(&page).parent().unwrap().to_path_buf();
+        for link in links(&text(&page)) {
+            assert!(folder.join(link).exists(), "{page}: there is no {link}");
+        }
+    }
+}
+
+#[test]
+fn files_that_a_page_names_are_there() {
+    let mut count = 0;
+    for page in pages() {
+        for file in files_named(&text(&page)) {
+            assert!(workspace().join(file).exists(), "{page}: there is no {file}");
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count} files");
+}
+
+#[test]
+fn items_that_a_page_names_are_there() {
+    let mut count = 0;
+    for page in pages() {
+        for item in items_named(&text(&page)).into_iter().filter(|item| !item.contains("NAME")) {
+            assert!(is_there(item), "{page}: there is no {item}");
+            count += 1;
+        }
+    }
+    assert!(count > 60, "{count} items");
+}
+
+#[test]
+fn what_is_named_is_found() {
+    assert_eq!(links("a [b](c.md#d), [e](#f), [g](https://h.i/j) and [k](../l)"), ["c.md", "../l"]);
+    assert_eq!(
+        files_named("in `crates/expr/src/`, tests/tests/NAME.rs and docs/a.md."),
+        ["crates/expr/src/", "docs/a.md"]
+    );
+    assert_eq!(items_named("`robot::Robot`, `std::fs` and `cargo test`"), ["robot::Robot"]);
+    assert!(is_there("robot::Robot") && !is_there("robot::Rabbit") && !is_there("robot::format::none::Robot"));
+}
