@@ -10,8 +10,9 @@ use crate::estimate::passport::finding::{Fault, Finding};
 /// rad (m): a joint that moves less says nothing.
 const MOVES: f64 = 0.02;
 
-/// There and back once is the least that tells inertia from gravity and friction.
-const PERIODS: f64 = 1.0;
+/// There and back once is the least that tells inertia from gravity and friction; of a measured motion of one period
+/// (cobot6) the ends are missing.
+const PERIODS: f64 = 0.75;
 
 /// Squared correlation above which a velocity is the slope of a position, and below which it is not. Measured
 /// velocities reach 0.97 and more with their own positions.
