@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use robot::Robot;
+use robot::{Robot, StandardParameter};
 
 use crate::random::{Random, State};
 use crate::recursion;
@@ -104,4 +104,25 @@ pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], 
     let machine = Machine { robot, parameters: x, amplitude, viscous, coulomb, noise, encoder, speed: 0.0, delay: 0.0 };
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
     machine.log().write(path, &names);
+}
+
+/// The standard parameters of a description.
+pub fn described(robot: &Robot) -> Vec<f64> {
+    StandardParameter::all(robot).iter().map(|p| p.value(robot).unwrap_or(0.0)).collect()
+}
+
+/// The machine behind a description: every standard parameter is off by up to 15 %.
+pub fn unlike(robot: &Robot, seed: u64) -> Vec<f64> {
+    let mut random = Random(seed);
+    described(robot).iter().map(|x| x * (1.0 + 0.15 * random.unit())).collect()
+}
+
+/// What a machine logs, with friction and noise, each joint swinging by `amplitude` rad, torques late by `delay` s.
+pub fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLog {
+    let n = robot.n_coordinates();
+    let share = |k: usize| (1.0 - k as f64 / n as f64).powi(2) + 0.05;
+    let viscous: Vec<f64> = (0..n).map(|k| 5.0 * share(k)).collect();
+    let coulomb: Vec<f64> = (0..n).map(|k| 4.0 * share(k)).collect();
+    let (viscous, coulomb, amplitude) = (&viscous, &coulomb, &vec![amplitude; n]);
+    Machine { robot, parameters: x, amplitude, viscous, coulomb, noise: 0.1, encoder: 0.0, speed: 1e-3, delay }.log()
 }

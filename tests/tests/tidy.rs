@@ -98,6 +98,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "recursion",
             "lagrangian",
             "joint_log",
+            "faults",
             "planar_log",
             "program",
             "tape_robot",

@@ -21,6 +21,8 @@ pub enum Change {
     Opposed(usize),
     /// Position and torque of a joint have the other sign.
     Reversed(usize),
+    /// Motion and torque of two joints are each those of the other.
+    SwappedJoints(usize, usize),
     /// All that two joints do is that of the other.
     SwappedMotions(usize, usize),
     /// Positions alone, velocities as they are.
@@ -41,12 +43,20 @@ use Change::*;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 impl Change {
+    /// The same exchange of velocities, of a change that exchanges positions.
+    pub fn of_velocities(self) -> Change {
+        match self {
+            SwappedPositions(k, l) => SwappedVelocities(k, l),
+            other => other,
+        }
+    }
+
     /// Applies it to the motion of one instant.
     fn motion(self, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
         match self {
             Turned(k, by) => q[k] += by,
             Mirrored(k) | Reversed(k) => [q, dq, ddq].into_iter().for_each(|x| x[k] = -x[k]),
-            SwappedMotions(k, l) => [q, dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
+            SwappedMotions(k, l) | SwappedJoints(k, l) => [q, dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
             SwappedPositions(k, l) => q.swap(k, l),
             SwappedVelocities(k, l) => [dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
             Degrees => {
@@ -62,8 +72,8 @@ impl Change {
     fn torque(self, j: usize) -> (usize, f64) {
         match self {
             Opposed(k) | Reversed(k) if k == j => (j, -1.0),
-            SwappedTorques(k, l) if k == j => (l, 1.0),
-            SwappedTorques(k, l) if l == j => (k, 1.0),
+            SwappedTorques(k, l) | SwappedJoints(k, l) if k == j => (l, 1.0),
+            SwappedTorques(k, l) | SwappedJoints(k, l) if l == j => (k, 1.0),
             _ => (j, 1.0),
         }
     }
@@ -130,17 +140,7 @@ pub fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
 
 /// The columns of a joint's own that no description has: ddq, dq, its direction, 1.
 pub fn own_columns(states: &States, rows: &[usize], j: usize, changes: &[Change]) -> Vec<Vec<f64>> {
-    // Whose motion joint j has; a sign changes no span.
-    let of = |velocity: bool| {
-        changes.iter().fold(j, |j, change| match *change {
-            SwappedMotions(k, l) if k == j => l,
-            SwappedMotions(k, l) if l == j => k,
-            SwappedVelocities(k, l) if velocity && k == j => l,
-            SwappedVelocities(k, l) if velocity && l == j => k,
-            _ => j,
-        })
-    };
-    let (n, k) = (states.n, of(true));
+    let (n, k) = (states.n, motion_of(changes, j));
     vec![
         vec![1.0; rows.len()],
         column(&states.dq, n, k, rows),
@@ -179,9 +179,18 @@ pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scal
     found.iter().enumerate().map(misfit).collect()
 }
 
+/// Whose velocity in the log is that of joint j; the change done last is met first, and a sign changes no span.
+pub fn motion_of(changes: &[Change], j: usize) -> usize {
+    changes.iter().rev().fold(j, |j, change| match *change {
+        SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
+        SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if l == j => k,
+        _ => j,
+    })
+}
+
 /// Which column of the log is the torque of joint j, and its sign.
-fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
-    changes.iter().fold((j, 1.0), |(of, sign), change| {
+pub fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
+    changes.iter().rev().fold((j, 1.0), |(of, sign), change| {
         let (next, s) = change.torque(of);
         (next, sign * s)
     })

@@ -13,7 +13,7 @@ use crate::estimate::passport::finding::{Fault, Finding};
 use crate::estimate::passport::regression::{Basis, Partial};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
-use crate::estimate::passport::significant;
+use crate::estimate::passport::{TELLING, significant};
 use crate::model::regressor::Regressor;
 
 /// What there is to look at.
@@ -28,9 +28,6 @@ pub struct Look<'a> {
 
 /// |tau - T| / |tau| without friction: no machine moves without.
 const COMPUTED: f64 = 2e-3;
-
-/// Share of the torque beyond which a joint's slope is a number.
-pub const TELLING: f64 = 0.5;
 
 /// Common slopes within these are errors of nominal inertials, not another unit.
 const UNIT: std::ops::Range<f64> = 0.25..4.0;
@@ -194,7 +191,15 @@ impl Look<'_> {
             100.0 * found.after,
             100.0 * found.before
         );
-        let mut joints: Vec<String> = found.joints().into_iter().map(|k| self.name(k)).collect();
+        let changed = found.joints(self.n());
+        let evidence = match changed.len() {
+            0..=2 => evidence,
+            _ => {
+                let source = |&k: &usize| format!("{} is logged as {}", self.name(k), self.name(found.source(k)));
+                format!("{}; {evidence}", changed.iter().map(source).collect::<Vec<_>>().join(", "))
+            }
+        };
+        let mut joints: Vec<String> = changed.into_iter().map(|k| self.name(k)).collect();
         if found.fault() == Fault::Degrees {
             joints.push("all joints".into());
         }
@@ -244,7 +249,11 @@ impl Look<'_> {
             let (x, y) = (&samples.before.direction, &samples.after.direction);
             let turns: Vec<f64> = chosen.iter().map(|&r| rate(x, y, r, r)).collect();
             let mut columns = own_columns(&samples.kept, &chosen, j, &[]);
-            columns.extend([column(&at, n, j, &places), turns]);
+            // Friction that grows with the load turns round with the joint as late torques do.
+            let torque = column(&at, n, j, &places);
+            let direction = column(&samples.kept.direction, n, j, &chosen);
+            let load = torque.iter().zip(&direction).map(|(torque, d)| torque.abs() * d).collect();
+            columns.extend([torque, load, turns]);
             let basis = Basis::of(columns);
             let tau = column(&samples.kept.tau, n, j, &chosen);
             let partial = Partial::of(&basis.without(tau), &basis.without(rates));
@@ -254,7 +263,8 @@ impl Look<'_> {
         let seconds = found.iter().map(|f| f.0 * f.1).sum::<f64>() / sum;
         let share = sum / found.len().max(1) as f64;
         let spread = found.iter().map(|f| f.1 * (f.0 - seconds).powi(2)).sum::<f64>() / sum;
-        let clear = share > LATE && seconds.abs() > LEAST && spread.sqrt() < 0.5 * seconds.abs();
+        let clear =
+            found.len() >= n.min(2) && share > LATE && seconds.abs() > LEAST && spread.sqrt() < 0.5 * seconds.abs();
         clear.then(|| Finding {
             fault: Fault::Delay(seconds),
             joints: Vec::new(),

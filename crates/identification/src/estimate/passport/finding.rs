@@ -21,6 +21,10 @@ pub enum Fault {
     FrictionSign,
     /// The position of the description minus that of the log, rad.
     Zero(f64),
+    /// All signals of two joints are swapped.
+    SwappedJoints,
+    /// Columns are in another order than the joints.
+    Permuted(Columns),
     /// Positions and velocities of two joints are swapped.
     SwappedMotions,
     /// The positions of two joints are swapped, velocities as they are.
@@ -47,6 +51,17 @@ pub enum Fault {
     Degrees,
     /// Periods of the joint that makes most.
     Short(f64),
+}
+
+/// Columns of a log that stand in one order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Columns {
+    /// Positions, velocities and torques.
+    All,
+    /// Positions and velocities.
+    Motions,
+    /// Torques.
+    Torques,
 }
 
 impl Fault {
@@ -94,6 +109,15 @@ impl Finding {
             Fault::FrictionSign => format!("friction drives {of}: the sign of its torque or of its position is wrong"),
             Fault::Zero(angle) => {
                 format!("the zero of {of} is off by {:.0} degrees", angle.to_degrees())
+            }
+            Fault::SwappedJoints => format!("the columns of {pair} are swapped (position, velocity and torque)"),
+            Fault::Permuted(columns) => {
+                let what = match columns {
+                    Columns::All => "position, velocity and torque",
+                    Columns::Motions => "position and velocity",
+                    Columns::Torques => "torque",
+                };
+                format!("the columns of {of} are in another order ({what})")
             }
             Fault::SwappedMotions => format!("the columns of {pair} are swapped (position and velocity)"),
             Fault::SwappedPositions => format!("the position columns of {pair} are swapped"),

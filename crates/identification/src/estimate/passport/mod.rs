@@ -17,6 +17,7 @@ mod change;
 mod diagnosis;
 pub mod finding;
 pub mod friction;
+mod order;
 mod regression;
 mod samples;
 mod search;
@@ -63,6 +64,10 @@ pub struct Passport {
     /// What could not be looked at, in sentences.
     pub untold: Vec<String>,
 }
+
+/// Share of the torque beyond which a joint's slope is a number, and below which it is none.
+const TELLING: f64 = 0.5;
+const SLIGHT: f64 = 0.05;
 
 /// Samples that are looked at, at least, where there are as many.
 const TRIED: usize = 400;
@@ -132,7 +137,12 @@ impl fmt::Display for Passport {
         writeln!(f, "{:<width$}  {:>8}  {:>6}  {:>9}  {:<9}", "joint", head[0], head[1], head[2], head[3])?;
         let percent = |x: Option<f64>| x.map_or("-".into(), |x| format!("{:.0} %", 100.0 * x));
         for j in &self.joints {
-            let slope = j.slope.map_or("-".into(), significant);
+            // A slope that stands on little says little.
+            let slope = match (j.slope, j.share) {
+                (Some(slope), Some(share)) if share > TELLING => significant(slope),
+                (Some(slope), Some(share)) if share > SLIGHT => format!("({})", significant(slope)),
+                _ => "-".into(),
+            };
             let friction = match j.friction {
                 None => "-",
                 Some(friction) if friction.drives => "drives",

@@ -2,12 +2,12 @@
 //!
 //! Each change is tried on some hundred samples; the one with the smallest sum of misfits is taken where it takes away
 //! most of what is wrong, and the search goes on from there for a second mistake. A zero is searched every 15 degrees
-//! and then refined.
+//! and then refined. Where no such mistakes explain the log, an order of its columns is searched (`order`).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::estimate::passport::change::{Change, Description, misfits, partials};
-use crate::estimate::passport::finding::Fault;
+use crate::estimate::passport::change::{Change, Description, misfits, motion_of, partials, torque_of};
+use crate::estimate::passport::finding::{Columns, Fault};
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::samples::Samples;
 
@@ -22,10 +22,11 @@ pub struct Search<'a> {
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A change that explains, with the mean misfit of all joints before and after.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A mistake that explains, with the mean misfit of all joints before and after.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Suspicion {
-    pub change: Change,
+    /// One change, or the exchanges that make up an order.
+    pub changes: Vec<Change>,
     pub before: f64,
     pub after: f64,
 }
@@ -39,6 +40,9 @@ const SHARE: f64 = 0.6;
 const GAIN: f64 = 0.5;
 /// .. and an arbitrary zero must beat the plain changes by this.
 const ARBITRARY: f64 = 0.7;
+
+/// Mean misfit below which an order of the columns, one of thousands, explains the log.
+const ORDERED: f64 = 0.15;
 
 /// Of the misfits, that tells swapped positions from swapped velocities.
 const KNOWN: f64 = 0.1;
@@ -85,12 +89,20 @@ impl Search<'_> {
             if before - after < gain {
                 break;
             }
-            found.push(Suspicion { change, before: before / n, after: after / n });
+            found.push(Suspicion { changes: vec![change], before: before / n, after: after / n });
             undone.push(change);
             current = misfits;
         }
+        let (whole, left) = (sum(&unchanged), sum(&current));
+        // What one mistake explains well is that mistake.
+        if whole >= GAIN && (found.len() != 1 || left > ORDERED * n) {
+            let ordered = self.order(as_it_is, &sum).filter(|(_, m)| sum(m) < (ORDERED * n).min(ARBITRARY * left));
+            if let Some((changes, misfits)) = ordered {
+                return (vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits);
+            }
+        }
         // A first mistake of two may explain little by itself; all together must explain most.
-        if sum(&current) > SHARE * sum(&unchanged) {
+        if left > SHARE * whole {
             return (Vec::new(), unchanged);
         }
         (found, current)
@@ -136,16 +148,20 @@ impl Search<'_> {
             }
             let last = if n > FEW { (k + NEAR + 1).min(n) } else { n };
             for l in k + 1..last {
-                all.extend([SwappedMotions(k, l), SwappedTorques(k, l)]);
+                all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)]);
             }
         }
         all
     }
 
     fn tried(&self, rows: &[usize], undone: &[Change], change: Change, as_it_is: &[Partial]) -> Vec<f64> {
-        let changes = [undone, &[change]].concat();
-        let found = partials(self.description, &self.samples.kept, rows, &changes);
-        misfits(&found, as_it_is, &changes, self.scale)
+        self.all_tried(rows, &[undone, &[change]].concat(), as_it_is)
+    }
+
+    /// The misfits with these changes.
+    pub fn all_tried(&self, rows: &[usize], changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
+        let found = partials(self.description, &self.samples.kept, rows, changes);
+        misfits(&found, as_it_is, changes, self.scale)
     }
 
     /// The best zero of joint k.
@@ -178,25 +194,41 @@ impl Search<'_> {
 const ROUNDS: usize = 10;
 
 impl Suspicion {
-    /// The joints that were changed.
-    pub fn joints(&self) -> Vec<usize> {
+    /// The joints that were changed, of n.
+    pub fn joints(&self, n: usize) -> Vec<usize> {
         use Change::*;
-        match self.change {
-            Turned(k, _) | Mirrored(k) | Opposed(k) | Reversed(k) => vec![k],
-            SwappedMotions(k, l) | SwappedPositions(k, l) | SwappedVelocities(k, l) | SwappedTorques(k, l) => {
-                vec![k, l]
-            }
-            Degrees | Weightless => Vec::new(),
+        match *self.changes.as_slice() {
+            [Turned(k, _) | Mirrored(k) | Opposed(k) | Reversed(k)] => vec![k],
+            [Degrees | Weightless] => Vec::new(),
+            _ => (0..n).filter(|&k| self.source(k) != k).collect(),
+        }
+    }
+
+    /// Whose columns are those of joint k.
+    pub fn source(&self, k: usize) -> usize {
+        let changes: Vec<Change> = self.changes.iter().map(|change| change.of_velocities()).collect();
+        match motion_of(&changes, k) {
+            same if same == k => torque_of(&changes, k).0,
+            other => other,
         }
     }
 
     pub fn fault(&self) -> Fault {
         use Change::*;
-        match self.change {
+        let Some(&first) = self.changes.first() else { return Fault::OtherRobot };
+        if self.changes.len() > 1 {
+            return Fault::Permuted(match first {
+                SwappedTorques(..) => Columns::Torques,
+                SwappedMotions(..) => Columns::Motions,
+                _ => Columns::All,
+            });
+        }
+        match first {
             Turned(_, angle) => Fault::Zero(angle),
             Mirrored(_) => Fault::MotionSign,
             Opposed(_) => Fault::TorqueSign,
             Reversed(_) => Fault::Reversed,
+            SwappedJoints(..) => Fault::SwappedJoints,
             SwappedMotions(..) => Fault::SwappedMotions,
             SwappedPositions(..) => Fault::SwappedPositions,
             SwappedVelocities(..) => Fault::SwappedVelocities,
@@ -213,7 +245,8 @@ impl Suspicion {
             let all: Vec<String> = (0..n).map(|j| if j == k { value } else { others }.to_string()).collect();
             format!("[{}]", all.join(", "))
         };
-        match self.change {
+        let Some(&change) = self.changes.first() else { return String::new() };
+        match change {
             Turned(k, angle) => {
                 let rounded = (1e4 * angle).round() / 1e4;
                 format!("--options: transmission: {{offsets: {}}}", list(k, rounded, 0.0))
@@ -223,6 +256,11 @@ impl Suspicion {
             }
             Reversed(k) => format!("--options: transmission: {{ratios: {}}}", list(k, -1.0, 1.0)),
             Mirrored(_) => "change the sign of its position and velocity columns".into(),
+            SwappedJoints(..) => {
+                "--options: columns: {position: [..], velocity: [..], torque: [..]} in the order of the \
+                                  joints"
+                    .into()
+            }
             SwappedMotions(..) | SwappedPositions(..) => "--options: columns: {position: [..], velocity: [..]} in the \
                                                           order of the joints"
                 .into(),
