@@ -6,6 +6,7 @@
 //! predicts it, 1 where it might as well be absent.
 
 use crate::algebra::vector::dot;
+use crate::estimate::passport::finding::Columns;
 use crate::estimate::passport::regression::{Basis, Partial};
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
@@ -43,6 +44,16 @@ use Change::*;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 impl Change {
+    /// Which columns it exchanges, where it exchanges all of a kind.
+    pub fn exchanges(self) -> Option<Columns> {
+        match self {
+            SwappedJoints(..) => Some(Columns::All),
+            SwappedMotions(..) => Some(Columns::Motions),
+            SwappedTorques(..) => Some(Columns::Torques),
+            _ => None,
+        }
+    }
+
     /// The same exchange of velocities, of a change that exchanges positions.
     pub fn of_velocities(self) -> Change {
         match self {

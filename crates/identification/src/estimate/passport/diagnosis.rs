@@ -8,9 +8,10 @@
 use logs::Suspect;
 
 use crate::estimate::passport::Passport;
-use crate::estimate::passport::change::{Description, column, own_columns, used};
+use crate::estimate::passport::change::Description;
+use crate::estimate::passport::delay::common_lag;
 use crate::estimate::passport::finding::{Fault, Finding};
-use crate::estimate::passport::regression::{Basis, Partial};
+use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::{TELLING, significant};
@@ -65,6 +66,9 @@ impl Look<'_> {
         if !wrong_velocities && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
             findings.extend(self.friction(passport, &findings));
         }
+        if findings.is_empty() {
+            findings.extend(self.delay());
+        }
         findings.sort_by_key(|f| !f.fault.is_gross());
         passport.findings = findings;
     }
@@ -101,7 +105,9 @@ impl Look<'_> {
         let all_signs = telling.len() >= 2 && 4 * negative >= 3 * telling.len();
         let mut sizes: Vec<f64> = telling.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        let scale = sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
+        // A single joint, of several, may be wrong by itself.
+        let are_enough = sizes.len() >= self.n().min(2);
+        let scale = sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0);
         let list = || {
             let text = |p: &Partial| if p.share() > TELLING { significant(p.slope()) } else { "-".into() };
             let texts: Vec<String> = slopes.iter().map(text).collect();
@@ -133,8 +139,6 @@ impl Look<'_> {
         if changes.is_empty() {
             if let Some(finding) = self.other_robot(&misfits, slopes, scale, passport, list()) {
                 found.push(finding);
-            } else if found.is_empty() {
-                found.extend(self.delay(description, slopes));
             }
         }
         if telling.is_empty() && found.is_empty() {
@@ -235,41 +239,14 @@ impl Look<'_> {
         })
     }
 
-    /// A common delay that explains much of what is left.
-    fn delay(&self, description: &Description, slopes: &[Partial]) -> Option<Finding> {
-        let (n, rows, samples) = (self.n(), self.rows, self.samples);
-        let torques = |states| description.torques(states, rows, &[]);
-        let (before, at, after) = (torques(&samples.before), torques(&samples.kept), torques(&samples.after));
-        let mut found: Vec<(f64, f64)> = Vec::new();
-        for j in (0..n).filter(|&j| slopes[j].share() > TELLING) {
-            let places = used(&samples.kept, rows, j);
-            let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();
-            let rate = |a: &[f64], b: &[f64], i: usize, r: usize| (b[i * n + j] - a[i * n + j]) / samples.span[r];
-            let rates: Vec<f64> = places.iter().map(|&i| rate(&before, &after, i, rows[i])).collect();
-            let (x, y) = (&samples.before.direction, &samples.after.direction);
-            let turns: Vec<f64> = chosen.iter().map(|&r| rate(x, y, r, r)).collect();
-            let mut columns = own_columns(&samples.kept, &chosen, j, &[]);
-            // Friction that grows with the load turns round with the joint as late torques do.
-            let torque = column(&at, n, j, &places);
-            let direction = column(&samples.kept.direction, n, j, &chosen);
-            let load = torque.iter().zip(&direction).map(|(torque, d)| torque.abs() * d).collect();
-            columns.extend([torque, load, turns]);
-            let basis = Basis::of(columns);
-            let tau = column(&samples.kept.tau, n, j, &chosen);
-            let partial = Partial::of(&basis.without(tau), &basis.without(rates));
-            found.push((-partial.slope() / slopes[j].slope(), partial.share()));
-        }
-        let sum: f64 = found.iter().map(|f| f.1).sum();
-        let seconds = found.iter().map(|f| f.0 * f.1).sum::<f64>() / sum;
-        let share = sum / found.len().max(1) as f64;
-        let spread = found.iter().map(|f| f.1 * (f.0 - seconds).powi(2)).sum::<f64>() / sum;
-        let clear =
-            found.len() >= n.min(2) && share > LATE && seconds.abs() > LEAST && spread.sqrt() < 0.5 * seconds.abs();
-        clear.then(|| Finding {
-            fault: Fault::Delay(seconds),
+    /// A delay on which the joints agree.
+    fn delay(&self) -> Option<Finding> {
+        let lag = common_lag(self.regressor, self.samples, self.rows)?;
+        Some(Finding {
+            fault: Fault::Delay(lag.seconds),
             joints: Vec::new(),
-            evidence: format!("it explains {:.0} % of what the description leaves of the torques", 100.0 * share),
-            remedy: format!("--delay {seconds:.4}"),
+            evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
+            remedy: format!("--delay {:.4}, or --delay auto", lag.seconds),
         })
     }
 }
@@ -286,8 +263,3 @@ const FOREIGN: f64 = 0.6;
 
 /// |residual| / |torque| of the joint's own row above which its torque is noise.
 const NOISY: f64 = 0.5;
-
-/// Share of the rest that a delay must explain, and s it must be long. Measured robots have up to 0.05 by chance, a
-/// delay of 8 ms beside inertials that are wrong by 15 % has 0.35.
-const LATE: f64 = 0.15;
-const LEAST: f64 = 0.003;

@@ -14,6 +14,7 @@
 //! mistake of a log.
 
 mod change;
+mod delay;
 mod diagnosis;
 pub mod finding;
 pub mod friction;

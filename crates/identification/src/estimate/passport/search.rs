@@ -105,7 +105,7 @@ impl Search<'_> {
         if left > SHARE * whole {
             return (Vec::new(), unchanged);
         }
-        (found, current)
+        (merged(found), current)
     }
 
     /// The change that leaves least beside those undone.
@@ -190,6 +190,18 @@ impl Search<'_> {
     }
 }
 
+/// Exchanges of one kind are one order.
+fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
+    let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
+    let kind = all.first().and_then(|change| change.exchanges());
+    match (found.first(), found.last()) {
+        (Some(first), Some(last)) if kind.is_some() && all.iter().all(|change| change.exchanges() == kind) => {
+            vec![Suspicion { changes: all, before: first.before, after: last.after }]
+        }
+        _ => found,
+    }
+}
+
 /// Rounds of the search between two steps: to half a degree.
 const ROUNDS: usize = 10;
 
@@ -217,11 +229,7 @@ impl Suspicion {
         use Change::*;
         let Some(&first) = self.changes.first() else { return Fault::OtherRobot };
         if self.changes.len() > 1 {
-            return Fault::Permuted(match first {
-                SwappedTorques(..) => Columns::Torques,
-                SwappedMotions(..) => Columns::Motions,
-                _ => Columns::All,
-            });
+            return Fault::Permuted(first.exchanges().unwrap_or(Columns::All));
         }
         match first {
             Turned(_, angle) => Fault::Zero(angle),
