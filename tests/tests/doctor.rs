@@ -248,5 +248,6 @@ fn faults_are_named_in_measured_logs() {
             println!("{}: {}: {} {text}", model.robot.name, mistake.name, if is_named { "named" } else { "NOT NAMED" });
         }
         println!("{}: {named} of {}", model.robot.name, mistakes.len());
+        assert!(named + 1 >= mistakes.len(), "{}: {named} of {}", model.robot.name, mistakes.len());
     }
 }

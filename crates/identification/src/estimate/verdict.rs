@@ -180,8 +180,12 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     if estimate.condition_number.is_finite() && estimate.condition_number > 0.0 {
         reasons.push(format!("condition number {:.0}", estimate.condition_number));
     }
-    if evidence.passport.is_some() {
-        reasons.push("log and description agree in signs, units and columns as far as can be told".into());
+    match evidence.passport {
+        Some(passport) if passport.untold.is_empty() => {
+            reasons.push("log and description agree in signs, units, zeros and columns".into());
+        }
+        Some(passport) => reasons.push(passport.untold.join("; ")),
+        None => {}
     }
     reasons
 }
@@ -217,8 +221,8 @@ fn next(evidence: &Evidence, trust: Trust) -> String {
             "move the joints that the remarks name, or hold the rest by bodies (--consistent)".into()
         }
         Trust::WithCare => "log a longer and richer motion (rist plan), or try --friction auto".into(),
-        Trust::Yes if evidence.predicted.is_none() => "predict a log that was not fitted (--validate other.csv)".into(),
-        Trust::Yes => "use it: --consistent --write-urdf writes a model for simulators".into(),
+        Trust::Yes if evidence.predicted.is_none() => "predict a log that was not fitted (rist validate)".into(),
+        Trust::Yes => "use it (--write-urdf and --write-mjcf write it for simulators)".into(),
     }
 }
 

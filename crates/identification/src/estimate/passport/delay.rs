@@ -1,19 +1,18 @@
-//! Torques that are logged late, or early, whatever the description: what is left of a joint's torque goes with the
-//! rate of what its own row of the regressor explains.
+//! Torques that are logged late, or early, whatever the description: by how much the rows must be shifted to explain them.
 //!
-//! tau_j(t) = P_j(t - d), P_j = Y_j X_j + b dq_j + c direction_j + e, so that to first order
 //! ```text
-//! tau_j = P_j - d dP_j/dt
+//! tau_j(t) = Y_j(t - d) X + b_j dq_j(t - d) + c_j direction_j + e_j |tau_j| direction_j + o_j
 //! ```
-//! X_j, b, c, e are fitted for each joint; then tau_j is regressed on dP_j/dt beside all these columns, the turns of the
-//! friction and friction that grows with the load, which turns round with the joint as late torques do. Rows within
-//! 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c): the filtered velocity does not know when a joint sticks.
+//! d and X are common to all joints. With Y_j(t - d) = Y_j - d dY_j/dt the search is Gauss-Newton in d: the torques are
+//! regressed on the shifted columns and on the rate of what these explain, joints by the size of what they leave.
+//! Friction that grows with the load is among the columns, for it turns round with the joint as late torques do. Rows
+//! within 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c): the filtered velocity does not know when a joint
+//! sticks.
 
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::Accumulator;
 use crate::algebra::vector::dot;
-use crate::estimate::passport::change::{FEWEST, column, used};
-use crate::estimate::passport::regression::{Basis, Partial};
+use crate::estimate::passport::change::{FEWEST, used};
 use crate::estimate::passport::samples::Samples;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
@@ -23,63 +22,132 @@ use crate::model::states::States;
 pub struct Lag {
     /// s; positive: the torques are late.
     pub seconds: f64,
-    /// Share of what is left of the torques that it explains.
+    /// Share of the squares of what is left of the torques that it explains.
     pub share: f64,
 }
 
-/// The share that a delay must explain, and s it must be long. Measured robots have up to 0.05 by chance.
+/// The share that a delay must explain, and s it must be long and may be. Measured robots have up to 0.05 by chance.
 const LATE: f64 = 0.15;
 const LEAST: f64 = 0.003;
+const LONGEST: f64 = 0.06;
 
-/// Joints differ by less than this share of the delay.
-const SPREAD: f64 = 0.5;
+/// Steps of Gauss-Newton, none longer than this, s: the rates hold for a short while only.
+const STEPS: usize = 5;
+const LONGEST_STEP: f64 = 0.01;
 
-/// The delay on which the joints agree; `None` where there is none, or they do not.
+/// Robots of more joints have too many columns for a look.
+const FEW: usize = 8;
+
+/// Rows of a joint.
+const ROWS: usize = 200;
+
+/// The delay that explains the torques; `None` where there is none.
 pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
-    let found: Vec<Lag> = (0..n).filter_map(|j| lag(regressor, samples, rows, j)).collect();
-    let sum: f64 = found.iter().map(|f| f.share).sum();
-    let seconds = found.iter().map(|f| f.seconds * f.share).sum::<f64>() / sum;
-    let share = sum / found.len() as f64;
-    let spread = found.iter().map(|f| f.share * (f.seconds - seconds).powi(2)).sum::<f64>() / sum;
-    let is_clear = found.len() >= n.min(2) && share > LATE && seconds.abs() > LEAST;
-    (is_clear && spread.sqrt() < SPREAD * seconds.abs()).then_some(Lag { seconds, share })
-}
-
-/// The delay of joint j; `None` where it moves in too few samples.
-fn lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize], j: usize) -> Option<Lag> {
-    let (kept, n, p) = (&samples.kept, samples.kept.n, regressor.parameters().len());
-    let near = |r: usize| if kept.cutoff > 0.0 { kept.ddq[r * n + j].abs() / kept.cutoff } else { 0.0 };
-    let moves = |r: &usize| kept.dq[r * n + j].abs() > near(*r);
-    let rows: Vec<usize> = used(kept, rows, j).into_iter().map(|i| rows[i]).filter(moves).collect();
-    if rows.len() < FEWEST.max(3 * p / 2) {
+    if n > FEW {
         return None;
     }
-    let row = |states: &States, r: usize| -> Vec<f64> {
-        let at = r * n..(r + 1) * n;
-        let mut y = vec![0.0; n * p];
-        regressor.fill(&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at], &mut y);
-        let mut row = y[j * p..(j + 1) * p].to_vec();
-        row.extend([states.dq[r * n + j], states.direction[r * n + j], 1.0]);
-        row
-    };
-    let now: Vec<Vec<f64>> = rows.iter().map(|&r| row(kept, r)).collect();
-    let tau = column(&kept.tau, n, j, &rows);
-    let mut accumulator = Accumulator::new(p + 3);
-    now.iter().zip(&tau).for_each(|(row, tau)| accumulator.push(row, *tau));
-    let mut x = solve(&accumulator.finish()).x;
-    let explained: Vec<f64> = now.iter().map(|row| dot(row, &x)).collect();
-    // The direction jumps where it turns: that is a column of its own.
-    x[p + 1] = 0.0;
-    let rate = |&r: &usize| (dot(&row(&samples.after, r), &x) - dot(&row(&samples.before, r), &x)) / samples.span[r];
-    let rates: Vec<f64> = rows.iter().map(rate).collect();
+    let mut joints: Vec<JointRows> = (0..n).filter_map(|j| JointRows::of(regressor, samples, rows, j)).collect();
+    // First all joints alike, by their torques; then by what they leave.
+    let mut seconds = 0.0;
+    let at_first = fit(&joints, n, seconds)?;
+    joints.iter_mut().zip(&at_first.squares).for_each(|(joint, square)| joint.weight = 1.0 / square.sqrt());
+    let at_first = fit(&joints, n, seconds)?;
+    let mut found = at_first.clone();
+    for _ in 0..STEPS {
+        seconds += found.step.clamp(-LONGEST_STEP, LONGEST_STEP);
+        if seconds.abs() > LONGEST {
+            return None;
+        }
+        found = fit(&joints, n, seconds)?;
+    }
+    let shares = found.squares.iter().zip(&at_first.squares).map(|(now, first)| 1.0 - now / first);
+    let share = shares.sum::<f64>() / joints.len() as f64;
+    (share > LATE && seconds.abs() > LEAST).then_some(Lag { seconds, share })
+}
 
-    let mut columns: Vec<Vec<f64>> = (0..p + 3).map(|c| now.iter().map(|row| row[c]).collect()).collect();
-    let direction = |states: &States, r: usize| states.direction[r * n + j];
-    let turn = |&r: &usize| (direction(&samples.after, r) - direction(&samples.before, r)) / samples.span[r];
-    columns.push(rows.iter().map(turn).collect());
-    columns.push(rows.iter().zip(&explained).map(|(&r, torque)| torque.abs() * direction(kept, r)).collect());
-    let basis = Basis::of(columns);
-    let partial = Partial::of(&basis.without(tau), &basis.without(rates));
-    Some(Lag { seconds: -partial.slope(), share: partial.share() })
+/// The rows of one joint.
+struct JointRows {
+    joint: usize,
+    weight: f64,
+    rows: Vec<Row>,
+}
+
+struct Row {
+    /// Y_j and dq_j, and their rates.
+    columns: Vec<f64>,
+    rates: Vec<f64>,
+    direction: f64,
+    tau: f64,
+}
+
+/// What some delay leaves.
+#[derive(Clone)]
+struct Left {
+    /// Square of the rest of each joint.
+    squares: Vec<f64>,
+    /// s that the delay should be longer.
+    step: f64,
+}
+
+impl JointRows {
+    /// `None` where the joint moves in too few samples.
+    fn of(regressor: &dyn Regressor, samples: &Samples, rows: &[usize], j: usize) -> Option<JointRows> {
+        let (kept, n, p) = (&samples.kept, samples.kept.n, regressor.parameters().len());
+        let near = |r: usize| if kept.cutoff > 0.0 { kept.ddq[r * n + j].abs() / kept.cutoff } else { 0.0 };
+        let moves = |r: &usize| kept.dq[r * n + j].abs() > near(*r);
+        let chosen: Vec<usize> = used(kept, rows, j).into_iter().map(|i| rows[i]).filter(moves).collect();
+        let columns = |states: &States, r: usize| -> Vec<f64> {
+            let at = r * n..(r + 1) * n;
+            let mut y = vec![0.0; n * p];
+            regressor.fill(&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at], &mut y);
+            [&y[j * p..(j + 1) * p], &[states.dq[r * n + j]]].concat()
+        };
+        let row = |&r: &usize| {
+            let (before, after) = (columns(&samples.before, r), columns(&samples.after, r));
+            Row {
+                columns: columns(kept, r),
+                rates: after.iter().zip(before).map(|(after, before)| (after - before) / samples.span[r]).collect(),
+                direction: kept.direction[r * n + j],
+                tau: kept.tau[r * n + j],
+            }
+        };
+        let found: Vec<Row> = chosen.iter().step_by(chosen.len().div_ceil(ROWS).max(1)).map(row).collect();
+        let size = found.iter().map(|row| row.tau * row.tau).sum::<f64>().sqrt();
+        (found.len() >= FEWEST && size > 0.0).then_some(JointRows { joint: j, weight: 1.0 / size, rows: found })
+    }
+}
+
+/// Fits all joints with rows shifted by `seconds`; `None` without rows, or where nothing is left.
+fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
+    let base = joints.first()?.rows.first()?.columns.len() - 1;
+    // X; b, c, e, o of each joint; the step.
+    let width = base + 4 * n + 1;
+    let shifted =
+        |row: &Row| -> Vec<f64> { row.columns.iter().zip(&row.rates).map(|(y, rate)| y - seconds * rate).collect() };
+    let entries = |joint: usize, row: &Row, rate: f64| -> Vec<f64> {
+        let (shifted, mut all) = (shifted(row), vec![0.0; width]);
+        all[..base].copy_from_slice(&shifted[..base]);
+        let own = [shifted[base], row.direction, row.tau.abs() * row.direction, 1.0];
+        all[base + 4 * joint..base + 4 * (joint + 1)].copy_from_slice(&own);
+        all[width - 1] = rate;
+        all
+    };
+    let solved = |rate: &dyn Fn(usize, &Row) -> f64| {
+        let mut accumulator = Accumulator::new(width);
+        for JointRows { joint, weight, rows } in joints.iter() {
+            for row in rows {
+                let mut entries = entries(*joint, row, rate(*joint, row));
+                entries.iter_mut().for_each(|x| *x *= weight);
+                accumulator.push(&entries, weight * row.tau);
+            }
+        }
+        solve(&accumulator.finish()).x
+    };
+    let x = solved(&|_, _| 0.0);
+    let rate = |joint: usize, row: &Row| -dot(&row.rates[..base], &x[..base]) - row.rates[base] * x[base + 4 * joint];
+    let step = solved(&rate)[width - 1];
+    let rest = |joint: usize, row: &Row| (row.tau - dot(&entries(joint, row, 0.0), &x)).powi(2);
+    let squares: Vec<f64> = joints.iter().map(|j| j.rows.iter().map(|row| rest(j.joint, row)).sum()).collect();
+    squares.iter().all(|square: &f64| *square > 0.0).then_some(Left { squares, step })
 }
