@@ -176,6 +176,11 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     } else if let Some(error) = evidence.held_out {
         let of = percent(estimate.total);
         reasons.push(format!("parts left out are predicted with {}, those fitted with {of}", percent(error)));
+    } else {
+        reasons.push(format!(
+            "{} are left of what was fitted, and nothing else was predicted yet",
+            percent(estimate.total)
+        ));
     }
     if estimate.condition_number.is_finite() && estimate.condition_number > 0.0 {
         reasons.push(format!("condition number {:.0}", estimate.condition_number));
@@ -222,6 +227,9 @@ fn next(evidence: &Evidence, trust: Trust) -> String {
         }
         Trust::WithCare => "log a longer and richer motion (rist plan), or try --friction auto".into(),
         Trust::Yes if evidence.predicted.is_none() => "predict a log that was not fitted (rist validate)".into(),
+        Trust::Yes if evidence.estimate.options.is_none() => {
+            "use it (rist report draws it, rist simulate --feedforward tries it)".into()
+        }
         Trust::Yes => "use it (--write-urdf and --write-mjcf write it for simulators)".into(),
     }
 }
@@ -242,5 +250,25 @@ impl fmt::Display for Verdict {
         writeln!(f, "found: {}", self.found)?;
         writeln!(f, "trust: {trust}: {}", self.reasons.join("; "))?;
         writeln!(f, "next: {}", self.next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_factor_in_all_masses_is_a_unit() {
+        let factor = common_factor(&[980.0, 1013.0, 1100.0, 904.0]).unwrap_or(0.0);
+        assert!((factor - 1013.0).abs() < 1e-9, "{factor}");
+        // Masses that differ among themselves, that are near the description, or too few of them.
+        assert_eq!(common_factor(&[0.08, 0.5, 1.3]), None);
+        assert_eq!(common_factor(&[1.2, 1.1, 1.3]), None);
+        assert_eq!((common_factor(&[0.1, 0.1]), common_factor(&[])), (None, None));
+    }
+
+    #[test]
+    fn digits_that_count() {
+        assert_eq!((percent(0.00532), percent(0.145)), ("0.53 %".into(), "14.5 %".into()));
     }
 }

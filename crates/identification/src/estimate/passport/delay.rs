@@ -151,3 +151,34 @@ fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
     let squares: Vec<f64> = joints.iter().map(|j| j.rows.iter().map(|row| rest(j.joint, row)).sum()).collect();
     squares.iter().all(|square: &f64| *square > 0.0).then_some(Left { squares, step })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::test_arm::Pendulum;
+
+    /// Samples of a pendulum with friction and noise, the torques late by some samples of 10 ms.
+    fn late(by: usize) -> Samples {
+        let (mut states, mut random) = (Pendulum::new().states(900), Random::new(3));
+        let torque = |states: &States, r: usize| states.tau[r] + 0.4 * states.dq[r] + 0.2 * states.direction[r];
+        let tau: Vec<f64> = (0..900).map(|r| torque(&states, r.saturating_sub(by)) + 0.01 * random.normal()).collect();
+        states.tau = tau;
+        Samples::of([states].as_slice(), 1).unwrap()
+    }
+
+    #[test]
+    fn late_torques_are_found_and_others_are_not() {
+        let look = |by: usize| {
+            let samples = late(by);
+            common_lag(&Pendulum::new(), &samples, &samples.every(1))
+        };
+        assert_eq!(look(0), None);
+        for by in [1, 2] {
+            let seconds = 0.01 * by as f64;
+            let found = look(by).unwrap_or_else(|| panic!("no delay of {seconds} s"));
+            // The rates are differences over 20 ms, and friction turns over where the joint does: a tenth.
+            assert!((found.seconds / seconds - 1.0).abs() < 0.1 && found.share > 0.5, "{found:?}");
+        }
+    }
+}
