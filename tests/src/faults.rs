@@ -111,8 +111,8 @@ pub fn injected(
     add("two joints swapped", swapped, &[a.min(b), a.max(b)], is(Fault::SwappedMotions));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
     add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(Columns::All)));
-    // The machine is not its description: of a delay a fifth may be the description's.
-    let is_late = move |f: &Fault| matches!(f, Fault::Delay(s) if (s - delay).abs() < 0.2 * delay);
+    // It is found by first differences over twenty milliseconds and more: to a third.
+    let is_late = move |f: &Fault| matches!(f, Fault::Delay(s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));
     let weightless = changed(good, |l| {
         for r in 0..l.t.len() {

@@ -21,7 +21,8 @@ pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], 
             rest.push(&row, entry(p) - known);
         }
     }
-    let x = [described, &solve(&rest.finish()).x].concat();
+    let friction = if p > base { solve(&rest.finish()).x } else { Vec::new() };
+    let x = [described, &friction].concat();
     residuals(model, joints, &x)
 }
 
@@ -42,6 +43,9 @@ mod tests {
             states.tau[r] += 0.4 * states.dq[r] + 0.3 * states.direction[r];
         }
         let joints = Observation::of(&model, &states, 4).joints(|_| true);
+        let bare = Model::new(&arm, &[], &[]);
+        let frictionless = Observation::of(&bare, &arm.states(800), 4).joints(|_| true);
+        assert!(described_residuals(&bare, &frictionless, &[2.0], &arm.truth).total < 1e-9);
         let of = |described: &[f64]| described_residuals(&model, &joints, &[2.0], described).total;
         assert!(of(&arm.truth) < 1e-9, "{}", of(&arm.truth));
         let [zz, mx, my] = arm.truth;

@@ -120,7 +120,7 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = *sorted.get(sorted.len() / 2)?;
-    let is_off = middle > FACTOR || middle < 1.0 / FACTOR;
+    let is_off = !(1.0 / FACTOR..=FACTOR).contains(&middle);
     let together = sorted.iter().all(|r| r / middle < SPREAD && middle / r < SPREAD);
     (sorted.len() >= 3 && is_off && together).then_some(middle)
 }

@@ -7,14 +7,13 @@
 
 use logs::Suspect;
 
-use crate::estimate::passport::Passport;
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::common_lag;
 use crate::estimate::passport::finding::{Fault, Finding};
 use crate::estimate::passport::regression::Partial;
+use crate::estimate::passport::report::{Passport, TELLING, significant};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
-use crate::estimate::passport::{TELLING, significant};
 use crate::model::regressor::Regressor;
 
 /// What there is to look at.
@@ -137,9 +136,7 @@ impl Look<'_> {
         let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
         found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &list())));
         if changes.is_empty() {
-            if let Some(finding) = self.other_robot(&misfits, slopes, scale, passport, list()) {
-                found.push(finding);
-            }
+            found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
         }
         if telling.is_empty() && found.is_empty() {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
@@ -246,7 +243,7 @@ impl Look<'_> {
             fault: Fault::Delay(lag.seconds),
             joints: Vec::new(),
             evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
-            remedy: format!("--delay {:.4}, or --delay auto", lag.seconds),
+            remedy: format!("--delay auto, which is exact, or --delay {:.4}", lag.seconds),
         })
     }
 }

@@ -3,9 +3,10 @@
 
 use logs::Suspect;
 
-use crate::estimate::passport::Passport;
 use crate::estimate::passport::diagnosis::Look;
 use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::friction::OwnFriction;
+use crate::estimate::passport::report::{JointPassport, Passport};
 
 /// rad (m): a joint that moves less says nothing.
 const MOVES: f64 = 0.02;
@@ -129,7 +130,7 @@ impl Look<'_> {
                 remedy: "change the sign of the torque columns".into(),
             }];
         }
-        let finding = |(j, friction): &&(&super::JointPassport, super::OwnFriction)| Finding {
+        let finding = |(j, friction): &&(&JointPassport, OwnFriction)| Finding {
             fault: Fault::FrictionSign,
             joints: vec![j.coordinate.clone()],
             evidence: evidence(friction.brakes),
