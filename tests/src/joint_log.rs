@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use robot::Robot;
+use robot::{Robot, StandardParameter};
 
 use crate::random::{Random, State};
 use crate::recursion;
@@ -10,6 +10,33 @@ use crate::recursion;
 /// Seconds and rows a second of a log.
 const DURATION: f64 = 10.0;
 const RATE: f64 = 500.0;
+
+/// What a log is made with.
+pub struct Machine<'a> {
+    pub robot: &'a Robot,
+    /// Standard parameters.
+    pub parameters: &'a [f64],
+    /// rad (m), by which each coordinate swings.
+    pub amplitude: &'a [f64],
+    /// N m s/rad and N m (N s/m and N), of each coordinate.
+    pub viscous: &'a [f64],
+    pub coulomb: &'a [f64],
+    /// Of white noise on the torques, N m (N); on the positions, rad (m); and on the velocities, rad/s (m/s).
+    pub noise: f64,
+    pub encoder: f64,
+    pub speed: f64,
+    /// s by which the torques are logged late.
+    pub delay: f64,
+}
+
+/// The signals of a log: one series a coordinate.
+#[derive(Clone)]
+pub struct JointLog {
+    pub t: Vec<f64>,
+    pub q: Vec<Vec<f64>>,
+    pub dq: Vec<Vec<f64>>,
+    pub tau: Vec<Vec<f64>>,
+}
 
 /// q, dq, ddq of coordinates that swing by `amplitude[k]`, at t in s.
 fn motion(amplitude: &[f64], t: f64) -> State {
@@ -25,6 +52,46 @@ fn motion(amplitude: &[f64], t: f64) -> State {
     }
 }
 
+impl Machine<'_> {
+    /// What the machine does in ten seconds.
+    pub fn log(&self) -> JointLog {
+        let n = self.robot.n_coordinates();
+        let mut random = Random(77);
+        // Twelve uniform numbers have the variance of four: half of their sum is a normal number.
+        let mut normal = || 0.5 * (0..12).map(|_| random.unit()).sum::<f64>();
+        let empty = vec![Vec::new(); n];
+        let mut log = JointLog { t: Vec::new(), q: empty.clone(), dq: empty.clone(), tau: empty };
+        for i in 0..(DURATION * RATE) as i32 {
+            let t = f64::from(i) / RATE;
+            let (now, then) = (motion(self.amplitude, t), motion(self.amplitude, t - self.delay));
+            let tau = recursion::torque(self.robot, &then, self.parameters);
+            log.t.push(t);
+            for k in 0..n {
+                let friction = self.viscous[k] * then.dq[k] + self.coulomb[k] * then.dq[k].signum();
+                log.tau[k].push(tau[k] + friction + self.noise * normal());
+            }
+            for (of, exact, noise) in [(&mut log.q, &now.q, self.encoder), (&mut log.dq, &now.dq, self.speed)] {
+                for (series, exact) in of.iter_mut().zip(exact) {
+                    series.push(if noise > 0.0 { exact + noise * normal() } else { *exact });
+                }
+            }
+        }
+        log
+    }
+}
+
+impl JointLog {
+    /// Writes it as CSV: t, then q, dq and tau of each name.
+    pub fn write(&self, path: &Path, names: &[String]) {
+        let header = |quantity: &str| names.iter().map(|name| format!("{quantity}_{name}")).collect::<Vec<_>>();
+        let header = [vec!["t".into()], header("q"), header("dq"), header("tau")].concat().join(",");
+        let series: Vec<&Vec<f64>> = std::iter::once(&self.t).chain(&self.q).chain(&self.dq).chain(&self.tau).collect();
+        let row = |r: usize| series.iter().map(|x| format!("{:?}", x[r])).collect::<Vec<_>>().join(",");
+        let rows: Vec<String> = (0..self.t.len()).map(row).collect();
+        std::fs::write(path, format!("{header}\n{}\n", rows.join("\n"))).unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
 /// Writes a log of the robot with the standard parameters `x`, torques with white noise of `noise` N m (N).
 pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64) {
     write_measured(path, robot, x, amplitude, noise, 0.0);
@@ -32,20 +99,30 @@ pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f6
 
 /// The same with white noise of `encoder` rad (m) on the positions.
 pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
-    let names = |quantity: &str| robot.coordinates.iter().map(|c| format!("{quantity}_{}", c.name)).collect::<Vec<_>>();
-    let header = [vec!["t".into()], names("q"), names("dq"), names("tau")].concat().join(",");
-    let mut random = Random(77);
-    // Twelve uniform numbers have the variance of four: half of their sum is a normal number.
-    let mut normal = || 0.5 * (0..12).map(|_| random.unit()).sum::<f64>();
-    let row = |i: i32| {
-        let t = f64::from(i) / RATE;
-        let state = motion(amplitude, t);
-        let tau: Vec<f64> = recursion::torque(robot, &state, x).iter().map(|tau| tau + noise * normal()).collect();
-        let seen = |q: &f64| if encoder > 0.0 { q + encoder * normal() } else { *q };
-        let q: Vec<f64> = state.q.iter().map(seen).collect();
-        let cells = [&[t], &q[..], &state.dq, &tau].concat();
-        cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
-    };
-    let rows: Vec<String> = (0..(DURATION * RATE) as i32).map(row).collect();
-    std::fs::write(path, format!("{header}\n{}\n", rows.join("\n"))).unwrap_or_else(|e| panic!("{e}"));
+    let none = vec![0.0; robot.n_coordinates()];
+    let (viscous, coulomb) = (&none, &none);
+    let machine = Machine { robot, parameters: x, amplitude, viscous, coulomb, noise, encoder, speed: 0.0, delay: 0.0 };
+    let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
+    machine.log().write(path, &names);
+}
+
+/// The standard parameters of a description.
+pub fn described(robot: &Robot) -> Vec<f64> {
+    StandardParameter::all(robot).iter().map(|p| p.value(robot).unwrap_or(0.0)).collect()
+}
+
+/// The machine behind a description: every standard parameter is off by up to 15 %.
+pub fn unlike(robot: &Robot, seed: u64) -> Vec<f64> {
+    let mut random = Random(seed);
+    described(robot).iter().map(|x| x * (1.0 + 0.15 * random.unit())).collect()
+}
+
+/// What a machine logs, with friction and noise, each joint swinging by `amplitude` rad, torques late by `delay` s.
+pub fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLog {
+    let n = robot.n_coordinates();
+    let share = |k: usize| (1.0 - k as f64 / n as f64).powi(2) + 0.05;
+    let viscous: Vec<f64> = (0..n).map(|k| 5.0 * share(k)).collect();
+    let coulomb: Vec<f64> = (0..n).map(|k| 4.0 * share(k)).collect();
+    let (viscous, coulomb, amplitude) = (&viscous, &coulomb, &vec![amplitude; n]);
+    Machine { robot, parameters: x, amplitude, viscous, coulomb, noise: 0.1, encoder: 0.0, speed: 1e-3, delay }.log()
 }

@@ -6,6 +6,7 @@
 //! derives it, for what comes after the model.
 
 pub mod benchmark;
+pub mod faults;
 pub mod joint_log;
 pub mod lagrangian;
 pub mod number;

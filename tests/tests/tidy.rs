@@ -62,6 +62,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "tape_regressor",
             "torque_difference",
             "model",
+            "doctor",
             "regressor_slope",
             "torque_enclosure",
             "load",
@@ -73,14 +74,15 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "simulation",
             "source",
             "validation",
+            "verdict",
             "write_back",
         ],
     ),
     (
         "crates/cli",
         &[
-            "failure", "output", "model", "artefact", "check", "convert", "evaluate", "generate", "identify", "excite",
-            "inspect", "lint", "plan", "report", "simulate", "validate", "main",
+            "failure", "output", "verdict", "model", "artefact", "check", "convert", "doctor", "evaluate", "generate",
+            "identify", "excite", "inspect", "lint", "plan", "report", "simulate", "validate", "main",
         ],
     ),
     (
@@ -96,6 +98,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "recursion",
             "lagrangian",
             "joint_log",
+            "faults",
             "planar_log",
             "program",
             "tape_robot",

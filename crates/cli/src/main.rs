@@ -3,6 +3,7 @@
 mod artefact;
 mod check;
 mod convert;
+mod doctor;
 mod evaluate;
 mod excite;
 mod failure;
@@ -16,6 +17,7 @@ mod plan;
 mod report;
 mod simulate;
 mod validate;
+mod verdict;
 
 use std::process::ExitCode;
 
@@ -41,6 +43,7 @@ enum Command {
     Excite(excite::Arguments),
     Check(check::Arguments),
     Simulate(simulate::Arguments),
+    Doctor(doctor::Arguments),
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         Command::Excite(arguments) => excite::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),

@@ -9,6 +9,7 @@ use crate::artefact::{gains, read_estimate};
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
 use crate::output::{check_output, write_file};
+use crate::verdict::refused;
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
@@ -46,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for log in arguments.logs.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
         eprintln!("note: {}: the estimate was fitted to it; what it leaves there is no validation", log.display());
     }
-    let validation = match &estimate.options {
+    let (validation, verdict) = match &estimate.options {
         Some(options) => {
             if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
                 return Err(Failure::new(
@@ -55,19 +56,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
             let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
             let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-            rist::validate(&model, &estimate, &logs)?
+            let validation = rist::validate(&model, &estimate, &logs)?;
+            let verdict = rist::validation_verdict(&model, &estimate, &logs, validation.total)?;
+            (validation, verdict)
         }
         None => {
             let (motions, gains) = (motions(&arguments.logs)?, gains(&arguments.gain, &model)?);
             let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
-            rist::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?
+            let validation = rist::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?;
+            let verdict = rist::validation_verdict(&model, &estimate, &[], validation.total)?;
+            (validation, verdict)
         }
     };
-    print(&validation.to_string())?;
-    match &arguments.out {
-        Some(out) => write_file(out, &validation.to_yaml()?, &inputs),
-        None => Ok(()),
+    print(&format!("{validation}\n{verdict}"))?;
+    if let Some(out) = &arguments.out {
+        write_file(out, &validation.to_yaml()?, &inputs)?;
     }
+    refused(&verdict, false)
 }
 
 /// The logs given; of a directory, its validation motions in the order of their names.

@@ -4,6 +4,7 @@
 //!
 //! ```text
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
+//!   examine(logs) -> Passport                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
 //!   excite -> check -> (the robot runs)                    (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
@@ -32,6 +33,7 @@
 #![warn(missing_docs)]
 
 mod checking;
+mod doctor;
 mod error;
 mod exciting;
 mod experiments;
@@ -47,14 +49,18 @@ mod tape_regressor;
 mod torque_difference;
 mod torque_enclosure;
 mod validation;
+mod verdict;
 mod write_back;
 
 pub use checking::{Checked, check};
+pub use doctor::examine;
 pub use error::Error;
 pub use exciting::{ExciteProgress, ExciteRequest, default_period, excite};
 pub use experiments::{ExperimentLogs, identify_experiments};
 pub use identification::estimate::artefact::Estimate;
+pub use identification::estimate::passport::Passport;
 pub use identification::estimate::validation::Validation;
+pub use identification::estimate::verdict::{Trust, Verdict};
 pub use identification::experiments::excitation::artefact::ExcitingMotion;
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
@@ -66,4 +72,5 @@ pub use simulation::{SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use torque_difference::torque_difference;
 pub use validation::{MOTION_CUTOFF, predictions, validate, validate_experiments};
+pub use verdict::{estimate_verdict, validation_verdict};
 pub use write_back::{write_mjcf_joints, write_urdf};

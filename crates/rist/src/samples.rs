@@ -4,12 +4,15 @@ use std::fmt::Write as _;
 
 use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::{Delay, estimate_delay};
+use identification::estimate::described::described_residuals;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
+use identification::estimate::passport::{Passport, passport};
 use identification::estimate::remarks::outgrown;
 use identification::estimate::rotors::rotors;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, select_friction};
+use identification::estimate::verdict::{BodiesEvidence, Evidence, Verdict};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::pseudo_inertia::Ten;
@@ -56,6 +59,29 @@ pub struct Identification {
     pub load: Option<Load>,
     /// The bodies, where only those that can exist were asked for.
     pub bodies: Option<Bodies>,
+    /// Whether the logs belong to the description.
+    pub passport: Passport,
+    /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
+    pub described: Option<f64>,
+    /// |tau - W X| / |tau| of least squares on parts of the logs, each predicted from the others.
+    pub held_out: Option<f64>,
+    /// What speaks for the bodies, or against them.
+    pub bodies_evidence: Option<BodiesEvidence>,
+}
+
+impl Identification {
+    /// Whether to trust the estimate; `predicted`: its error on logs that were not fitted, where there are some.
+    pub fn verdict(&self, predicted: Option<f64>) -> Verdict {
+        Verdict::of(&Evidence {
+            estimate: &self.estimate,
+            passport: Some(&self.passport),
+            described: self.described,
+            total: self.estimate.total,
+            held_out: self.held_out,
+            predicted,
+            bodies: self.bodies_evidence.as_ref(),
+        })
+    }
 }
 
 /// Bodies and rotors that can exist.
@@ -90,6 +116,9 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         true => Some(found_friction(model, &records, &mut options)?),
         false => None,
     };
+    let described = model.described_parameters();
+    let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
+    let passport = passport(regressor, &records, &suspects, described.as_deref())?;
     let names = logs.iter().map(LogSource::name).collect();
     let fit = Fit::of_records(regressor, &records, names, &options)?;
     let load = match request.loaded {
@@ -101,8 +130,15 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         false => None,
     };
 
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(regressor, &options.friction, &couplings);
+    let by_description =
+        |x: &Vec<f64>| described_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, x).total;
+    let described = described.as_ref().map(by_description);
+
     // Bodies that can exist.
     let (mut estimate, mut bodies_found, mut heavy) = (fit.estimate.clone(), None, Vec::new());
+    let (mut bodies_evidence, held_out) = (None, fit.estimate.cross_validation);
     if request.consistent {
         let (map, known) = (model.standard_map(), model.reference_bodies());
         let found = identify_consistent(regressor, &map, &known, fit, &options, &Default::default())?;
@@ -110,6 +146,13 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
         heavy = named.iter().zip(&known).filter_map(describe).collect();
         let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
+        let ratio = |((_, body), known): (&(&str, Ten), &Option<Ten>)| {
+            Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite())
+        };
+        bodies_evidence = Some(BodiesEvidence {
+            refusal: found.refusal(),
+            mass_ratios: named.iter().zip(&known).filter_map(ratio).collect(),
+        });
         let armatures = armatures(model, &found.consistent.phi);
         bodies_found = Some(Bodies { links, armatures, refusal: found.refusal() });
         estimate = found.estimate;
@@ -124,7 +167,17 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     }
     estimate.remarks.extend(rotors);
     estimate.remarks.extend(heavy);
-    Ok(Identification { estimate, delay, friction, load, bodies: bodies_found })
+    Ok(Identification {
+        estimate,
+        delay,
+        friction,
+        load,
+        bodies: bodies_found,
+        passport,
+        described,
+        held_out,
+        bodies_evidence,
+    })
 }
 
 fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {

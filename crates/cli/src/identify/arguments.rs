@@ -100,6 +100,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub write_mjcf: Option<PathBuf>,
 
+    /// Write the URDF and the MuJoCo elements even where the verdict is no
+    #[arg(long)]
+    pub anyway: bool,
+
     /// Write the estimate as YAML
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,

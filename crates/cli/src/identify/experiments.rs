@@ -12,6 +12,7 @@ use super::arguments::{Arguments, Delay};
 use crate::artefact::{gains, read_load, read_plan};
 use crate::failure::{Failure, print};
 use crate::output::{check_output, write_file};
+use crate::verdict::refused;
 
 pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
@@ -39,14 +40,13 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let options = options(arguments, method)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
     let estimate = rist::identify_experiments(&model, &logs, method)?;
-    print(&estimate.to_string())?;
-    match &arguments.out {
-        Some(out) => {
-            inputs.extend(estimate.logs.iter().map(Path::new));
-            write_file(out, &estimate.to_yaml()?, &inputs)
-        }
-        None => Ok(()),
+    let verdict = rist::estimate_verdict(&estimate);
+    print(&format!("{estimate}\n{verdict}"))?;
+    if let Some(out) = &arguments.out {
+        inputs.extend(estimate.logs.iter().map(Path::new));
+        write_file(out, &estimate.to_yaml()?, &inputs)?;
     }
+    refused(&verdict, false)
 }
 
 /// The columns of an options file, which has nothing else for experiments.

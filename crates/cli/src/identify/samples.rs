@@ -7,12 +7,13 @@ use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
-use rist::{IdentifyRequest, Model};
+use rist::{IdentifyRequest, Model, Trust};
 
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print};
 use crate::output::{check_output, is_same, write_file};
+use crate::verdict::refused;
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
@@ -33,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         loaded_link: arguments.loaded_link.clone(),
         options: options.clone(),
     };
-    let found = rist::identify(&model, &logs, &request)?;
+    let mut found = rist::identify(&model, &logs, &request)?;
 
     // A String never fails to grow.
     if let Some(delay) = &found.delay {
@@ -47,18 +48,29 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(load) = &found.load {
         let _ = write!(text, "{load}");
     }
-    for (log, validation) in rist::predictions(&model, &found.estimate, &others)? {
+    let predictions = rist::predictions(&model, &found.estimate, &others)?;
+    for (log, validation) in &predictions {
         let _ = write!(text, "\n{log}, not fitted:\n{validation}");
     }
+    for finding in &found.passport.findings {
+        let _ = writeln!(text, "{finding}");
+    }
+    let predicted = predictions.iter().map(|(_, p)| p.total).reduce(f64::max);
+    let verdict = found.verdict(predicted);
+    let _ = write!(text, "\n{verdict}");
+    if let Some(bodies) = found.bodies.as_mut().filter(|_| arguments.anyway) {
+        bodies.refusal = None;
+    }
+    let is_withheld = verdict.trust == Trust::No && !arguments.anyway;
+    let written = if is_withheld { Vec::new() } else { written(arguments, &model, &found)? };
     print(&text)?;
-    let written = written(arguments, &model, &found)?;
     for (out, text) in written {
         write_file(out, &text, &inputs(arguments))?;
     }
-    match &arguments.out {
-        Some(out) => write_file(out, &found.estimate.to_yaml()?, &inputs(arguments)),
-        None => Ok(()),
+    if let Some(out) = &arguments.out {
+        write_file(out, &found.estimate.to_yaml()?, &inputs(arguments))?;
     }
+    refused(&verdict, is_withheld && writes)
 }
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.

@@ -1,0 +1,54 @@
+//! How well a description predicts the torques by itself: its base parameters as they are, friction fitted to the log.
+//!
+//! tau - Y X = F x_F: the columns beyond the base parameters (friction, couplings) are solved for with the weights by
+//! joint of the fit, X stays that of the description.
+
+use crate::algebra::least_squares::solve;
+use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::estimate::held_out::residuals;
+use crate::estimate::residuals::Residuals;
+use crate::model::linear_model::Model;
+
+/// What base parameters `described` leave of the rows behind triangles by joint, friction fitted; `weights` by joint.
+pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
+    let (p, base) = (model.p(), described.len());
+    let mut rest = Accumulator::new(p - base);
+    for (joint, weight) in joints.iter().zip(weights) {
+        for i in 0..=p {
+            let entry = |c: usize| if i <= c { weight * joint.at(i, c) } else { 0.0 };
+            let known: f64 = described.iter().enumerate().map(|(c, x)| entry(c) * x).sum();
+            let row: Vec<f64> = (base..p).map(entry).collect();
+            rest.push(&row, entry(p) - known);
+        }
+    }
+    let friction = if p > base { solve(&rest.finish()).x } else { Vec::new() };
+    let x = [described, &friction].concat();
+    residuals(model, joints, &x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::rows::observation::Observation;
+    use crate::test_arm::Pendulum;
+
+    /// A log with friction: the right description predicts it to rounding, one with twice the inertia does not.
+    #[test]
+    fn the_right_description_predicts_its_log() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let mut states = arm.states(800);
+        for r in 0..states.len() {
+            states.tau[r] += 0.4 * states.dq[r] + 0.3 * states.direction[r];
+        }
+        let joints = Observation::of(&model, &states, 4).joints(|_| true);
+        let bare = Model::new(&arm, &[], &[]);
+        let frictionless = Observation::of(&bare, &arm.states(800), 4).joints(|_| true);
+        assert!(described_residuals(&bare, &frictionless, &[2.0], &arm.truth).total < 1e-9);
+        let of = |described: &[f64]| described_residuals(&model, &joints, &[2.0], described).total;
+        assert!(of(&arm.truth) < 1e-9, "{}", of(&arm.truth));
+        let [zz, mx, my] = arm.truth;
+        assert!(of(&[2.0 * zz, mx, my]) > 0.1);
+    }
+}

@@ -1,0 +1,211 @@
+//! What may have been done to a log, as a change that undoes it; and how well a description then predicts the torques.
+//!
+//! T = Y(q', dq', ddq') X with the changed motion; joint j's torque is held against T_j beside the columns
+//! F_j = [ddq_j, dq_j, direction_j, 1] that no description has (rotor, friction, offset). What is left of the torque,
+//! with a slope between half and twice the scale of all joints, is the misfit of the joint: 0 where the description
+//! predicts it, 1 where it might as well be absent.
+
+use crate::algebra::vector::dot;
+use crate::estimate::passport::finding::Columns;
+use crate::estimate::passport::regression::{Basis, Partial};
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
+
+/// One change of a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// The position of a joint is so much larger, rad.
+    Turned(usize, f64),
+    /// The position of a joint has the other sign.
+    Mirrored(usize),
+    /// The torque of a joint has the other sign.
+    Opposed(usize),
+    /// Position and torque of a joint have the other sign.
+    Reversed(usize),
+    /// Motion and torque of two joints are each those of the other.
+    SwappedJoints(usize, usize),
+    /// All that two joints do is that of the other.
+    SwappedMotions(usize, usize),
+    /// Positions alone, velocities as they are.
+    SwappedPositions(usize, usize),
+    /// Velocities and accelerations alone.
+    SwappedVelocities(usize, usize),
+    /// Torques of two joints.
+    SwappedTorques(usize, usize),
+    /// Angles are degrees.
+    Degrees,
+    /// Gravity is not in the torques.
+    Weightless,
+}
+
+use Change::*;
+
+/// rad.
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+impl Change {
+    /// Which columns it exchanges, where it exchanges all of a kind.
+    pub fn exchanges(self) -> Option<Columns> {
+        match self {
+            SwappedJoints(..) => Some(Columns::All),
+            SwappedMotions(..) => Some(Columns::Motions),
+            SwappedTorques(..) => Some(Columns::Torques),
+            _ => None,
+        }
+    }
+
+    /// The same exchange of velocities, of a change that exchanges positions.
+    pub fn of_velocities(self) -> Change {
+        match self {
+            SwappedPositions(k, l) => SwappedVelocities(k, l),
+            other => other,
+        }
+    }
+
+    /// Applies it to the motion of one instant.
+    fn motion(self, is_angle: &[bool], q: &mut [f64], dq: &mut [f64], ddq: &mut [f64]) {
+        match self {
+            Turned(k, by) => q[k] += by,
+            Mirrored(k) | Reversed(k) => [q, dq, ddq].into_iter().for_each(|x| x[k] = -x[k]),
+            SwappedMotions(k, l) | SwappedJoints(k, l) => [q, dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
+            SwappedPositions(k, l) => q.swap(k, l),
+            SwappedVelocities(k, l) => [dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
+            Degrees => {
+                for x in [q, dq, ddq] {
+                    x.iter_mut().zip(is_angle).filter(|(_, angle)| **angle).for_each(|(x, _)| *x *= DEGREE);
+                }
+            }
+            Opposed(_) | SwappedTorques(..) | Weightless => {}
+        }
+    }
+
+    /// The column and the sign of what is the torque of joint j.
+    fn torque(self, j: usize) -> (usize, f64) {
+        match self {
+            Opposed(k) | Reversed(k) if k == j => (j, -1.0),
+            SwappedTorques(k, l) | SwappedJoints(k, l) if k == j => (l, 1.0),
+            SwappedTorques(k, l) | SwappedJoints(k, l) if l == j => (k, 1.0),
+            _ => (j, 1.0),
+        }
+    }
+}
+
+/// A description: its torque at any motion.
+pub struct Description<'a> {
+    pub regressor: &'a dyn Regressor,
+    /// Base parameters.
+    pub parameters: &'a [f64],
+}
+
+impl Description<'_> {
+    /// Its torques at the instants `rows`, the log changed: sample by sample, n each.
+    pub fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
+        let mut torques = self.moving(states, rows, changes, 1.0);
+        if changes.contains(&Weightless) {
+            let at_rest = self.moving(states, rows, changes, 0.0);
+            torques.iter_mut().zip(at_rest).for_each(|(tau, gravity)| *tau -= gravity);
+        }
+        torques
+    }
+
+    /// The same; `moves`: 1, or 0 for what holds the robot at rest where it is.
+    fn moving(&self, states: &States, rows: &[usize], changes: &[Change], moves: f64) -> Vec<f64> {
+        let (n, p) = (states.n, self.parameters.len());
+        let is_angle: Vec<bool> = (0..n).map(|k| !self.regressor.is_prismatic(k)).collect();
+        let mut out = Vec::with_capacity(rows.len() * n);
+        let mut inputs = vec![0.0; TOGETHER * 3 * n];
+        let mut y = vec![0.0; TOGETHER * n * p];
+        for some in rows.chunks(TOGETHER) {
+            for (input, &r) in inputs.chunks_exact_mut(3 * n).zip(some) {
+                let at = r * n..(r + 1) * n;
+                let (q, rates) = input.split_at_mut(n);
+                let (dq, ddq) = rates.split_at_mut(n);
+                q.copy_from_slice(&states.q[at.clone()]);
+                dq.copy_from_slice(&states.dq[at.clone()]);
+                ddq.copy_from_slice(&states.ddq[at]);
+                changes.iter().for_each(|change| change.motion(&is_angle, q, dq, ddq));
+                dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
+            }
+            self.regressor.fill_many(&inputs[..some.len() * 3 * n], &mut y[..some.len() * n * p]);
+            out.extend(y[..some.len() * n * p].chunks_exact(p).map(|row| dot(row, self.parameters)));
+        }
+        out
+    }
+}
+
+/// Instants whose regressors are made together.
+const TOGETHER: usize = 64;
+
+/// Joints with fewer samples say nothing.
+pub const FEWEST: usize = 60;
+
+/// One column of arrays with n columns, at the chosen samples where joint j counts.
+pub fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
+    rows.iter().map(|&r| x[r * n + k]).collect()
+}
+
+/// The chosen samples at which joint j counts: their places among `rows`.
+pub fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
+    (0..rows.len()).filter(|&i| states.used[rows[i] * states.n + j]).collect()
+}
+
+/// The columns of a joint's own that no description has: ddq, dq, its direction, 1.
+pub fn own_columns(states: &States, rows: &[usize], j: usize, changes: &[Change]) -> Vec<Vec<f64>> {
+    let (n, k) = (states.n, motion_of(changes, j));
+    vec![
+        vec![1.0; rows.len()],
+        column(&states.dq, n, k, rows),
+        column(&states.direction, n, k, rows),
+        column(&states.ddq, n, k, rows),
+    ]
+}
+
+/// The torque of each joint against that of the description, beside the joint's own columns.
+pub fn partials(description: &Description, states: &States, rows: &[usize], changes: &[Change]) -> Vec<Partial> {
+    let n = states.n;
+    let torques = description.torques(states, rows, changes);
+    let joint = |j: usize| {
+        let places = used(states, rows, j);
+        if places.len() < FEWEST {
+            return Partial::default();
+        }
+        let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();
+        let basis = Basis::of(own_columns(states, &chosen, j, changes));
+        let (of, sign) = torque_of(changes, j);
+        let measured = column(&states.tau, n, of, &chosen).into_iter().map(|x| sign * x).collect();
+        Partial::of(&basis.without(measured), &basis.without(column(&torques, n, j, &places)))
+    };
+    (0..n).map(joint).collect()
+}
+
+/// What is left of each joint's torque, as a share of what its own columns leave of it in the log as it is; a slope
+/// within a factor of two of `scale` is granted.
+pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
+    let misfit = |(j, p): (usize, &Partial)| {
+        let slope = scale * (p.slope() / scale).clamp(0.5, 2.0);
+        let whole = as_it_is[torque_of(changes, j).0].yy;
+        let share = if whole > 0.0 { p.yy / whole } else { 0.0 };
+        (p.left(slope) * share).min(MOST)
+    };
+    found.iter().enumerate().map(misfit).collect()
+}
+
+/// Whose velocity in the log is that of joint j; the change done last is met first, and a sign changes no span.
+pub fn motion_of(changes: &[Change], j: usize) -> usize {
+    changes.iter().rev().fold(j, |j, change| match *change {
+        SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
+        SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if l == j => k,
+        _ => j,
+    })
+}
+
+/// Which column of the log is the torque of joint j, and its sign.
+pub fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
+    changes.iter().rev().fold((j, 1.0), |(of, sign), change| {
+        let (next, s) = change.torque(of);
+        (next, sign * s)
+    })
+}
+
+/// A description that makes it worse might as well be absent.
+const MOST: f64 = 1.0;

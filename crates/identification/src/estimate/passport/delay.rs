@@ -1,0 +1,186 @@
+//! Torques that are logged late, or early, whatever the description: by how much the rows must be shifted to explain them.
+//!
+//! ```text
+//! tau_j(t) = Y_j(t - d) X + b_j dq_j(t - d) + c_j direction_j + e_j |T_j| direction_j + o_j
+//! ```
+//! with T_j what the others explain; d and X are common to all joints. With Y_j(t - d) = Y_j - d dY_j/dt the search is Gauss-Newton in d: the torques are
+//! regressed on the shifted columns and on the rate of what these explain, joints by the size of what they leave.
+//! Friction that grows with the load is among the columns, for it turns round with the joint as late torques do. Rows
+//! within 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c): the filtered velocity does not know when a joint
+//! sticks.
+
+use crate::algebra::least_squares::solve;
+use crate::algebra::triangle::Accumulator;
+use crate::algebra::vector::dot;
+use crate::estimate::passport::change::{FEWEST, used};
+use crate::estimate::passport::samples::Samples;
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
+
+/// A delay of all torques.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// s; positive: the torques are late.
+    pub seconds: f64,
+    /// Share of the squares of what is left of the torques that it explains.
+    pub share: f64,
+}
+
+/// The share that a delay must explain, and s it must be long and may be. Measured robots have up to 0.05 by chance.
+const LATE: f64 = 0.15;
+const LEAST: f64 = 0.003;
+const LONGEST: f64 = 0.06;
+
+/// Steps of Gauss-Newton, none longer than this, s: the rates hold for a short while only.
+const STEPS: usize = 5;
+const LONGEST_STEP: f64 = 0.01;
+
+/// Robots of more joints have too many columns for a look.
+const FEW: usize = 8;
+
+/// Rows of a joint.
+const ROWS: usize = 200;
+
+/// The delay that explains the torques; `None` where there is none.
+pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
+    let n = samples.kept.n;
+    if n > FEW {
+        return None;
+    }
+    let mut joints: Vec<JointRows> = (0..n).filter_map(|j| JointRows::of(regressor, samples, rows, j)).collect();
+    // First all joints alike, by their torques; then by what they leave.
+    let mut seconds = 0.0;
+    let at_first = fit(&joints, n, seconds)?;
+    joints.iter_mut().zip(&at_first.squares).for_each(|(joint, square)| joint.weight = 1.0 / square.sqrt());
+    let at_first = fit(&joints, n, seconds)?;
+    let mut found = at_first.clone();
+    for _ in 0..STEPS {
+        seconds += found.step.clamp(-LONGEST_STEP, LONGEST_STEP);
+        if seconds.abs() > LONGEST {
+            return None;
+        }
+        found = fit(&joints, n, seconds)?;
+    }
+    let shares = found.squares.iter().zip(&at_first.squares).map(|(now, first)| 1.0 - now / first);
+    let share = shares.sum::<f64>() / joints.len() as f64;
+    (share > LATE && seconds.abs() > LEAST).then_some(Lag { seconds, share })
+}
+
+/// The rows of one joint.
+struct JointRows {
+    joint: usize,
+    weight: f64,
+    rows: Vec<Row>,
+}
+
+struct Row {
+    /// Y_j and dq_j, and their rates.
+    columns: Vec<f64>,
+    rates: Vec<f64>,
+    direction: f64,
+    tau: f64,
+}
+
+/// What some delay leaves.
+#[derive(Clone)]
+struct Left {
+    /// Square of the rest of each joint.
+    squares: Vec<f64>,
+    /// s that the delay should be longer.
+    step: f64,
+}
+
+impl JointRows {
+    /// `None` where the joint moves in too few samples.
+    fn of(regressor: &dyn Regressor, samples: &Samples, rows: &[usize], j: usize) -> Option<JointRows> {
+        let (kept, n, p) = (&samples.kept, samples.kept.n, regressor.parameters().len());
+        let near = |r: usize| if kept.cutoff > 0.0 { kept.ddq[r * n + j].abs() / kept.cutoff } else { 0.0 };
+        let moves = |r: &usize| kept.dq[r * n + j].abs() > near(*r);
+        let chosen: Vec<usize> = used(kept, rows, j).into_iter().map(|i| rows[i]).filter(moves).collect();
+        let columns = |states: &States, r: usize| -> Vec<f64> {
+            let at = r * n..(r + 1) * n;
+            let mut y = vec![0.0; n * p];
+            regressor.fill(&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at], &mut y);
+            [&y[j * p..(j + 1) * p], &[states.dq[r * n + j]]].concat()
+        };
+        let row = |&r: &usize| {
+            let (before, after) = (columns(&samples.before, r), columns(&samples.after, r));
+            Row {
+                columns: columns(kept, r),
+                rates: after.iter().zip(before).map(|(after, before)| (after - before) / samples.span[r]).collect(),
+                direction: kept.direction[r * n + j],
+                tau: kept.tau[r * n + j],
+            }
+        };
+        let found: Vec<Row> = chosen.iter().step_by(chosen.len().div_ceil(ROWS).max(1)).map(row).collect();
+        let size = found.iter().map(|row| row.tau * row.tau).sum::<f64>().sqrt();
+        (found.len() >= FEWEST && size > 0.0).then_some(JointRows { joint: j, weight: 1.0 / size, rows: found })
+    }
+}
+
+/// Fits all joints with rows shifted by `seconds`; `None` without rows, or where nothing is left.
+fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
+    let base = joints.first()?.rows.first()?.columns.len() - 1;
+    // X; b, c, e, o of each joint; the step.
+    let width = base + 4 * n + 1;
+    let shifted =
+        |row: &Row| -> Vec<f64> { row.columns.iter().zip(&row.rates).map(|(y, rate)| y - seconds * rate).collect() };
+    let entries = |joint: usize, row: &Row, load: f64, rate: f64| -> Vec<f64> {
+        let (shifted, mut all) = (shifted(row), vec![0.0; width]);
+        all[..base].copy_from_slice(&shifted[..base]);
+        let own = [shifted[base], row.direction, load * row.direction, 1.0];
+        all[base + 4 * joint..base + 4 * (joint + 1)].copy_from_slice(&own);
+        all[width - 1] = rate;
+        all
+    };
+    let solved = |columns: &dyn Fn(usize, &Row) -> Vec<f64>| {
+        let mut accumulator = Accumulator::new(width);
+        for JointRows { joint, weight, rows } in joints {
+            for row in rows {
+                let weighted: Vec<f64> = columns(*joint, row).iter().map(|x| weight * x).collect();
+                accumulator.push(&weighted, weight * row.tau);
+            }
+        }
+        solve(&accumulator.finish()).x
+    };
+    let unloaded = solved(&|joint, row| entries(joint, row, 0.0, 0.0));
+    let load = |joint: usize, row: &Row| dot(&entries(joint, row, 0.0, 0.0), &unloaded).abs();
+    let x = solved(&|joint, row| entries(joint, row, load(joint, row), 0.0));
+    let rate = |joint: usize, row: &Row| -dot(&row.rates[..base], &x[..base]) - row.rates[base] * x[base + 4 * joint];
+    let step = solved(&|joint, row| entries(joint, row, load(joint, row), rate(joint, row)))[width - 1];
+    let rest = |joint: usize, row: &Row| (row.tau - dot(&entries(joint, row, load(joint, row), 0.0), &x)).powi(2);
+    let squares: Vec<f64> = joints.iter().map(|j| j.rows.iter().map(|row| rest(j.joint, row)).sum()).collect();
+    squares.iter().all(|square: &f64| *square > 0.0).then_some(Left { squares, step })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::test_arm::Pendulum;
+
+    /// Samples of a pendulum with friction and noise, the torques late by some samples of 10 ms.
+    fn late(by: usize) -> Samples {
+        let (mut states, mut random) = (Pendulum::new().states(900), Random::new(3));
+        let torque = |states: &States, r: usize| states.tau[r] + 0.4 * states.dq[r] + 0.2 * states.direction[r];
+        let tau: Vec<f64> =
+            (0..900_usize).map(|r| torque(&states, r.saturating_sub(by)) + 0.01 * random.normal()).collect();
+        states.tau = tau;
+        Samples::of([states].as_slice(), 1).unwrap()
+    }
+
+    #[test]
+    fn late_torques_are_found_and_others_are_not() {
+        let look = |by: usize| {
+            let samples = late(by);
+            common_lag(&Pendulum::new(), &samples, &samples.every(1))
+        };
+        assert_eq!(look(0), None);
+        for by in [1, 2] {
+            let seconds = 0.01 * by as f64;
+            let found = look(by).unwrap_or_else(|| panic!("no delay of {seconds} s"));
+            // The rates are differences over 20 ms, and friction turns over where the joint does: a third.
+            assert!((found.seconds / seconds - 1.0).abs() < 0.33 && found.share > 0.5, "{found:?}");
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! From the numbers of a passport to its findings: the checks in their order, each with its thresholds.
+//!
+//! What needs no inertials comes first: dead and saturated torques, a log too short, velocities that are not the
+//! slopes of their positions, and friction that drives. Then, with inertials, what the slopes say of all torques
+//! (unit, currents, signs), of one joint or two and of gravity (`search`), and of the clock; what nothing explains is
+//! another robot.
+
+use logs::Suspect;
+
+use crate::estimate::passport::change::Description;
+use crate::estimate::passport::delay::common_lag;
+use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::regression::Partial;
+use crate::estimate::passport::report::{Passport, TELLING, significant};
+use crate::estimate::passport::samples::Samples;
+use crate::estimate::passport::search::{Search, Suspicion, counts};
+use crate::model::regressor::Regressor;
+
+/// What there is to look at.
+pub struct Look<'a> {
+    pub samples: &'a Samples,
+    /// The kept samples that are looked at.
+    pub rows: &'a [usize],
+    pub suspects: &'a [Suspect],
+    pub regressor: &'a dyn Regressor,
+    pub description: Option<&'a Description<'a>>,
+}
+
+/// |tau - T| / |tau| without friction: no machine moves without.
+const COMPUTED: f64 = 2e-3;
+
+/// Common slopes within these are errors of nominal inertials, not another unit.
+const UNIT: std::ops::Range<f64> = 0.25..4.0;
+
+/// Powers of ten that far from a whole number are none.
+const POWER: f64 = 0.2;
+
+impl Look<'_> {
+    /// Appends the findings, and what cannot be told.
+    pub fn diagnose(&self, slopes: Option<&[Partial]>, passport: &mut Passport) {
+        let mut findings = self.dead_and_saturated();
+        let is_dead = findings.iter().any(|f| f.fault == Fault::DeadTorque);
+        findings.extend(self.short());
+        findings.extend(self.degrees());
+        let velocities = self.velocities();
+        let wrong_velocities = !velocities.is_empty();
+        match slopes {
+            Some(slopes) if !is_dead => {
+                let found = self.described(slopes, &velocities, passport);
+                if !found.iter().any(|f| matches!(f.fault, Fault::SwappedPositions | Fault::SwappedVelocities)) {
+                    findings.extend(velocities.into_iter().map(|v| v.2));
+                }
+                findings.extend(found);
+            }
+            Some(_) => findings.extend(velocities.into_iter().map(|v| v.2)),
+            None => {
+                passport.untold.push(
+                    "the description has no inertials: units, zeros, swapped columns and another robot cannot be told"
+                        .into(),
+                );
+                findings.extend(velocities.into_iter().map(|v| v.2));
+            }
+        }
+        let motion = |f: &Finding| !matches!(f.fault, Fault::Saturated(_) | Fault::Delay(_));
+        if !wrong_velocities && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
+            findings.extend(self.friction(passport, &findings));
+        }
+        if findings.is_empty() {
+            findings.extend(self.delay());
+        }
+        findings.sort_by_key(|f| !f.fault.is_gross());
+        passport.findings = findings;
+    }
+
+    /// The name of a coordinate.
+    pub fn name(&self, k: usize) -> String {
+        self.regressor.coordinates()[k].clone()
+    }
+
+    /// Coordinates.
+    pub fn n(&self) -> usize {
+        self.samples.kept.n
+    }
+
+    /// rad (m), between the ends of a joint's motion.
+    pub fn range(&self, k: usize) -> f64 {
+        self.samples.range[k].1 - self.samples.range[k].0
+    }
+
+    /// What the slopes of the description say.
+    fn described(
+        &self,
+        slopes: &[Partial],
+        velocities: &[(usize, Option<usize>, Finding)],
+        passport: &mut Passport,
+    ) -> Vec<Finding> {
+        let Some(description) = self.description else { return Vec::new() };
+        if let Some(finding) = self.computed(description) {
+            return vec![finding];
+        }
+        let telling: Vec<f64> = slopes.iter().filter(|p| p.share() > TELLING).map(Partial::slope).collect();
+        let mut found = Vec::new();
+        let negative = telling.iter().filter(|s| **s < 0.0).count();
+        let all_signs = telling.len() >= 2 && 4 * negative >= 3 * telling.len();
+        let mut sizes: Vec<f64> = telling.iter().map(|s| s.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        // A single joint, of several, may be wrong by itself.
+        let are_enough = sizes.len() >= self.n().min(2);
+        let scale = sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0);
+        let list = || {
+            let text = |p: &Partial| if p.share() > TELLING { significant(p.slope()) } else { "-".into() };
+            let texts: Vec<String> = slopes.iter().map(text).collect();
+            format!("slopes of the description {}", texts.join(" "))
+        };
+        if !UNIT.contains(&scale) {
+            found.push(self.unit(scale, slopes, list()));
+        }
+        if all_signs {
+            found.push(Finding {
+                fault: Fault::TorqueSigns,
+                joints: Vec::new(),
+                evidence: list(),
+                remedy: "change the sign of the torque columns".into(),
+            });
+        }
+        let scale = if all_signs {
+            -scale
+        } else if UNIT.contains(&scale) {
+            1.0
+        } else {
+            scale
+        };
+        let search =
+            Search { samples: self.samples, rows: self.rows, description, scale, velocities: &suspicions(velocities) };
+        let (changes, misfits) = search.best(slopes);
+        let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
+        found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &list())));
+        if changes.is_empty() {
+            found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
+        }
+        if telling.is_empty() && found.is_empty() {
+            passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
+        }
+        found
+    }
+
+    /// Torques that are the description's to rounding, with no friction at all.
+    fn computed(&self, description: &Description) -> Option<Finding> {
+        let torques = description.torques(&self.samples.kept, self.rows, &[]);
+        let n = self.n();
+        let measured = self.rows.iter().flat_map(|&r| &self.samples.kept.tau[r * n..(r + 1) * n]);
+        let left: f64 = measured.clone().zip(&torques).map(|(a, b)| (a - b).powi(2)).sum();
+        let whole: f64 = measured.map(|x| x * x).sum();
+        let relative = (left / whole).sqrt();
+        (relative < COMPUTED).then(|| Finding {
+            fault: Fault::Computed,
+            joints: Vec::new(),
+            evidence: format!("the description predicts them with {relative:.1e} of themselves, without any friction"),
+            remedy: "log measured torques or currents; an estimate from these gives the description back".into(),
+        })
+    }
+
+    fn unit(&self, scale: f64, slopes: &[Partial], evidence: String) -> Finding {
+        let power = scale.log10().round();
+        let joints = Vec::new();
+        if power.abs() >= 2.0 && (scale.log10() - power).abs() < POWER {
+            let word = match power as i32 {
+                3 => "name the columns tau1_mNm, .. (1 N mm = 1 mN m)".into(),
+                2 => "name the columns tau1_Ncm, ..".into(),
+                -3 => "name the columns tau1_kNm, ..".into(),
+                power => format!("divide the torque columns by 1e{power}"),
+            };
+            return Finding { fault: Fault::TorqueUnit(power as i32), joints, evidence, remedy: word };
+        }
+        let telling = slopes.iter().enumerate().filter(|(_, p)| p.share() > TELLING);
+        let gains = telling.map(|(k, p)| format!("{}={}", self.name(k), significant(1.0 / p.slope().abs())));
+        Finding {
+            fault: Fault::NoTorque,
+            joints,
+            evidence,
+            remedy: format!(
+                "name the columns as currents (i1, ..) and give the torque per ampere, by the description about --gain {}; \
+                 or the ratios of the gears (--options: transmission: ratios)",
+                gains.collect::<Vec<_>>().join(",")
+            ),
+        }
+    }
+
+    fn changed(&self, found: &Suspicion, slopes: &str) -> Finding {
+        let evidence = format!(
+            "with that undone the description leaves {:.0} % of the torques (joints alike), as it is {:.0} %; {slopes}",
+            100.0 * found.after,
+            100.0 * found.before
+        );
+        let changed = found.joints(self.n());
+        let evidence = match changed.len() {
+            0..=2 => evidence,
+            _ => {
+                let source = |&k: &usize| format!("{} is logged as {}", self.name(k), self.name(found.source(k)));
+                format!("{}; {evidence}", changed.iter().map(source).collect::<Vec<_>>().join(", "))
+            }
+        };
+        let mut joints: Vec<String> = changed.into_iter().map(|k| self.name(k)).collect();
+        if found.fault() == Fault::Degrees {
+            joints.push("all joints".into());
+        }
+        let remedy = found.remedy(self.n());
+        Finding { fault: found.fault(), joints, evidence, remedy }
+    }
+
+    fn other_robot(
+        &self,
+        misfits: &[f64],
+        slopes: &[Partial],
+        scale: f64,
+        passport: &Passport,
+        list: String,
+    ) -> Option<Finding> {
+        let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY);
+        let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
+        let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
+        // What the joint's own row cannot explain either is noise, not another robot.
+        let noisy = |k: usize| passport.joints[k].friction.is_some_and(|f| f.residual > NOISY);
+        let clear = heavy.iter().any(|&k| !noisy(k));
+        (heavy.len() >= 2 && clear && mean > FOREIGN).then(|| Finding {
+            fault: Fault::OtherRobot,
+            joints: Vec::new(),
+            evidence: format!(
+                "the description leaves {:.0} % of the torques of the joints where it should explain most; {list}",
+                100.0 * mean
+            ),
+            remedy:
+                "no single sign, zero, unit or exchange of columns mends it: look for another model, another tool or \
+                     mounting (gravity), or several mistakes at once"
+                    .into(),
+        })
+    }
+
+    /// A delay on which the joints agree.
+    fn delay(&self) -> Option<Finding> {
+        let lag = common_lag(self.regressor, self.samples, self.rows)?;
+        Some(Finding {
+            fault: Fault::Delay(lag.seconds),
+            joints: Vec::new(),
+            evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
+            remedy: format!("--delay auto, which is exact, or --delay {:.4}", lag.seconds),
+        })
+    }
+}
+
+fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usize)> {
+    velocities.iter().filter_map(|v| Some((v.0, v.1?))).collect()
+}
+
+/// Another robot is judged by joints in which the description's torque would be this share of what is measured.
+const HEAVY: f64 = 0.2;
+
+/// Mean misfit of the joints that count from which on the robot is another.
+const FOREIGN: f64 = 0.6;
+
+/// |residual| / |torque| of the joint's own row above which its torque is noise.
+const NOISY: f64 = 0.5;

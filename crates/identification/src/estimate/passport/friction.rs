@@ -1,0 +1,88 @@
+//! Which way friction acts in each joint, whatever the description: the torque without all that the joint's own
+//! row of the regressor can explain, on dq and on its direction.
+//!
+//! tau_j = Y_j X_j + b dq_j + c direction_j + d, X_j free for each joint: a wrong sign, unit or zero of another joint
+//! does not reach it. Friction brakes: its power b dq^2 + c |dq| is positive. Where it is negative, the torque or the
+//! motion of this joint has the wrong sign.
+
+use crate::estimate::passport::change::{FEWEST, column, used};
+use crate::estimate::passport::regression::{Basis, product, square};
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
+
+/// Friction of one joint as its own row of the equations sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OwnFriction {
+    /// f . dq / (|tau| |dq|), tau without its mean: positive where friction brakes.
+    pub brakes: f64,
+    /// Standard deviation of it, for residuals that stay the same for long.
+    pub deviation: f64,
+    /// |residual| / |tau|, tau without its mean.
+    pub residual: f64,
+    /// Whether friction drives beyond what errors of the equations do: in sum, and neither part brakes.
+    pub drives: bool,
+}
+
+/// Friction of joint j; `None` where it hardly moves or counts in too few samples.
+pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], j: usize) -> Option<OwnFriction> {
+    let (n, p) = (states.n, regressor.parameters().len());
+    let rows: Vec<usize> = used(states, rows, j).into_iter().map(|i| rows[i]).collect();
+    if rows.len() < FEWEST.max(3 * p / 2) {
+        return None;
+    }
+    let mut base = vec![vec![0.0; rows.len()]; p];
+    let mut y = vec![0.0; n * p];
+    for (i, &r) in rows.iter().enumerate() {
+        let at = r * n..(r + 1) * n;
+        regressor.fill(&states.q[at.clone()], &states.dq[at.clone()], &states.ddq[at], &mut y);
+        base.iter_mut().zip(&y[j * p..(j + 1) * p]).for_each(|(column, x)| column[i] = *x);
+    }
+    let ones = vec![1.0; rows.len()];
+    let mean = Basis::of(vec![ones.clone()]);
+    base.insert(0, ones);
+    let basis = Basis::of(base);
+    let (dq, direction) = (column(&states.dq, n, j, &rows), column(&states.direction, n, j, &rows));
+    let tau = column(&states.tau, n, j, &rows);
+    let (v, d, left) = (basis.without(dq.clone()), basis.without(direction.clone()), basis.without(tau.clone()));
+    let (vv, vd, dd) = (square(&v), product(&v, &d), square(&d));
+    let (vt, dt) = (product(&v, &left), product(&d, &left));
+    let determinant = vv * dd - vd * vd;
+    let size = square(&mean.without(tau)).sqrt();
+    if determinant <= CLEAR * vv * dd || size == 0.0 {
+        return None;
+    }
+    let (viscous, dry) = ((dd * vt - vd * dt) / determinant, (vv * dt - vd * vt) / determinant);
+    let friction: Vec<f64> = dq.iter().zip(&direction).map(|(v, d)| viscous * v + dry * d).collect();
+    let speed = square(&dq).sqrt();
+    let unexplained = (square(&left) - viscous * vt - dry * dt).max(0.0).sqrt();
+    // The power is w . (b, c), w = (dq.dq, dq.direction); its variance is w' M^-1 w times that of the residual.
+    let (w, u) = (square(&dq), product(&dq, &direction));
+    let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
+    let deviation = unexplained * (spread / INDEPENDENT).sqrt();
+    // Neither part speaks for friction that brakes.
+    let above = |x: f64, other: f64| x > unexplained * (other / (INDEPENDENT * determinant)).sqrt();
+    let found = OwnFriction {
+        brakes: product(&friction, &dq) / (size * speed),
+        deviation: deviation / (size * speed),
+        residual: unexplained / size,
+        drives: false,
+    };
+    let is_negative = -found.brakes > DRIVES.max(BEYOND * found.deviation);
+    let drives = is_negative && !above(viscous, dd) && !above(dry, vv);
+    (found.deviation < UNTOLD).then_some(OwnFriction { drives, ..found })
+}
+
+/// Residuals of a log, errors of the model more than noise, are worth no more independent samples than this.
+const INDEPENDENT: f64 = 30.0;
+
+/// Friction that drives: of the torque more than this share,
+const DRIVES: f64 = 0.02;
+/// .. and so many standard deviations.
+const BEYOND: f64 = 4.0;
+
+/// Friction that is known no better than this, of the torque, is not known: a slow log in which gravity and friction
+/// look alike (KR300) has 0.5 to 2.
+const UNTOLD: f64 = 0.25;
+
+/// dq and its direction are told apart where the square of the sine between them is above this.
+const CLEAR: f64 = 1e-6;

@@ -1,0 +1,81 @@
+//! The passport of a log: whether it belongs to the robot of the description, before anything is fitted.
+//!
+//! The torque of each joint is regressed on what the description computes for its motion, beside what no description
+//! has:
+//! ```text
+//! tau_j = s_j (Y(q, dq, ddq) X)_j + a ddq_j + b dq_j + c direction_j + d
+//! ```
+//! X are the base parameters of the description (p), s_j is the slope of the description: near 1 where log and
+//! description speak of one robot in one unit; the sign of b and c is that of friction, which brakes. Where a slope is
+//! not near 1, the usual mistakes are undone one by one, and the one that makes the description predict the torques is
+//! the finding (`search`). A description without inertials has no slopes: what it leaves untold is said.
+//!
+//! It is a look, not an estimate: nominal inertials are wrong by tens of per cent, and a slope of 0.6 in a wrist is no
+//! mistake of a log.
+
+mod change;
+mod delay;
+mod diagnosis;
+pub mod finding;
+pub mod friction;
+mod order;
+mod regression;
+mod report;
+mod samples;
+mod search;
+mod signals;
+
+use logs::{Error, Suspect};
+
+use crate::estimate::passport::change::{Description, FEWEST, column, partials, used};
+use crate::estimate::passport::friction::own_friction;
+use crate::estimate::passport::regression::{Basis, Partial, square};
+pub use crate::estimate::passport::report::{JointPassport, Passport};
+use crate::estimate::passport::samples::Samples;
+use crate::model::regressor::Regressor;
+use crate::signals::records::Records;
+
+/// Samples that are looked at, at least, where there are as many.
+const TRIED: usize = 400;
+
+/// Looks at a log: its records, what is odd about its columns, and the base parameters of the description where it has
+/// inertials.
+///
+/// Fails when a record cannot be read.
+pub fn passport<R: Records + ?Sized>(
+    regressor: &dyn Regressor,
+    records: &R,
+    suspects: &[Suspect],
+    described: Option<&[f64]>,
+) -> Result<Passport, Error> {
+    let n = regressor.coordinates().len();
+    let samples = Samples::of(records, n)?;
+    let rows = samples.every(samples.kept.len() / TRIED);
+    let description = described.map(|parameters| Description { regressor, parameters });
+    let slopes = description.as_ref().map(|d| partials(d, &samples.kept, &rows, &[]));
+    let mut passport = Passport::default();
+    for (j, coordinate) in regressor.coordinates().iter().enumerate() {
+        let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
+        passport.joints.push(JointPassport {
+            coordinate: coordinate.clone(),
+            slope: partial.map(|p| p.slope()),
+            share: partial.map(|p| p.share()),
+            explained: partial.and_then(|p| explained(&samples, &rows, j, &p)),
+            friction: own_friction(regressor, &samples.kept, &rows, j),
+            range: samples.range[j].1 - samples.range[j].0,
+        });
+    }
+    let look =
+        diagnosis::Look { samples: &samples, rows: &rows, suspects, regressor, description: description.as_ref() };
+    look.diagnose(slopes.as_deref(), &mut passport);
+    Ok(passport)
+}
+
+/// The share of the torque's variance that description and own columns explain together.
+fn explained(samples: &Samples, rows: &[usize], j: usize, partial: &Partial) -> Option<f64> {
+    let places = used(&samples.kept, rows, j);
+    let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();
+    let mean = Basis::of(vec![vec![1.0; chosen.len()]]);
+    let variance = square(&mean.without(column(&samples.kept.tau, samples.kept.n, j, &chosen)));
+    (variance > 0.0 && chosen.len() >= FEWEST).then(|| 1.0 - partial.yy * (1.0 - partial.share()) / variance)
+}

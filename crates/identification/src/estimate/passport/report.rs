@@ -1,0 +1,95 @@
+//! The passport itself: what each joint's torque has to do with the description, the findings, and what is untold.
+
+use std::fmt;
+
+use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::friction::OwnFriction;
+
+/// What a joint's torque has to do with the description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointPassport {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// Measured torque per torque of the description, beside rotor, friction and offset; `None` without inertials, or
+    /// where the joint has too few samples.
+    pub slope: Option<f64>,
+    /// Share of the torque's variance that the description explains beyond rotor, friction and offset: what the slope
+    /// stands on.
+    pub share: Option<f64>,
+    /// Share of the torque's variance that the description explains with rotor, friction and offset.
+    pub explained: Option<f64>,
+    /// Friction by the joint's own row of the regressor; `None` where it cannot be told.
+    pub friction: Option<OwnFriction>,
+    /// Distance between the ends of its motion, rad (m).
+    pub range: f64,
+}
+
+/// What a log says of itself and of its description before anything is fitted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Passport {
+    /// One a coordinate.
+    pub joints: Vec<JointPassport>,
+    /// The worst first.
+    pub findings: Vec<Finding>,
+    /// What could not be looked at, in sentences.
+    pub untold: Vec<String>,
+}
+
+/// Share of the torque beyond which a joint's slope is a number, and below which it is none.
+pub const TELLING: f64 = 0.5;
+const SLIGHT: f64 = 0.05;
+
+impl Passport {
+    /// Whether a finding forbids to use an estimate from this log.
+    pub fn is_gross(&self) -> bool {
+        self.findings.iter().any(|f| f.fault.is_gross())
+    }
+
+    /// Says of efforts that are known to be currents what gains the description implies, which is no fault.
+    pub fn efforts_are_currents(&mut self) {
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
+        let (unit, others) = std::mem::take(&mut self.findings).into_iter().partition(is_unit);
+        let unit: Vec<Finding> = unit;
+        self.findings = others;
+        self.untold.extend(unit.iter().map(|f| format!("currents without gains: {}; {}", f.evidence, f.remedy)));
+    }
+}
+
+impl fmt::Display for Passport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.joints.iter().map(|j| j.coordinate.chars().count()).max().unwrap_or(0).max(5);
+        let head = ["slope", "by it", "explained", "friction"];
+        writeln!(f, "{:<width$}  {:>8}  {:>6}  {:>9}  {:<9}", "joint", head[0], head[1], head[2], head[3])?;
+        let percent = |x: Option<f64>| x.map_or("-".into(), |x| format!("{:.0} %", 100.0 * x));
+        for j in &self.joints {
+            // A slope that stands on little says little.
+            let slope = match (j.slope, j.share) {
+                (Some(slope), Some(share)) if share > TELLING => significant(slope),
+                (Some(slope), Some(share)) if share > SLIGHT => format!("({})", significant(slope)),
+                _ => "-".into(),
+            };
+            let friction = match j.friction {
+                None => "-",
+                Some(friction) if friction.drives => "drives",
+                Some(friction) if friction.brakes > 0.0 => "brakes",
+                Some(_) => "unclear",
+            };
+            let (share, explained) = (percent(j.share), percent(j.explained));
+            writeln!(f, "{:<width$}  {slope:>8}  {share:>6}  {explained:>9}  {friction}", j.coordinate)?;
+        }
+        Ok(())
+    }
+}
+
+/// Three digits that count, without an exponent where it can be read without.
+pub fn significant(x: f64) -> String {
+    let size = x.abs();
+    match size {
+        _ if size == 0.0 => "0".into(),
+        _ if !(1e-3..1e5).contains(&size) => format!("{x:.2e}"),
+        _ if size >= 100.0 => format!("{x:.0}"),
+        _ if size >= 10.0 => format!("{x:.1}"),
+        _ if size >= 0.1 => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
+    }
+}

@@ -1,0 +1,162 @@
+//! Instants of all records, thinned out evenly to as many as a look at the log needs.
+//!
+//! One pass over the records keeps every m-th sample, with its neighbours in time; m doubles where there are too many.
+//! What the thinning would lose is summed over all samples: the path of each joint, and how each measured velocity
+//! goes with the slope of each position.
+
+use logs::Error;
+
+use crate::model::states::States;
+use crate::signals::records::Records;
+
+/// Entries of the torques that are kept, all joints together: a few thousand samples of an arm.
+const ENTRIES: usize = 16_384;
+
+/// Samples of a robot of many joints.
+const FEWEST: usize = 512;
+
+/// What a passport is made from.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// The kept samples, one after the other.
+    pub kept: States,
+    /// The samples just before and just behind each kept one, and the time between those two, s.
+    pub before: States,
+    pub after: States,
+    pub span: Vec<f64>,
+    /// rad (m): smallest and largest position of each coordinate.
+    pub range: Vec<(f64, f64)>,
+    /// rad (m): the way each coordinate goes, there and back.
+    pub path: Vec<f64>,
+    /// dq_k . dq_k, slope_l . slope_l, and dq_k . slope_l at k * n + l, over all samples.
+    pub velocity: Vec<f64>,
+    pub slope: Vec<f64>,
+    pub together: Vec<f64>,
+}
+
+impl Samples {
+    /// Goes through the records once.
+    ///
+    /// Fails when a record cannot be read.
+    pub fn of<R: Records + ?Sized>(records: &R, n: usize) -> Result<Samples, Error> {
+        let mut all = Samples {
+            range: vec![(f64::MAX, f64::MIN); n],
+            path: vec![0.0; n],
+            velocity: vec![0.0; n],
+            slope: vec![0.0; n],
+            together: vec![0.0; n * n],
+            ..Samples::default()
+        };
+        for part in [&mut all.kept, &mut all.before, &mut all.after] {
+            part.n = n;
+        }
+        let most = (ENTRIES / n.max(1)).max(FEWEST);
+        let (mut every, mut count) = (1, 0);
+        records.each(&mut |states| {
+            for r in 1..states.len().saturating_sub(1) {
+                all.sum(states, r);
+                if count % every == 0 {
+                    all.keep(states, r);
+                }
+                count += 1;
+                if all.kept.len() == 2 * most {
+                    all.halve();
+                    every *= 2;
+                }
+            }
+            all.kept.cutoff = states.cutoff;
+        })?;
+        Ok(all)
+    }
+
+    fn sum(&mut self, states: &States, r: usize) {
+        let n = self.kept.n;
+        let span = states.t[r + 1] - states.t[r - 1];
+        for k in 0..n {
+            let q = states.q[r * n + k];
+            self.range[k] = (self.range[k].0.min(q), self.range[k].1.max(q));
+            self.path[k] += (q - states.q[(r - 1) * n + k]).abs();
+            let slope = (states.q[(r + 1) * n + k] - states.q[(r - 1) * n + k]) / span;
+            self.slope[k] += slope * slope;
+            self.velocity[k] += states.dq[r * n + k].powi(2);
+            for (l, together) in self.together[k..].iter_mut().step_by(n).enumerate() {
+                *together += states.dq[r * n + l] * slope;
+            }
+        }
+    }
+
+    fn keep(&mut self, states: &States, r: usize) {
+        for (part, r) in [(&mut self.before, r - 1), (&mut self.kept, r), (&mut self.after, r + 1)] {
+            let at = r * part.n..(r + 1) * part.n;
+            part.t.push(states.t[r]);
+            part.q.extend_from_slice(&states.q[at.clone()]);
+            part.dq.extend_from_slice(&states.dq[at.clone()]);
+            part.ddq.extend_from_slice(&states.ddq[at.clone()]);
+            part.tau.extend_from_slice(&states.tau[at.clone()]);
+            part.direction.extend_from_slice(&states.direction[at.clone()]);
+            part.used.extend_from_slice(&states.used[at]);
+        }
+        self.span.push(states.t[r + 1] - states.t[r - 1]);
+    }
+
+    /// Every second kept sample stays.
+    fn halve(&mut self) {
+        for part in [&mut self.before, &mut self.kept, &mut self.after] {
+            let n = part.n;
+            for x in [&mut part.q, &mut part.dq, &mut part.ddq, &mut part.tau, &mut part.direction] {
+                *x = x.chunks(n).step_by(2).flatten().copied().collect();
+            }
+            part.used = part.used.chunks(n).step_by(2).flatten().copied().collect();
+            part.t = part.t.iter().step_by(2).copied().collect();
+        }
+        self.span = self.span.iter().step_by(2).copied().collect();
+    }
+
+    /// Every `step`-th kept sample.
+    pub fn every(&self, step: usize) -> Vec<usize> {
+        (0..self.kept.len()).step_by(step.max(1)).collect()
+    }
+
+    /// How often a joint goes there and back: its way over twice its range.
+    pub fn periods(&self, k: usize) -> f64 {
+        let range = self.range[k].1 - self.range[k].0;
+        if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }
+    }
+
+    /// The square of the correlation of the velocity of k with the slope of the position of l, and its sign.
+    pub fn alike(&self, k: usize, l: usize) -> f64 {
+        let together = self.together[k * self.kept.n + l];
+        let both = self.velocity[k] * self.slope[l];
+        if both > 0.0 { together * together.abs() / both } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+
+    #[test]
+    fn a_long_record_is_thinned_and_summed_whole() {
+        let states = Pendulum::new().states(100_000);
+        let samples = Samples::of([states.clone()].as_slice(), 1).unwrap();
+        assert!((ENTRIES..2 * ENTRIES).contains(&samples.kept.len()), "{}", samples.kept.len());
+        let step = samples.kept.t[1] - samples.kept.t[0];
+        // 100 000 samples of 0.01 s, at most 32 768 kept: every fourth.
+        assert!((step - 0.04).abs() < 1e-9, "{step}");
+        assert!(samples.span.iter().all(|s| (s - 0.02).abs() < 1e-9));
+        let path: f64 = states.q.windows(2).map(|w| (w[1] - w[0]).abs()).sum();
+        assert!((samples.path[0] / path - 1.0).abs() < 1e-4);
+        assert!(samples.alike(0, 0) > 0.999);
+    }
+
+    #[test]
+    fn a_joint_there_and_back_has_one_period() {
+        let mut states = Pendulum::new().states(629);
+        for (q, t) in states.q.iter_mut().zip(&states.t) {
+            *q = t.sin();
+        }
+        let samples = Samples::of([states].as_slice(), 1).unwrap();
+        assert!((samples.periods(0) - 1.0).abs() < 0.01, "{}", samples.periods(0));
+    }
+}

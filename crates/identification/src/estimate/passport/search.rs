@@ -1,0 +1,281 @@
+//! The mistake of one joint or two that makes the description predict the log when it is undone.
+//!
+//! Each change is tried on some hundred samples; the one with the smallest sum of misfits is taken where it takes away
+//! most of what is wrong, and the search goes on from there for a second mistake. A zero is searched every 15 degrees
+//! and then refined. Where no such mistakes explain the log, an order of its columns is searched (`order`).
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::estimate::passport::change::{Change, Description, misfits, motion_of, partials, torque_of};
+use crate::estimate::passport::finding::{Columns, Fault};
+use crate::estimate::passport::regression::Partial;
+use crate::estimate::passport::samples::Samples;
+
+/// Where and with what to search.
+pub struct Search<'a> {
+    pub samples: &'a Samples,
+    pub rows: &'a [usize],
+    pub description: &'a Description<'a>,
+    /// Of all torques: measured per described.
+    pub scale: f64,
+    /// Joints whose velocity is the slope of another's position.
+    pub velocities: &'a [(usize, usize)],
+}
+
+/// A mistake that explains, with the mean misfit of all joints before and after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suspicion {
+    /// One change, or the exchanges that make up an order.
+    pub changes: Vec<Change>,
+    pub before: f64,
+    pub after: f64,
+}
+
+/// More mistakes than this are another robot.
+const MISTAKES: usize = 3;
+
+/// A change must leave less than this share of the misfits,
+const SHARE: f64 = 0.6;
+/// .. take away so much of them, joints alike,
+const GAIN: f64 = 0.5;
+/// .. and an arbitrary zero must beat the plain changes by this.
+const ARBITRARY: f64 = 0.7;
+
+/// Mean misfit below which an order of the columns, one of thousands, explains the log.
+const ORDERED: f64 = 0.15;
+
+/// Of the misfits, that tells swapped positions from swapped velocities.
+const KNOWN: f64 = 0.1;
+
+/// A joint counts where the description's torque would be this share of what is measured: a wrist that is all
+/// friction does not.
+const LITTLE: f64 = 0.05;
+
+/// Whether the description's torque would be more than a share of what is measured.
+pub fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
+    partial.weight() * scale * scale > share
+}
+
+/// Pairs farther apart along the coordinates are not tried in robots of more joints than [`FEW`].
+const NEAR: usize = 3;
+const FEW: usize = 8;
+
+/// rad: steps of the search for a zero, and how near a quarter turn it is one.
+const STEP: f64 = PI / 12.0;
+const QUARTER: f64 = PI / 36.0;
+
+impl Search<'_> {
+    /// The mistakes found, and the misfits of the joints with them undone.
+    pub fn best(&self, as_it_is: &[Partial]) -> (Vec<Suspicion>, Vec<f64>) {
+        let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, LITTLE)).collect();
+        let n = counted.iter().filter(|c| **c).count().max(1) as f64;
+        let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
+        let unchanged = misfits(as_it_is, as_it_is, &[], self.scale);
+        let (mut found, mut undone, mut current) = (Vec::new(), Vec::new(), unchanged.clone());
+        while found.len() < MISTAKES {
+            let before = sum(&current);
+            // Velocities that belong to other positions are known: only which column is wrong is asked.
+            let known = found.is_empty() && !self.velocities.is_empty();
+            if before < GAIN && !known {
+                break;
+            }
+            let next = match known {
+                true => self.least(&self.pairs(), &undone, as_it_is, &sum),
+                false => self.next(&undone, as_it_is, &sum),
+            };
+            let Some((change, misfits)) = next else { break };
+            let after = sum(&misfits);
+            let gain = if known { KNOWN * before } else { GAIN };
+            if before - after < gain {
+                break;
+            }
+            found.push(Suspicion { changes: vec![change], before: before / n, after: after / n });
+            undone.push(change);
+            current = misfits;
+        }
+        let (whole, left) = (sum(&unchanged), sum(&current));
+        // What one mistake explains well is that mistake.
+        if whole >= GAIN && (found.len() != 1 || left > ORDERED * n) {
+            let ordered = self.order(as_it_is, &sum).filter(|(_, m)| sum(m) < (ORDERED * n).min(ARBITRARY * left));
+            if let Some((changes, misfits)) = ordered {
+                return (vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits);
+            }
+        }
+        // A first mistake of two may explain little by itself; all together must explain most.
+        if left > SHARE * whole {
+            return (Vec::new(), unchanged);
+        }
+        (merged(found), current)
+    }
+
+    /// The change that leaves least beside those undone.
+    fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: &dyn Fn(&[f64]) -> f64) -> Option<(Change, Vec<f64>)> {
+        let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
+        let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
+        let zeros: Vec<Change> =
+            (0..as_it_is.len()).filter(is_angle).map(|k| self.zero(k, undone, as_it_is, sum)).collect();
+        match self.least(&zeros, undone, as_it_is, sum) {
+            Some(zero) if sum(&zero.1) < ARBITRARY * sum(&plain.1) => Some(zero),
+            _ => Some(plain),
+        }
+    }
+
+    fn least(
+        &self,
+        changes: &[Change],
+        undone: &[Change],
+        as_it_is: &[Partial],
+        sum: &dyn Fn(&[f64]) -> f64,
+    ) -> Option<(Change, Vec<f64>)> {
+        let tried = changes.iter().map(|&change| (change, self.tried(self.rows, undone, change, as_it_is)));
+        tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
+    }
+
+    /// Positions or velocities of joints whose velocities belong to other positions.
+    fn pairs(&self) -> Vec<Change> {
+        let both = |&(k, l): &(usize, usize)| [Change::SwappedPositions(k, l), Change::SwappedVelocities(k, l)];
+        self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
+    }
+
+    /// Changes without a number of their own.
+    fn plain(&self, n: usize) -> Vec<Change> {
+        use Change::*;
+        let mut all = vec![Degrees, Weightless];
+        for k in 0..n {
+            all.extend([Opposed(k), Mirrored(k), Reversed(k)]);
+            if !self.description.regressor.is_prismatic(k) {
+                all.extend([Turned(k, FRAC_PI_2), Turned(k, PI), Turned(k, -FRAC_PI_2)]);
+            }
+            let last = if n > FEW { (k + NEAR + 1).min(n) } else { n };
+            for l in k + 1..last {
+                all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)]);
+            }
+        }
+        all
+    }
+
+    fn tried(&self, rows: &[usize], undone: &[Change], change: Change, as_it_is: &[Partial]) -> Vec<f64> {
+        self.all_tried(rows, &[undone, &[change]].concat(), as_it_is)
+    }
+
+    /// The misfits with these changes.
+    pub fn all_tried(&self, rows: &[usize], changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
+        let found = partials(self.description, &self.samples.kept, rows, changes);
+        misfits(&found, as_it_is, changes, self.scale)
+    }
+
+    /// The best zero of joint k.
+    fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: &dyn Fn(&[f64]) -> f64) -> Change {
+        // Few samples show where, all of them how far.
+        let few: Vec<usize> = self.rows.iter().step_by(4).copied().collect();
+        let rough = partials(self.description, &self.samples.kept, &few, &[]);
+        let least = |angle: f64| sum(&self.tried(&few, undone, Change::Turned(k, angle), &rough));
+        let left = |angle: f64| sum(&self.tried(self.rows, undone, Change::Turned(k, angle), as_it_is));
+        let steps = (2.0 * PI / STEP).round() as i32;
+        let coarse = (1..steps).map(|i| STEP * f64::from(i));
+        let best = coarse.map(|a| (a, least(a))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |b| b.0);
+        let (mut low, mut high) = (best - STEP, best + STEP);
+        for _ in 0..ROUNDS {
+            let third = (high - low) / 3.0;
+            if left(low + third) < left(high - third) {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        let angle = 0.5 * (low + high);
+        let quarter = (angle / FRAC_PI_2).round() * FRAC_PI_2;
+        let angle = if quarter != 0.0 && (angle - quarter).abs() < QUARTER { quarter } else { angle };
+        Change::Turned(k, if angle > PI { angle - 2.0 * PI } else { angle })
+    }
+}
+
+/// Exchanges of one kind are one order.
+fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
+    let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
+    let kind = all.first().and_then(|change| change.exchanges());
+    match (found.first(), found.last()) {
+        (Some(first), Some(last)) if kind.is_some() && all.iter().all(|change| change.exchanges() == kind) => {
+            vec![Suspicion { changes: all, before: first.before, after: last.after }]
+        }
+        _ => found,
+    }
+}
+
+/// Rounds of the search between two steps: to half a degree.
+const ROUNDS: usize = 10;
+
+impl Suspicion {
+    /// The joints that were changed, of n.
+    pub fn joints(&self, n: usize) -> Vec<usize> {
+        use Change::*;
+        match *self.changes.as_slice() {
+            [Turned(k, _) | Mirrored(k) | Opposed(k) | Reversed(k)] => vec![k],
+            [Degrees | Weightless] => Vec::new(),
+            _ => (0..n).filter(|&k| self.source(k) != k).collect(),
+        }
+    }
+
+    /// Whose columns are those of joint k.
+    pub fn source(&self, k: usize) -> usize {
+        let changes: Vec<Change> = self.changes.iter().map(|change| change.of_velocities()).collect();
+        match motion_of(&changes, k) {
+            same if same == k => torque_of(&changes, k).0,
+            other => other,
+        }
+    }
+
+    pub fn fault(&self) -> Fault {
+        use Change::*;
+        let Some(&first) = self.changes.first() else { return Fault::OtherRobot };
+        if self.changes.len() > 1 {
+            return Fault::Permuted(first.exchanges().unwrap_or(Columns::All));
+        }
+        match first {
+            Turned(_, angle) => Fault::Zero(angle),
+            Mirrored(_) => Fault::MotionSign,
+            Opposed(_) => Fault::TorqueSign,
+            Reversed(_) => Fault::Reversed,
+            SwappedJoints(..) => Fault::SwappedJoints,
+            SwappedMotions(..) => Fault::SwappedMotions,
+            SwappedPositions(..) => Fault::SwappedPositions,
+            SwappedVelocities(..) => Fault::SwappedVelocities,
+            SwappedTorques(..) => Fault::SwappedTorques,
+            Degrees => Fault::Degrees,
+            Weightless => Fault::GravityCompensated,
+        }
+    }
+
+    /// What undoes it, for a robot of n joints.
+    pub fn remedy(&self, n: usize) -> String {
+        use Change::*;
+        let list = |k: usize, value: f64, others: f64| {
+            let all: Vec<String> = (0..n).map(|j| if j == k { value } else { others }.to_string()).collect();
+            format!("[{}]", all.join(", "))
+        };
+        let Some(&change) = self.changes.first() else { return String::new() };
+        match change {
+            Turned(k, angle) => {
+                let rounded = (1e4 * angle).round() / 1e4;
+                format!("--options: transmission: {{offsets: {}}}", list(k, rounded, 0.0))
+            }
+            Opposed(k) => {
+                format!("--options: transmission: {{ratios: {}, joint_side_positions: true}}", list(k, -1.0, 1.0))
+            }
+            Reversed(k) => format!("--options: transmission: {{ratios: {}}}", list(k, -1.0, 1.0)),
+            Mirrored(_) => "change the sign of its position and velocity columns".into(),
+            SwappedJoints(..) => {
+                "--options: columns: {position: [..], velocity: [..], torque: [..]} in the order of the \
+                                  joints"
+                    .into()
+            }
+            SwappedMotions(..) | SwappedPositions(..) => "--options: columns: {position: [..], velocity: [..]} in the \
+                                                          order of the joints"
+                .into(),
+            SwappedVelocities(..) => "--options: columns: {velocity: [..]} in the order of the joints".into(),
+            SwappedTorques(..) => "--options: columns: {torque: [..]} in the order of the joints".into(),
+            Weightless => "log the torques before gravity is taken out of them".into(),
+            Degrees => "say the unit in the headers (q1_deg, dq1_deg_s)".into(),
+        }
+    }
+}

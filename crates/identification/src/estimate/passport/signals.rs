@@ -1,0 +1,143 @@
+//! What the signals of a log say without any inertials: dead and saturated torques, a log too short, angles in degrees,
+//! velocities that are not the slopes of their positions, and friction that drives.
+
+use logs::Suspect;
+
+use crate::estimate::passport::diagnosis::Look;
+use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::friction::OwnFriction;
+use crate::estimate::passport::report::{JointPassport, Passport};
+
+/// rad (m): a joint that moves less says nothing.
+const MOVES: f64 = 0.02;
+
+/// There and back once is the least that tells inertia from gravity and friction; of a measured motion of one period
+/// (cobot6) the ends are missing.
+const PERIODS: f64 = 0.75;
+
+/// Squared correlation above which a velocity is the slope of a position, and below which it is not. Measured
+/// velocities reach 0.97 and more with their own positions.
+const SLOPE_OF: f64 = 0.8;
+const NOT_SLOPE_OF: f64 = 0.5;
+
+/// Of the rows, at a limit: quantised currents reach 1 % by chance.
+const SATURATED: f64 = 0.05;
+
+/// rad: arms turn less far, columns in degrees farther.
+const FAR: f64 = 4.0 * std::f64::consts::PI;
+
+impl Look<'_> {
+    /// Torques that never change, and torques that stand at a limit.
+    pub fn dead_and_saturated(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        let dead: Vec<&Suspect> = self.suspects.iter().filter(|s| s.constant.is_some()).collect();
+        if !dead.is_empty() {
+            let value = |s: &&Suspect| format!("{} in every row", s.constant.unwrap_or(0.0));
+            found.push(Finding {
+                fault: Fault::DeadTorque,
+                joints: dead.iter().map(|s| s.coordinate.clone()).collect(),
+                evidence: dead.first().map(value).unwrap_or_default(),
+                remedy: "log the measured torques or currents, or name their columns (--options: columns: torque)"
+                    .into(),
+            });
+        }
+        for suspect in self.suspects {
+            let Some(share) = suspect.saturated.filter(|share| *share > SATURATED) else { continue };
+            found.push(Finding {
+                fault: Fault::Saturated(share),
+                joints: vec![suspect.coordinate.clone()],
+                evidence: "its largest and smallest values come again and again".into(),
+                remedy: "move more slowly or with less load, or leave that part out (signal: window)".into(),
+            });
+        }
+        found
+    }
+
+    /// A log in which nothing comes back.
+    pub fn short(&self) -> Option<Finding> {
+        let moving = (0..self.n()).filter(|&k| self.range(k) > MOVES);
+        let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);
+        (periods < PERIODS).then(|| Finding {
+            fault: Fault::Short(periods),
+            joints: Vec::new(),
+            evidence: format!("{periods:.2} times there and back at most"),
+            remedy: "log a motion of at least ten seconds in which each joint moves there and back several times \
+                     (rist plan makes one)"
+                .into(),
+        })
+    }
+
+    /// Angles that no arm reaches.
+    pub fn degrees(&self) -> Option<Finding> {
+        let far = |k: &usize| {
+            let (low, high) = self.samples.range[*k];
+            !self.regressor.is_prismatic(*k) && low.abs().max(high.abs()) > FAR
+        };
+        let joints: Vec<usize> = (0..self.n()).filter(far).collect();
+        let farthest = joints.iter().map(|&k| self.samples.range[k].1.abs().max(self.samples.range[k].0.abs()));
+        let farthest = farthest.fold(0.0, f64::max);
+        (!joints.is_empty()).then(|| Finding {
+            fault: Fault::Degrees,
+            evidence: format!("positions reach {farthest:.1} rad, more than two turns"),
+            remedy: format!("say the unit in the header ({}_deg)", self.name(joints[0])),
+            joints: joints.into_iter().map(|k| self.name(k)).collect(),
+        })
+    }
+
+    /// Joints whose velocity is not the slope of their position, with the joint whose slope it is.
+    pub fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
+        let mut found = Vec::new();
+        for k in (0..self.n()).filter(|&k| self.range(k) > MOVES && self.samples.velocity[k] > 0.0) {
+            let own = self.samples.alike(k, k);
+            if own > NOT_SLOPE_OF {
+                continue;
+            }
+            let other = (0..self.n()).filter(|&l| l != k).map(|l| (l, self.samples.alike(k, l)));
+            let other = other.filter(|(_, alike)| *alike > SLOPE_OF).max_by(|a, b| a.1.total_cmp(&b.1));
+            let (evidence, remedy) = match other {
+                Some((l, alike)) => (
+                    format!(
+                        "it agrees with the slope of its own position to {own:.2}, with that of {} to {alike:.2}",
+                        self.name(l)
+                    ),
+                    "exchange the columns (--options: columns: velocity, position)".into(),
+                ),
+                None => (
+                    format!("it agrees with the slope of its position to {own:.2} only"),
+                    "name the columns (--options: columns), or use positions alone (signal: velocity: differentiated)"
+                        .into(),
+                ),
+            };
+            let finding = Finding { fault: Fault::Velocity, joints: vec![self.name(k)], evidence, remedy };
+            found.push((k, other.map(|o| o.0), finding));
+        }
+        found
+    }
+
+    /// Friction that drives, in joints of which nothing else is known.
+    pub fn friction(&self, passport: &Passport, known: &[Finding]) -> Vec<Finding> {
+        let accused = |name: &String| known.iter().any(|f| f.joints.contains(name));
+        let judged: Vec<_> = passport.joints.iter().filter_map(|j| Some((j, j.friction?))).collect();
+        let drives: Vec<_> =
+            judged.iter().filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > MOVES).collect();
+        let evidence = |brakes: f64| format!("friction is {:.0} % of its torque, and negative", -100.0 * brakes);
+        if drives.len() >= 2 && 3 * drives.len() >= 2 * judged.len() {
+            let mean = drives.iter().map(|d| d.1.brakes).sum::<f64>() / drives.len() as f64;
+            return vec![Finding {
+                fault: Fault::TorqueSigns,
+                joints: Vec::new(),
+                evidence: format!("friction drives {} of {} joints: {}", drives.len(), judged.len(), evidence(mean)),
+                remedy: "change the sign of the torque columns".into(),
+            }];
+        }
+        let finding = |(j, friction): &&(&JointPassport, OwnFriction)| Finding {
+            fault: Fault::FrictionSign,
+            joints: vec![j.coordinate.clone()],
+            evidence: evidence(friction.brakes),
+            remedy: "change the sign of that column, or, where motor and joint turn in opposite ways, give a negative \
+                     ratio (--options: transmission: ratios)"
+                .into(),
+        };
+        drives.iter().map(finding).collect()
+    }
+}

@@ -1,0 +1,29 @@
+//! Whether logs belong to the robot of a description, before anything is fitted.
+
+use identification::estimate::options::Options;
+use identification::estimate::passport::{Passport, passport};
+use identification::signals::records::SourceRecords;
+use logs::{Effort, LogSource};
+
+use crate::error::Error;
+use crate::model::Model;
+
+/// Looks at logs as an identification with these options would read them.
+///
+/// Currents count with the drive gains of the options, else of the description; where it has none, as they are, and
+/// the passport says which gains the description implies. Fails where a log cannot be read or does not fit the robot.
+pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport, Error> {
+    let mut options = options.clone();
+    let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    let are_known = options.transmission.drive_gains.is_some() || model.drive_gains().iter().all(Option::is_some);
+    if is_current && options.transmission.drive_gains.is_none() {
+        options.transmission.drive_gains = Some(model.drive_gains().into_iter().map(|g| g.unwrap_or(1.0)).collect());
+    }
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
+    let mut found = passport(model.regressor(), &records, &suspects, model.described_parameters().as_deref())?;
+    if is_current && !are_known {
+        found.efforts_are_currents();
+    }
+    Ok(found)
+}

@@ -1,0 +1,61 @@
+//! Whether to trust an estimate: of experiments by itself, of logs by others that it was not made from.
+
+use identification::estimate::described::described_residuals;
+use identification::estimate::passport::finding::Fault;
+use identification::estimate::verdict::{Evidence, Verdict};
+use identification::model::linear_model::Model as LinearModel;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use logs::LogSource;
+
+use crate::Estimate;
+use crate::doctor::examine;
+use crate::error::Error;
+use crate::model::Model;
+
+/// Whether to trust an estimate by what it says of itself; [`crate::Identification::verdict`] knows more.
+pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
+    Verdict::of(&Evidence {
+        estimate,
+        passport: None,
+        described: None,
+        total: estimate.total,
+        held_out: estimate.cross_validation,
+        predicted: None,
+        bodies: None,
+    })
+}
+
+/// Whether to trust an estimate, by how well it predicts logs it was not made from; empty for one of experiments, whose
+/// `total` says all there is.
+///
+/// Fails where a log cannot be read.
+pub fn validation_verdict(
+    model: &Model,
+    estimate: &Estimate,
+    logs: &[LogSource],
+    total: f64,
+) -> Result<Verdict, Error> {
+    let mut evidence = Evidence {
+        estimate,
+        passport: None,
+        described: None,
+        total,
+        held_out: None,
+        predicted: Some(total),
+        bodies: None,
+    };
+    let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
+    let mut passport = examine(model, logs, options)?;
+    // A short log is enough to be predicted.
+    passport.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
+    evidence.passport = Some(&passport);
+    if let Some(described) = model.described_parameters() {
+        let couplings = options.transmission.coupled();
+        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+        let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+        let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+        evidence.described = Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total);
+    }
+    Ok(Verdict::of(&evidence))
+}

@@ -1,0 +1,253 @@
+//! `rist doctor`: every usual mistake is named, in simulated logs and in measured ones, and nothing in good logs.
+//!
+//! The simulated machines are not their descriptions: every standard parameter of a description is off by up to 15 %,
+//! with friction, and noise on torques and velocities.
+
+use std::path::{Path, PathBuf};
+
+use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::{Columns, Fault, Finding};
+use logs::{Log, LogSource};
+use rist::{Model, ModelOptions, RotorInertias};
+use tests::benchmark::dataset::Dataset;
+use tests::faults::{Injected, changed, cut, each, injected, mirrored};
+use tests::joint_log::{JointLog, Machine, described, swinging, unlike};
+use tests::program::folder;
+use tests::random::{Random, State};
+use tests::{model_path, recursion, shared, urdf_text, workspace};
+
+/// The UR5 of models/ and the log of one like it.
+fn ur5() -> (Model, JointLog) {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, 0.0);
+    (model, log)
+}
+
+fn look(model: &Model, here: &Path, log: &JointLog) -> Passport {
+    let path = here.join("log.csv");
+    log.write(&path, model.regressor().coordinates());
+    let (source, _) = model.open_log(&path, &Default::default()).unwrap();
+    rist::examine(model, &[source], &Options::default()).unwrap()
+}
+
+/// A model of random_tree, six joints in a row.
+fn other_robot(here: &Path, seed: u64) -> Model {
+    let path = here.join(format!("other_{seed}.urdf"));
+    std::fs::write(&path, urdf_text::random_tree(6, 1, seed)).unwrap();
+    Model::read(&path).unwrap()
+}
+
+/// Whether a passport has one finding, that of the mistake in the log.
+fn names(model: &Model, findings: &[Finding], mistake: &Injected) -> bool {
+    let [finding] = findings else { return false };
+    let joints = mistake.joints.iter().map(|&k| &model.regressor().coordinates()[k]);
+    (mistake.is_named)(&finding.fault) && joints.eq(&finding.joints)
+}
+
+#[test]
+fn every_fault_is_named() {
+    let here = folder("faults");
+    let (model, good) = ur5();
+    let (robot, x) = (&model.robot, unlike(&model.robot, 5));
+    let weight = |log: &JointLog, r: usize| {
+        let q: Vec<f64> = log.q.iter().map(|q| q[r]).collect();
+        recursion::torque(robot, &State { q, dq: vec![0.0; 6], ddq: vec![0.0; 6] }, &x)
+    };
+    let right = std::f64::consts::FRAC_PI_2;
+    let mut mistakes = injected(&good, [1, 2], weight, 10);
+    let mut add = |name, log, joints: &[usize], is_named: fn(&Fault) -> bool| {
+        mistakes.push(Injected { name, log, joints: joints.to_vec(), is_named: Box::new(is_named) });
+    };
+    let computed = Machine {
+        robot,
+        parameters: &described(robot),
+        amplitude: &[1.2; 6],
+        viscous: &[0.0; 6],
+        coulomb: &[0.0; 6],
+        noise: 0.0,
+        encoder: 0.0,
+        speed: 0.0,
+        delay: 0.0,
+    };
+    add("computed torques", computed.log(), &[], |f| *f == Fault::Computed);
+    add("kN m", changed(&good, |l| each(&mut l.tau, |x| 1e-3 * x)), &[], |f| *f == Fault::TorqueUnit(-3));
+    add("the base's position", mirrored(&good, 0, true, false), &[0], |f| *f == Fault::MotionSign);
+    add("a joint the other way round", mirrored(&good, 2, true, true), &[2], |f| *f == Fault::Reversed);
+    let half = changed(&good, |l| each(&mut l.q[1..2], |x| x + 2.0 * right));
+    add("half a turn", half, &[1], |f| matches!(f, Fault::Zero(a) if (a.abs() - std::f64::consts::PI).abs() < 1e-9));
+    // The machine is not its description: a degree or two of the zero are the description's.
+    let odd = changed(&good, |l| each(&mut l.q[1..2], |x| x + 0.58));
+    add("33 degrees", odd, &[1], |f| matches!(f, Fault::Zero(a) if (a + 0.58).abs() < 0.04));
+    let swapped = |k, l| changed(&good, |log| log.q.swap(k, l));
+    add("two positions swapped", swapped(3, 4), &[3, 4], |f| *f == Fault::SwappedPositions);
+    let swapped = |k, l| changed(&good, |log| log.dq.swap(k, l));
+    add("two velocities swapped", swapped(0, 1), &[0, 1], |f| *f == Fault::SwappedVelocities);
+    let swapped = |k, l| changed(&good, |log| log.tau.swap(k, l));
+    add("two torques swapped", swapped(0, 1), &[0, 1], |f| *f == Fault::SwappedTorques);
+    let swapped =
+        |k, l| changed(&good, |log| [&mut log.q, &mut log.dq, &mut log.tau].into_iter().for_each(|x| x.swap(k, l)));
+    add("two joints' columns swapped", swapped(1, 3), &[1, 3], |f| *f == Fault::SwappedJoints);
+    let backwards = changed(&good, |log| [&mut log.q, &mut log.dq, &mut log.tau].into_iter().for_each(|x| x.reverse()));
+    add("columns from the tip", backwards, &[0, 1, 2, 3, 4, 5], |f| *f == Fault::Permuted(Columns::All));
+    let torques = changed(&good, |log| log.tau[..4].rotate_right(1));
+    add("torques permuted", torques, &[0, 1, 2, 3], |f| *f == Fault::Permuted(Columns::Torques));
+    add("0.6 s", cut(&good, 0.6), &[], |f| matches!(f, Fault::Short(_)));
+    for mistake in &mistakes {
+        let passport = look(&model, &here, &mistake.log);
+        let found = &passport.findings;
+        println!("{}: {}", mistake.name, found.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n    "));
+        assert!(names(&model, found, mistake), "{}: {found:?}\n{passport}", mistake.name);
+    }
+    for seed in 1..5 {
+        let found = look(&other_robot(&here, seed), &here, &good).findings;
+        assert!(found.len() == 1 && found[0].fault == Fault::OtherRobot, "another robot, {seed}: {found:?}");
+    }
+}
+
+#[test]
+fn nothing_is_found_in_good_logs() {
+    let here = folder("good_logs");
+    let (ur5, _) = ur5();
+    let r3g = Model::read(workspace().join("tests/data/robots/r3g.yaml")).unwrap();
+    for model in [ur5, r3g, other_robot(&here, 1), other_robot(&here, 2)] {
+        for seed in [5, 6] {
+            let passport = look(&model, &here, &swinging(&model.robot, &unlike(&model.robot, seed), 1.2, 0.0));
+            assert!(passport.findings.is_empty(), "{}: {passport}{:?}", model.robot.name, passport.findings);
+        }
+    }
+    // A description without inertials: what can be told is, and what not is said.
+    let model = Model::read(model_path("planar2r_vertical.yaml")).unwrap();
+    let x = Random(41).physical_parameters(&model.robot);
+    let passport = look(&model, &here, &swinging(&model.robot, &x, 1.2, 0.0));
+    assert!(passport.findings.is_empty() && passport.untold.len() == 1, "{passport:?}");
+    let backwards = changed(&swinging(&model.robot, &x, 1.2, 0.0), |l| each(&mut l.tau, |x| -x));
+    let passport = look(&model, &here, &backwards);
+    assert_eq!(passport.findings.iter().map(|f| f.fault).collect::<Vec<_>>(), [Fault::TorqueSigns], "{passport}");
+}
+
+/// A Panda with inertials; the logs are of the arm alone: its fingers do not move.
+fn panda(shared: &Path, here: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(shared.join("oracle/panda.urdf")).unwrap();
+    let path = here.join("panda.urdf");
+    std::fs::write(&path, text.replace("prismatic", "fixed")).unwrap();
+    path
+}
+
+/// The description of a measured set; the Panda's and the TX40's with inertials.
+fn description(dataset: &Dataset, shared: &Path, here: &Path) -> Vec<PathBuf> {
+    let data = shared.join("data").join(&dataset.name);
+    let places = [data, workspace().join("models"), workspace().join("tests/data/robots")];
+    let mut all: Vec<PathBuf> = places.iter().map(|p| p.join(&dataset.model)).filter(|p| p.is_file()).collect();
+    if dataset.name == "panda_gaz2019" {
+        all.push(panda(shared, here));
+    }
+    all
+}
+
+/// Passports of the measured logs: with the options of their recipe, and with those of a newcomer.
+fn passports(dataset: &Dataset, shared: &Path, model: &Path) -> Vec<(String, Passport)> {
+    let rotor_inertias = dataset.rotors.then_some(RotorInertias::Actuated);
+    let model = Model::read_with(model, &ModelOptions { rotor_inertias, ..ModelOptions::default() }).unwrap();
+    let run = &dataset.runs[0];
+    let plain = Options {
+        columns: run.options.columns.clone(),
+        transmission: run.options.transmission.clone(),
+        ..Options::default()
+    };
+    let mut found = Vec::new();
+    for file in run.train.iter().chain(&run.validate) {
+        for (options, window) in [(&run.options, file.window), (&plain, None)] {
+            let path = shared.join("data").join(&dataset.name).join(&file.file);
+            let (mut log, _) = Log::read(&path, model.regressor().coordinates(), &options.columns).unwrap();
+            log.window = window;
+            let passport = rist::examine(&model, &[LogSource::Held(log)], options).unwrap();
+            found.push((format!("{} by {}", path.display(), model.path.display()), passport));
+        }
+    }
+    found
+}
+
+#[test]
+fn nothing_is_found_in_measured_logs() {
+    let Some(shared) = shared() else { return };
+    let here = folder("measured_passports");
+    let mut logs = 0;
+    for dataset in Dataset::known().unwrap() {
+        for model in description(&dataset, &shared, &here) {
+            for (name, passport) in passports(&dataset, &shared, &model) {
+                println!("{name}\n{passport}");
+                assert!(passport.findings.is_empty(), "{name}: {:?}", passport.findings);
+                logs += 1;
+            }
+        }
+    }
+    assert!(logs >= 18, "{logs} passports");
+}
+
+/// The URDF beside this log lacks the offsets of two joints; the transmission of its recipe has them not either.
+#[test]
+fn the_zeros_of_the_tx40_are_found() {
+    let Some(shared) = shared() else { return };
+    let dataset = Dataset::known().unwrap().into_iter().find(|d| d.name == "tx40_staubli").unwrap();
+    let model = shared.join("data/tx40_staubli/tx40.urdf");
+    for (name, passport) in passports(&dataset, &shared, &model) {
+        let found: Vec<(Fault, &str)> = passport.findings.iter().map(|f| (f.fault, f.joints[0].as_str())).collect();
+        let right = std::f64::consts::FRAC_PI_2;
+        let expected = [(Fault::Zero(-right), "joint_2"), (Fault::Zero(right), "joint_3")];
+        assert_eq!(found, expected, "{name}");
+    }
+}
+
+/// A measured log in torques of the joints.
+fn measured(model: &Model, file: &Path, gains: &[f64]) -> JointLog {
+    let (log, _) = Log::read(file, model.regressor().coordinates(), &Default::default()).unwrap();
+    let gain = |k: usize| gains.get(k).copied().unwrap_or(1.0);
+    let tau = log.effort.iter().enumerate().map(|(k, x)| x.iter().map(|x| gain(k) * x).collect()).collect();
+    JointLog { t: log.t, q: log.q, dq: log.dq.expect("a velocity"), tau }
+}
+
+/// The base parameters that the log itself gives.
+fn identified(model: &Model, here: &Path, log: &JointLog) -> Vec<f64> {
+    let path = here.join("log.csv");
+    log.write(&path, model.regressor().coordinates());
+    let (source, _) = model.open_log(&path, &Default::default()).unwrap();
+    let estimate = rist::identify(model, &[source], &Default::default()).unwrap().estimate;
+    estimate.parameters.iter().take(model.regressor().parameters().len()).map(|p| p.value.unwrap()).collect()
+}
+
+/// The same fourteen mistakes in measured logs of a Panda and a UR10e, and each log with the description of the other.
+#[test]
+fn faults_are_named_in_measured_logs() {
+    let Some(shared) = shared() else { return };
+    let here = folder("measured_faults");
+    let panda = Model::read(panda(&shared, &here)).unwrap();
+    let ur10e = Model::read(shared.join("data/ur10e_innopolis/ur10e.urdf")).unwrap();
+    let gains = [14.87, 13.26, 11.13, 10.62, 11.03, 11.47];
+    let sets: [(&Model, &str, &[f64], usize); 2] = [
+        (&panda, "data/panda_gaz2019/exciting_traj_1.csv.gz", &[], 20),
+        (&ur10e, "data/ur10e_innopolis/id_40s_12harm.csv.gz", &gains, 2),
+    ];
+    for (model, file, gains, rows) in sets {
+        let good = measured(model, &shared.join(file), gains);
+        let n = good.q.len();
+        let identified = identified(model, &here, &good);
+        let weight = |log: &JointLog, r: usize| {
+            let q: Vec<f64> = log.q.iter().map(|q| q[r]).collect();
+            let mut y = vec![0.0; n * identified.len()];
+            model.regressor().fill(&q, &vec![0.0; n], &vec![0.0; n], &mut y);
+            y.chunks(identified.len()).map(|row| row.iter().zip(&identified).map(|(y, x)| y * x).sum()).collect()
+        };
+        let mut named = 0;
+        let mistakes = injected(&good, [1, 3], weight, rows);
+        for mistake in &mistakes {
+            let found = look(model, &here, &mistake.log).findings;
+            let is_named = names(model, &found, mistake);
+            named += usize::from(is_named);
+            let text = found.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n    ");
+            println!("{}: {}: {} {text}", model.robot.name, mistake.name, if is_named { "named" } else { "NOT NAMED" });
+        }
+        println!("{}: {named} of {}", model.robot.name, mistakes.len());
+        assert!(named + 1 >= mistakes.len(), "{}: {named} of {}", model.robot.name, mistakes.len());
+    }
+}

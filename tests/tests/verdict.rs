@@ -1,0 +1,116 @@
+//! The last three lines of `rist identify` and `rist validate`: a mistake is never silent, and a good log is trusted.
+
+use rist::Model;
+use tests::faults::{amperes, changed, cut, each, mirrored};
+use tests::joint_log::{JointLog, swinging, unlike};
+use tests::program::{Run, folder, rist};
+use tests::{model_path, urdf_text};
+
+/// The log of a robot like the UR5 of models/.
+fn good() -> JointLog {
+    let robot = Model::read(model_path("ur5.urdf")).unwrap().robot;
+    swinging(&robot, &unlike(&robot, 5), 1.2, 0.0)
+}
+
+/// The last three lines of what a command printed.
+fn verdict(run: &Run) -> Vec<&str> {
+    let lines: Vec<&str> = run.out.lines().collect();
+    let last = lines[lines.len().saturating_sub(3)..].to_vec();
+    for (line, start) in last.iter().zip(["found: ", "trust: ", "next: "]) {
+        assert!(line.starts_with(start), "{}\n{}", run.out, run.err);
+    }
+    last
+}
+
+/// The ten mistakes about which a newcomer was told nothing: a sentence, exit code 1, an estimate and no URDF.
+#[test]
+fn no_mistake_is_silent() {
+    let here = folder("silent");
+    let good = good();
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    std::fs::write(here.join("other.urdf"), urdf_text::random_tree(6, 1, 1)).unwrap();
+    let numbers: Vec<String> = (1..7).map(|k| k.to_string()).collect();
+    let mistakes: [(&str, &str, JointLog, &str); 11] = [
+        ("off90", &ur5, changed(&good, |l| each(&mut l.q[2..3], |x| x + 1.5707963)), "the zero of elbow is off by -90"),
+        ("nmm", &ur5, changed(&good, |l| each(&mut l.tau, |x| 1e3 * x)), "in another unit: 10^3 times"),
+        ("amps", &ur5, amperes(&good), "the efforts are no torques of the joints: currents"),
+        (
+            "signall",
+            &ur5,
+            changed(&good, |l| each(&mut l.tau, |x| -x)),
+            "the torques of all joints have the wrong sign",
+        ),
+        ("sign1", &ur5, mirrored(&good, 2, false, true), "the torque of elbow has the wrong sign"),
+        ("qsign", &ur5, mirrored(&good, 1, true, false), "the position of shoulder_lift has the wrong sign"),
+        (
+            "swapped",
+            &ur5,
+            changed(&good, |l| {
+                l.q.swap(2, 3);
+                l.dq.swap(2, 3);
+            }),
+            "the columns of elbow and wrist_1 are swapped",
+        ),
+        (
+            "permuted",
+            &ur5,
+            changed(&good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x.reverse())),
+            "are in another order (position, velocity and torque)",
+        ),
+        ("zeros", &ur5, changed(&good, |l| each(&mut l.tau, |_| 0.0)), "is not measured: it never changes"),
+        ("robot", "other.urdf", good.clone(), "this log is not of this robot"),
+        ("short", &ur5, cut(&good, 0.6), "the log is too short"),
+    ];
+    for (name, robot, log, sentence) in mistakes {
+        let (file, estimate, urdf) = (format!("{name}.csv"), format!("{name}.yaml"), format!("{name}.urdf"));
+        log.write(&here.join(&file), &numbers);
+        let run = rist(&here, &["identify", robot, &file, "--out", &estimate, "--write-urdf", &urdf]);
+        assert_eq!(run.code, Some(1), "{name}: {}{}", run.out, run.err);
+        let last = verdict(&run);
+        assert!(last[1].starts_with("trust: no: ") && last[1].contains(sentence), "{name}: {last:?}");
+        assert!(run.err.contains("not to be trusted") && run.err.contains("--anyway"), "{name}: {}", run.err);
+        assert!(here.join(&estimate).is_file() && !here.join(&urdf).exists(), "{name}");
+        let doctor = rist(&here, &["doctor", robot, &file]);
+        assert_eq!(doctor.code, Some(1), "{name}: {}", doctor.out);
+        assert!(doctor.out.contains(sentence), "{name}: {}", doctor.out);
+    }
+    let anyway = ["identify", &ur5, "sign1.csv", "--write-urdf", "sign1.urdf", "--anyway"];
+    assert_eq!(rist(&here, &anyway).code, Some(1));
+    assert!(here.join("sign1.urdf").is_file());
+}
+
+#[test]
+fn a_good_log_is_trusted() {
+    let here = folder("trusted");
+    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    good.write(&here.join("a.csv"), model.regressor().coordinates());
+    let doctor = rist(&here, &["doctor", &ur5, "a.csv"]);
+    assert_eq!(doctor.code, Some(0), "{}{}", doctor.out, doctor.err);
+    assert!(doctor.out.contains("nothing wrong is seen") && doctor.out.contains("brakes"), "{}", doctor.out);
+
+    let run = rist(&here, &["identify", &ur5, "a.csv", "--consistent", "--write-urdf", "w.urdf", "--out", "e.yaml"]);
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let found = verdict(&run);
+    assert!(found[1].starts_with("trust: yes: "), "{found:?}");
+    let percent = |line: &str, behind: &str| -> f64 {
+        let rest = line.split(behind).nth(1).unwrap_or_else(|| panic!("no `{behind}` in {line}"));
+        rest.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let description = percent(found[0], "your description predicts this log with ");
+    let identified = percent(found[0], "the identified parameters with ");
+    // Parameters off by up to 15 %, and not all the same way; noise of 0.1 N m beside torques of some ten.
+    assert!((0.5..15.0).contains(&description) && identified < 0.5 * description, "{found:?}");
+    assert!(here.join("w.urdf").is_file());
+
+    let other = swinging(&model.robot, &unlike(&model.robot, 5), 0.8, 0.0);
+    other.write(&here.join("b.csv"), model.regressor().coordinates());
+    let validated = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
+    assert_eq!(validated.code, Some(0), "{}{}", validated.out, validated.err);
+    assert!(verdict(&validated)[1].starts_with("trust: yes: "), "{}", validated.out);
+    let backwards = changed(&good, |l| each(&mut l.tau, |x| -x));
+    backwards.write(&here.join("c.csv"), model.regressor().coordinates());
+    let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]);
+    assert_eq!(refused.code, Some(1), "{}{}", refused.out, refused.err);
+    assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
+}
