@@ -31,7 +31,12 @@ fn no_mistake_is_silent() {
     std::fs::write(here.join("other.urdf"), urdf_text::random_tree(6, 1, 1)).unwrap();
     let numbers: Vec<String> = (1..7).map(|k| k.to_string()).collect();
     let mistakes: [(&str, &str, JointLog, &str); 11] = [
-        ("off90", &ur5, changed(&good, |l| each(&mut l.q[2..3], |x| x + 1.5707963)), "the zero of elbow is off by -90"),
+        (
+            "off90",
+            &ur5,
+            changed(&good, |l| each(&mut l.q[2..3], |x| x + std::f64::consts::FRAC_PI_2)),
+            "the zero of elbow is off by -90",
+        ),
         ("nmm", &ur5, changed(&good, |l| each(&mut l.tau, |x| 1e3 * x)), "in another unit: 10^3 times"),
         ("amps", &ur5, amperes(&good), "the efforts are no torques of the joints: currents"),
         (
