@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use expr::{Function, Tape};
+use generated::Eight;
 use harness::{alternative, compare};
 use modeling::Derivation;
 use robot::Robot;
@@ -49,11 +50,19 @@ fn base_regressor_calls(name: &str, robot: &Robot) {
         states.chunks_exact(3 * n).all(|s| compiled.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one))
     });
     let lanes = alternative("compiled, many", STATES, || compiled.fill_many(&states, &mut lanes_many));
+    let (mut entries, mut eight) =
+        (vec![0.0; compiled.non_zeros.len()], vec![Eight::default(); compiled.non_zeros.len()]);
+    let entries_one = alternative("entries, one call", STATES, || {
+        states.chunks_exact(3 * n).all(|s| compiled.fill_non_zeros(&s[..n], &s[n..2 * n], &s[2 * n..], &mut entries))
+    });
+    let entries_eight = alternative("entries, eight abreast", STATES, || {
+        states.chunks_exact(24 * n).all(|s| compiled.fill_eight(s, &mut eight))
+    });
     let tape_one = alternative("Tape, one call", STATES, || {
         states.chunks_exact(3 * n).for_each(|s| tape.evaluate(s, &mut work, &mut two));
     });
     let tape_many = alternative("Tape, many", STATES, || tape.evaluate_many(&states, &mut work_many, &mut many));
-    compare(&format!("base regressor, {name}"), vec![scalar, lanes, tape_one, tape_many]);
+    compare(&format!("base regressor, {name}"), vec![scalar, entries_one, lanes, entries_eight, tape_one, tape_many]);
 }
 
 fn base_regressor(robot: &Robot) -> Function {

@@ -55,9 +55,16 @@ fn nothing_in_a_generated_file_can_fail_or_allocate() {
             {
                 assert!(!line.contains(word), "{file}: {line}");
             }
-            // An index is a literal, checked by the compiler.
+            // An index is a literal, checked by the compiler; an entry is handed out with literals for its indices.
+            let handed_out = line.trim_start().strip_prefix("set(").map(|text| text.split(", ").take(3));
+            if let Some(mut indices) = handed_out {
+                assert!(indices.all(|word| word.chars().all(|c| c.is_ascii_digit())), "{file}: {line}");
+            }
             for index in line.split('[').skip(1) {
                 let inside = index.split(']').next().unwrap_or_default();
+                if ["entry", "row", "column"].contains(&inside) {
+                    continue;
+                }
                 let literal = inside.chars().all(|c| c.is_ascii_digit());
                 let type_or_list = inside.is_empty() || inside.contains([';', ',', '"', '(', ' ']) || inside == "R";
                 assert!(literal || type_or_list || inside.contains("f64") || inside == "inline", "{file}: {line}");

@@ -9,7 +9,7 @@
 //! ```
 //! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
 
-use expr::{Expr, Function, Operation, Output};
+use expr::{Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
@@ -30,8 +30,9 @@ pub(crate) fn render(bound: &Function) -> TokenStream {
     }
 }
 
-/// As `render`, in two functions: one that writes only what is not always zero, and one that gives it its place. `doc`
-/// stands above the second, and the list of places above both.
+/// As `render`, twice: a function that gives every entry its place, and one that writes only what is not always zero. `doc`
+/// stands above the first, and the list of places above both. The operations stand once, in a function that hands out
+/// entries: were the dense matrix filled from the list, all entries would wait for the end, one spilled after the other.
 pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream {
     let non_zeros = bound.non_zeros(0);
     let (n, literal) = (Literal::usize_unsuffixed(non_zeros.len()), Literal::usize_unsuffixed);
@@ -39,39 +40,53 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
         let (row, column) = (literal(row), literal(column));
         quote!((#row, #column))
     });
-    let sparse_name = format_ident!("{}_non_zeros", bound.name);
-    let sparse = render(&bound.without_zeros(&sparse_name.to_string()));
-    let output = &bound.outputs[0];
-    let places = non_zeros.iter().enumerate().map(|(k, &(row, column))| {
-        let (to, k) = (place(output, row, column), literal(k));
-        quote!(#to = non_zeros[#k];)
+    let writer = Writer { function: bound, names: names(bound) };
+    let statements = steps(bound).into_iter().filter_map(|step| match step {
+        Step::Store { row, column, node, negative, .. } => {
+            // A zero has no place.
+            let k = literal(non_zeros.binary_search(&(row, column)).ok()?);
+            let (row, column, value) = (literal(row), literal(column), writer.operand(node));
+            Some(if negative {
+                quote!(set(#k, #row, #column, -#value);)
+            } else {
+                quote!(set(#k, #row, #column, #value);)
+            })
+        }
+        step => Some(writer.statement(&step)),
     });
+    let output = &bound.outputs[0];
+    let (entries, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
+    let (head, arguments, inputs) = (head(bound), input_arguments(bound), input_names(bound));
     let (y, zero) = (format_ident!("{}", output.name), quote!(R::from_f64(0.0)));
     let (rows, columns) = (literal(output.rows), literal(output.columns));
-    let zeros = if output.columns == 1 { quote!([#zero; #rows]) } else { quote!([[#zero; #columns]; #rows]) };
-    let (head, inputs) = (head(bound), input_names(bound));
+    let (zeros, place) = match output.columns {
+        1 => (quote!([#zero; #rows]), quote!(|_, row, _, x| #y[row] = x)),
+        _ => (quote!([[#zero; #columns]; #rows]), quote!(|_, row, column, x| #y[row][column] = x)),
+    };
     let list_doc = " Row and column of each entry that is not always zero, row by row.";
     let sparse_doc = format!(" The entries of `{}` that are not always zero, in the order of `NON_ZEROS`.", bound.name);
+    let entries_doc =
+        " Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.";
     quote! {
         #[doc = #list_doc]
         pub const NON_ZEROS: [(usize, usize); #n] = [#(#list),*];
         #doc
         #[inline(always)]
         #head {
-            let mut non_zeros = [#zero; #n];
-            #sparse_name(#(#inputs,)* &mut non_zeros);
             *#y = #zeros;
-            #(#places)*
+            #entries(#(#inputs,)* #place);
         }
         #[doc = #sparse_doc]
-        #sparse
+        #[inline(always)]
+        pub fn #sparse<R: Real>(#arguments #y: &mut [R; #n]) {
+            #entries(#(#inputs,)* |entry, _, _, x| #y[entry] = x);
+        }
+        #[doc = #entries_doc]
+        #[inline(always)]
+        fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
+            #(#statements)*
+        }
     }
-}
-
-fn place(output: &Output, row: usize, column: usize) -> TokenStream {
-    let name = format_ident!("{}", output.name);
-    let (row, column) = (Literal::usize_unsuffixed(row), Literal::usize_unsuffixed(column));
-    if output.columns == 1 { quote!(#name[#row]) } else { quote!(#name[#row][#column]) }
 }
 
 fn input_names(bound: &Function) -> Vec<Ident> {
@@ -141,7 +156,10 @@ impl Writer<'_> {
                 quote!(let (#sine, #cosine) = (#angle).sin_cos();)
             }
             Step::Store { output, row, column, node, negative } => {
-                let (place, value) = (place(&self.function.outputs[output], row, column), self.operand(node));
+                let output = &self.function.outputs[output];
+                let (name, value) = (format_ident!("{}", output.name), self.operand(node));
+                let (row, column) = (Literal::usize_unsuffixed(row), Literal::usize_unsuffixed(column));
+                let place = if output.columns == 1 { quote!(#name[#row]) } else { quote!(#name[#row][#column]) };
                 if negative { quote!(#place = -#value;) } else { quote!(#place = #value;) }
             }
         }

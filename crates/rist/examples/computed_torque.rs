@@ -44,6 +44,10 @@ fn main() {
     arm::inverse_dynamics(&q, &dq, &[1.0, -1.0], &X, &mut tau);
     let by_regressor: [f64; 2] = core::array::from_fn(|j| y[j].iter().zip(X).map(|(y, x)| y * x).sum());
     assert!((0..2).all(|j| (by_regressor[j] - tau[j]).abs() < 1e-12));
+    // Its entries alone, without the zeros.
+    let mut entries = [0.0; arm::NON_ZEROS.len()];
+    arm::base_regressor_non_zeros(&q, &dq, &[1.0, -1.0], &mut entries);
+    assert!(entries.iter().zip(arm::NON_ZEROS).all(|(x, (i, c))| *x == y[i][c]));
 
     let r = 0.5 * (2000.0 * STEP).sin();
     println!("after 2 s the joints are at {:.4} and {:.4} rad, the reference at {r:.4} rad", q[0], q[1]);

@@ -44,16 +44,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 3],
     y: &mut [[R; 4]; 3],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 7];
-    base_regressor_non_zeros(_q, _dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 4]; 3];
-    y[0][0] = non_zeros[0];
-    y[0][1] = non_zeros[1];
-    y[0][2] = non_zeros[2];
-    y[0][3] = non_zeros[3];
-    y[1][2] = non_zeros[4];
-    y[1][3] = non_zeros[5];
-    y[2][3] = non_zeros[6];
+    base_regressor_entries(_q, _dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -63,14 +55,24 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 3],
     y: &mut [R; 7],
 ) {
-    y[1] = ddq[0];
-    y[4] = ddq[1];
-    y[5] = ddq[1];
-    y[6] = ddq[2];
+    base_regressor_entries(_q, _dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    _q: &[R; 3],
+    _dq: &[R; 3],
+    ddq: &[R; 3],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(1, 0, 1, ddq[0]);
+    set(4, 1, 2, ddq[1]);
+    set(5, 1, 3, ddq[1]);
+    set(6, 2, 3, ddq[2]);
     let t12 = ddq[0] + R::from_f64(9.81);
-    y[0] = t12;
-    y[2] = t12;
-    y[3] = t12;
+    set(0, 0, 0, t12);
+    set(2, 0, 2, t12);
+    set(3, 0, 3, t12);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

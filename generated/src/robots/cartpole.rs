@@ -42,15 +42,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 2],
     y: &mut [[R; 4]; 2],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 6];
-    base_regressor_non_zeros(q, dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 4]; 2];
-    y[0][0] = non_zeros[0];
-    y[0][2] = non_zeros[1];
-    y[0][3] = non_zeros[2];
-    y[1][1] = non_zeros[3];
-    y[1][2] = non_zeros[4];
-    y[1][3] = non_zeros[5];
+    base_regressor_entries(q, dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -60,22 +53,32 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 2],
     y: &mut [R; 6],
 ) {
-    y[0] = ddq[0];
-    y[3] = ddq[1];
+    base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    q: &[R; 2],
+    dq: &[R; 2],
+    ddq: &[R; 2],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(0, 0, 0, ddq[0]);
+    set(3, 1, 1, ddq[1]);
     let (s1, c1) = (q[1]).sin_cos();
     let t9 = dq[1] * dq[1];
     let t10 = s1 * t9;
     let t13 = (-ddq[1]).mul_add(c1, t10);
-    y[1] = t13;
+    set(1, 0, 2, t13);
     let t14 = ddq[0] * c1;
     let t17 = R::from_f64(-9.81).mul_add(s1, -t14);
-    y[4] = t17;
+    set(4, 1, 2, t17);
     let t18 = ddq[1] * s1;
     let t20 = t9.mul_add(c1, t18);
-    y[2] = t20;
+    set(2, 0, 3, t20);
     let t21 = R::from_f64(9.81) * c1;
     let t23 = ddq[0].mul_add(s1, -t21);
-    y[5] = t23;
+    set(5, 1, 3, t23);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

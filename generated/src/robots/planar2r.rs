@@ -45,17 +45,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 2],
     y: &mut [[R; 5]; 2],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 8];
-    base_regressor_non_zeros(q, dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 5]; 2];
-    y[0][0] = non_zeros[0];
-    y[0][1] = non_zeros[1];
-    y[0][2] = non_zeros[2];
-    y[0][3] = non_zeros[3];
-    y[1][1] = non_zeros[4];
-    y[1][2] = non_zeros[5];
-    y[1][3] = non_zeros[6];
-    y[1][4] = non_zeros[7];
+    base_regressor_entries(q, dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -65,18 +56,28 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 2],
     y: &mut [R; 8],
 ) {
-    y[0] = ddq[0];
-    y[7] = ddq[1];
+    base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    q: &[R; 2],
+    dq: &[R; 2],
+    ddq: &[R; 2],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(0, 0, 0, ddq[0]);
+    set(7, 1, 4, ddq[1]);
     let t8 = ddq[0] + ddq[1];
-    y[1] = t8;
-    y[4] = t8;
+    set(1, 0, 1, t8);
+    set(4, 1, 1, t8);
     let (s1, c1) = (q[1]).sin_cos();
     let t11 = R::from_f64(0.5) * ddq[0];
     let t12 = c1 * t11;
     let t14 = dq[0] * dq[0];
     let t15 = R::from_f64(0.5) * t14;
     let t17 = s1.mul_add(t15, t12);
-    y[5] = t17;
+    set(5, 1, 2, t17);
     let t18 = R::from_f64(0.5) * s1;
     let t19 = dq[0] + dq[1];
     let t20 = t19 * t19;
@@ -84,14 +85,14 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t22 = R::from_f64(0.5) * c1;
     let t24 = (-t8).mul_add(t22, t21);
     let t25 = t17 - t24;
-    y[2] = t25;
+    set(2, 0, 2, t25);
     let t27 = t11 * s1;
     let t28 = c1.mul_add(t15, -t27);
-    y[6] = t28;
+    set(6, 1, 3, t28);
     let t29 = t8 * t18;
     let t31 = t20.mul_add(t22, t29);
     let t32 = t28 - t31;
-    y[3] = t32;
+    set(3, 0, 3, t32);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

@@ -49,19 +49,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 2],
     y: &mut [[R; 7]; 2],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 10];
-    base_regressor_non_zeros(q, dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 7]; 2];
-    y[0][0] = non_zeros[0];
-    y[0][1] = non_zeros[1];
-    y[0][2] = non_zeros[2];
-    y[0][3] = non_zeros[3];
-    y[0][4] = non_zeros[4];
-    y[0][5] = non_zeros[5];
-    y[1][3] = non_zeros[6];
-    y[1][4] = non_zeros[7];
-    y[1][5] = non_zeros[8];
-    y[1][6] = non_zeros[9];
+    base_regressor_entries(q, dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -71,23 +60,33 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 2],
     y: &mut [R; 10],
 ) {
-    y[0] = ddq[0];
-    y[9] = ddq[1];
+    base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    q: &[R; 2],
+    dq: &[R; 2],
+    ddq: &[R; 2],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(0, 0, 0, ddq[0]);
+    set(9, 1, 6, ddq[1]);
     let (s0, c0) = (q[0]).sin_cos();
     let t10 = R::from_f64(9.81) * c0;
-    y[1] = t10;
+    set(1, 0, 1, t10);
     let t12 = R::from_f64(9.81) * s0;
-    y[2] = -t12;
+    set(2, 0, 2, -t12);
     let t13 = ddq[0] + ddq[1];
-    y[3] = t13;
-    y[6] = t13;
+    set(3, 0, 3, t13);
+    set(6, 1, 3, t13);
     let (s1, c1) = (q[1]).sin_cos();
     let t17 = R::from_f64(0.5).mul_add(ddq[0], t10);
     let t18 = c1 * t17;
     let t20 = dq[0] * dq[0];
     let t22 = R::from_f64(-0.5).mul_add(t20, t12);
     let t24 = (-s1).mul_add(t22, t18);
-    y[7] = t24;
+    set(7, 1, 4, t24);
     let t25 = R::from_f64(0.5) * s1;
     let t26 = dq[0] + dq[1];
     let t27 = t26 * t26;
@@ -95,14 +94,14 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t29 = R::from_f64(0.5) * c1;
     let t31 = (-t13).mul_add(t29, t28);
     let t32 = t24 - t31;
-    y[4] = t32;
+    set(4, 0, 4, t32);
     let t33 = c1 * t22;
     let t35 = (-t17).mul_add(s1, -t33);
-    y[8] = t35;
+    set(8, 1, 5, t35);
     let t36 = t13 * t25;
     let t38 = t27.mul_add(t29, t36);
     let t39 = t35 - t38;
-    y[5] = t39;
+    set(5, 0, 5, t39);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

@@ -111,49 +111,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 3],
     y: &mut [[R; 18]; 3],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 40];
-    base_regressor_non_zeros(q, dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 18]; 3];
-    y[0][0] = non_zeros[0];
-    y[0][1] = non_zeros[1];
-    y[0][2] = non_zeros[2];
-    y[0][3] = non_zeros[3];
-    y[0][4] = non_zeros[4];
-    y[0][5] = non_zeros[5];
-    y[0][6] = non_zeros[6];
-    y[0][7] = non_zeros[7];
-    y[0][8] = non_zeros[8];
-    y[0][9] = non_zeros[9];
-    y[0][10] = non_zeros[10];
-    y[0][11] = non_zeros[11];
-    y[0][12] = non_zeros[12];
-    y[0][13] = non_zeros[13];
-    y[0][14] = non_zeros[14];
-    y[0][15] = non_zeros[15];
-    y[0][16] = non_zeros[16];
-    y[0][17] = non_zeros[17];
-    y[1][1] = non_zeros[18];
-    y[1][2] = non_zeros[19];
-    y[1][3] = non_zeros[20];
-    y[1][4] = non_zeros[21];
-    y[1][5] = non_zeros[22];
-    y[1][6] = non_zeros[23];
-    y[1][12] = non_zeros[24];
-    y[1][13] = non_zeros[25];
-    y[1][14] = non_zeros[26];
-    y[1][15] = non_zeros[27];
-    y[1][16] = non_zeros[28];
-    y[1][17] = non_zeros[29];
-    y[2][7] = non_zeros[30];
-    y[2][8] = non_zeros[31];
-    y[2][9] = non_zeros[32];
-    y[2][10] = non_zeros[33];
-    y[2][11] = non_zeros[34];
-    y[2][12] = non_zeros[35];
-    y[2][13] = non_zeros[36];
-    y[2][14] = non_zeros[37];
-    y[2][16] = non_zeros[38];
-    y[2][17] = non_zeros[39];
+    base_regressor_entries(q, dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -163,8 +122,18 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 3],
     y: &mut [R; 40],
 ) {
-    y[0] = ddq[0];
-    y[22] = ddq[1];
+    base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    q: &[R; 3],
+    dq: &[R; 3],
+    ddq: &[R; 3],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(0, 0, 0, ddq[0]);
+    set(22, 1, 5, ddq[1]);
     let (s1, c1) = (q[1]).sin_cos();
     let t12 = ddq[0] * s1;
     let t14 = dq[0] * c1;
@@ -174,44 +143,44 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t19 = dq[1] * t18;
     let t20 = c1 * t19;
     let t21 = s1.mul_add(t16, t20);
-    y[1] = t21;
+    set(1, 0, 1, t21);
     let t22 = t14 * t18;
-    y[18] = -t22;
+    set(18, 1, 1, -t22);
     let t24 = (-ddq[0]).mul_add(c1, t19);
     let t25 = t19 + t24;
     let t26 = s1 * t25;
     let t27 = t15 + t16;
     let t29 = c1.mul_add(t27, -t26);
-    y[2] = t29;
+    set(2, 0, 2, t29);
     let t30 = t18 * t18;
     let t31 = t14 * t14;
     let t32 = t30 - t31;
-    y[19] = t32;
+    set(19, 1, 2, t32);
     let t33 = ddq[1] + t22;
     let t34 = s1 * t33;
     let t35 = dq[1] * dq[1];
     let t36 = t30 - t35;
     let t38 = (-c1).mul_add(t36, t34);
-    y[3] = t38;
+    set(3, 0, 3, t38);
     let t39 = t16 - t15;
-    y[20] = t39;
+    set(20, 1, 3, t39);
     let t40 = t31 - t35;
     let t41 = s1 * t40;
     let t42 = ddq[1] - t22;
     let t44 = c1.mul_add(t42, t41);
-    y[4] = t44;
+    set(4, 0, 4, t44);
     let t45 = t19 - t24;
-    y[21] = t45;
+    set(21, 1, 4, t45);
     let t47 = s1.mul_add(t15, -t20);
-    y[5] = t47;
+    set(5, 0, 5, t47);
     let t49 = R::from_f64(0.3) * t25;
     let t50 = R::from_f64(0.3) * c1;
     let t52 = ddq[0].mul_add(t50, -t49);
-    y[6] = t52;
+    set(6, 0, 6, t52);
     let t53 = dq[0] * dq[0];
     let t54 = R::from_f64(0.3) * s1;
     let t55 = t53 * t54;
-    y[23] = t55;
+    set(23, 1, 6, t55);
     let (s2, c2) = (q[2]).sin_cos();
     let t58 = R::from_f64(0.8660254037844387) * s2;
     let t62 = R::from_f64(0.49999999999999994).mul_add(c2, t58);
@@ -227,42 +196,42 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t74 = t65 * t73;
     let t75 = t68 * t74;
     let t76 = t62.mul_add(t71, t75);
-    y[7] = t76;
+    set(7, 0, 7, t76);
     let t77 = t69 * t73;
-    y[30] = -t77;
+    set(30, 2, 7, -t77);
     let t79 = (-ddq[0]).mul_add(t68, t74);
     let t80 = t74 + t79;
     let t81 = t62 * t80;
     let t82 = t70 + t71;
     let t84 = t68.mul_add(t82, -t81);
-    y[8] = t84;
+    set(8, 0, 8, t84);
     let t85 = t73 * t73;
     let t86 = t69 * t69;
     let t87 = t85 - t86;
-    y[31] = t87;
+    set(31, 2, 8, t87);
     let t88 = ddq[1] - ddq[2];
     let t89 = ddq[1] - t88;
-    y[34] = t89;
+    set(34, 2, 11, t89);
     let t90 = t77 + t89;
     let t91 = t62 * t90;
     let t92 = t65 * t65;
     let t93 = t85 - t92;
     let t95 = t68.mul_add(t93, -t91);
-    y[9] = t95;
+    set(9, 0, 9, t95);
     let t96 = t70 - t71;
-    y[32] = t96;
+    set(32, 2, 9, t96);
     let t97 = t86 - t92;
     let t98 = t62 * t97;
     let t99 = t77 - t89;
     let t101 = t68.mul_add(t99, -t98);
-    y[10] = t101;
+    set(10, 0, 10, t101);
     let t102 = t79 - t74;
-    y[33] = t102;
+    set(33, 2, 10, t102);
     let t104 = t62.mul_add(t70, -t75);
-    y[11] = t104;
+    set(11, 0, 11, t104);
     let t105 = t49 * t68;
     let t107 = t50.mul_add(t80, t105);
-    y[12] = t107;
+    set(12, 0, 12, t107);
     let t108 = s1 * c2;
     let t110 = (-c1).mul_add(s2, t108);
     let t111 = R::from_f64(0.8660254037844387) * t110;
@@ -276,28 +245,28 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t122 = R::from_f64(0.49999999999999994).mul_add(t110, t120);
     let t123 = R::from_f64(0.3) * t122;
     let t125 = (-t90).mul_add(t123, -t119);
-    y[24] = t125;
+    set(24, 1, 12, t125);
     let t126 = R::from_f64(0.3) * t33;
     let t127 = t122 * t126;
     let t128 = t31 + t35;
     let t129 = R::from_f64(0.3) * t128;
     let t131 = t116.mul_add(t129, -t127);
-    y[35] = t131;
+    set(35, 2, 12, t131);
     let t132 = t49 * t62;
     let t134 = t50.mul_add(t82, -t132);
-    y[13] = t134;
+    set(13, 0, 13, t134);
     let t135 = t99 * t117;
     let t136 = t85 + t92;
     let t138 = t123.mul_add(t136, t135);
-    y[25] = t138;
+    set(25, 1, 13, t138);
     let t139 = t122 * t129;
     let t141 = (-t116).mul_add(t126, -t139);
-    y[36] = t141;
+    set(36, 2, 13, t141);
     let t143 = R::from_f64(-0.3).mul_add(t80, t49);
     let t144 = R::from_f64(0.3) * t68;
     let t145 = t50 - t144;
     let t147 = ddq[0].mul_add(t145, -t143);
-    y[14] = t147;
+    set(14, 0, 14, t147);
     let t148 = t68 * t117;
     let t150 = t62.mul_add(t123, t148);
     let t151 = dq[2] - t65;
@@ -307,18 +276,18 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t156 = t68 * t123;
     let t158 = (-t62).mul_add(t117, t156);
     let t160 = (-t155).mul_add(t158, t154);
-    y[26] = t160;
+    set(26, 1, 14, t160);
     let t161 = R::from_f64(0.3) * t62;
     let t163 = t144 * t155;
     let t164 = (-t153).mul_add(t161, t163);
-    y[37] = t164;
+    set(37, 2, 14, t164);
     let t166 = R::from_f64(0.08) * ddq[0];
     let t167 = s1 * t166;
     let t169 = R::from_f64(-0.08).mul_add(t27, -t167);
-    y[15] = t169;
+    set(15, 0, 15, t169);
     let t170 = R::from_f64(0.08) * t53;
     let t171 = c1 * t170;
-    y[27] = t171;
+    set(27, 1, 15, t171);
     let t172 = dq[0] * s2;
     let t173 = dq[2] * t172;
     let t175 = (-ddq[0]).mul_add(c2, t173);
@@ -331,7 +300,7 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t183 = R::from_f64(0.08) * c2;
     let t184 = t182 * t183;
     let t185 = s1.mul_add(t177, -t184);
-    y[16] = t185;
+    set(16, 0, 16, t185);
     let t186 = dq[0] * c2;
     let t188 = dq[2] * dq[2];
     let t189 = t186.mul_add(t186, t188);
@@ -340,7 +309,7 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t193 = t172.mul_add(t186, ddq[2]);
     let t194 = R::from_f64(0.08) * t193;
     let t196 = (-t110).mul_add(t194, t191);
-    y[28] = t196;
+    set(28, 1, 16, t196);
     let t197 = ddq[2] + t88;
     let t198 = t22 - t197;
     let t199 = R::from_f64(0.08) * t110;
@@ -348,7 +317,7 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t201 = R::from_f64(0.08) * t114;
     let t203 = t179.mul_add(t179, t30);
     let t205 = (-t201).mul_add(t203, t200);
-    y[38] = t205;
+    set(38, 2, 16, t205);
     let t208 = R::from_f64(-0.03500000000000001).mul_add(ddq[0], t49);
     let t209 = t62 * t208;
     let t210 = dq[2] * t69;
@@ -356,7 +325,7 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t212 = t210 + t211;
     let t213 = t50 + R::from_f64(0.03500000000000001);
     let t215 = t212.mul_add(t213, -t209);
-    y[17] = t215;
+    set(17, 0, 17, t215);
     let t216 = ddq[2] - t77;
     let t218 = R::from_f64(0.5000000000000001) * t68;
     let t221 = R::from_f64(0.8660254037844386).mul_add(t62, t218);
@@ -373,7 +342,7 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t239 = t226.mul_add(t230, t237);
     let t240 = t85 + t188;
     let t242 = t239.mul_add(t240, -t236);
-    y[29] = t242;
+    set(29, 1, 17, t242);
     let t243 = c1 * t129;
     let t245 = s1.mul_add(t126, t243);
     let t247 = R::from_f64(0.03500000000000001).mul_add(t53, t245);
@@ -385,7 +354,7 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t255 = R::from_f64(0.5000000000000001) * t251;
     let t257 = R::from_f64(0.8660254037844386).mul_add(t247, t255);
     let t259 = t230.mul_add(t257, -t254);
-    y[39] = t259;
+    set(39, 2, 17, t259);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

@@ -78,31 +78,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 4],
     y: &mut [[R; 11]; 4],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 22];
-    base_regressor_non_zeros(q, dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 11]; 4];
-    y[0][0] = non_zeros[0];
-    y[0][1] = non_zeros[1];
-    y[0][2] = non_zeros[2];
-    y[0][3] = non_zeros[3];
-    y[0][5] = non_zeros[4];
-    y[0][6] = non_zeros[5];
-    y[0][7] = non_zeros[6];
-    y[0][9] = non_zeros[7];
-    y[1][1] = non_zeros[8];
-    y[1][2] = non_zeros[9];
-    y[1][3] = non_zeros[10];
-    y[1][4] = non_zeros[11];
-    y[1][5] = non_zeros[12];
-    y[1][6] = non_zeros[13];
-    y[1][7] = non_zeros[14];
-    y[1][9] = non_zeros[15];
-    y[2][5] = non_zeros[16];
-    y[2][6] = non_zeros[17];
-    y[2][7] = non_zeros[18];
-    y[2][8] = non_zeros[19];
-    y[3][9] = non_zeros[20];
-    y[3][10] = non_zeros[21];
+    base_regressor_entries(q, dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -112,20 +89,30 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 4],
     y: &mut [R; 22],
 ) {
-    y[0] = ddq[0];
-    y[11] = ddq[1];
-    y[19] = ddq[2];
-    y[21] = ddq[3];
+    base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    q: &[R; 4],
+    dq: &[R; 4],
+    ddq: &[R; 4],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(0, 0, 0, ddq[0]);
+    set(11, 1, 4, ddq[1]);
+    set(19, 2, 8, ddq[2]);
+    set(21, 3, 10, ddq[3]);
     let t14 = ddq[0] + ddq[1];
-    y[1] = t14;
-    y[8] = t14;
+    set(1, 0, 1, t14);
+    set(8, 1, 1, t14);
     let (s1, c1) = (q[1]).sin_cos();
     let t17 = R::from_f64(0.425) * ddq[0];
     let t18 = c1 * t17;
     let t20 = dq[0] * dq[0];
     let t21 = R::from_f64(0.425) * t20;
     let t23 = s1.mul_add(t21, t18);
-    y[9] = t23;
+    set(9, 1, 2, t23);
     let t24 = R::from_f64(0.425) * s1;
     let t25 = dq[0] + dq[1];
     let t26 = t25 * t25;
@@ -133,24 +120,24 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t28 = R::from_f64(0.425) * c1;
     let t30 = (-t14).mul_add(t28, t27);
     let t31 = t23 - t30;
-    y[2] = t31;
+    set(2, 0, 2, t31);
     let t33 = t17 * s1;
     let t34 = c1.mul_add(t21, -t33);
-    y[10] = t34;
+    set(10, 1, 3, t34);
     let t35 = t14 * t24;
     let t37 = t26.mul_add(t28, t35);
     let t38 = t34 - t37;
-    y[3] = t38;
+    set(3, 0, 3, t38);
     let t39 = ddq[2] + t14;
-    y[4] = t39;
-    y[12] = t39;
-    y[16] = t39;
+    set(4, 0, 5, t39);
+    set(12, 1, 5, t39);
+    set(16, 2, 5, t39);
     let (s2, c2) = (q[2]).sin_cos();
     let t43 = R::from_f64(0.375).mul_add(t14, t23);
     let t44 = c2 * t43;
     let t47 = R::from_f64(0.375).mul_add(t26, t34);
     let t49 = s2.mul_add(t47, t44);
-    y[17] = t49;
+    set(17, 2, 6, t49);
     let t50 = t24 * c2;
     let t51 = t28 + R::from_f64(0.375);
     let t53 = s2.mul_add(t51, t50);
@@ -161,32 +148,32 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t59 = c2.mul_add(t51, -t58);
     let t61 = (-t39).mul_add(t59, t56);
     let t62 = t49 - t61;
-    y[5] = t62;
+    set(5, 0, 6, t62);
     let t63 = R::from_f64(0.375) * s2;
     let t65 = R::from_f64(0.375) * c2;
     let t66 = t39 * t65;
     let t67 = t55.mul_add(t63, -t66);
     let t68 = t49 - t67;
-    y[13] = t68;
+    set(13, 1, 6, t68);
     let t69 = c2 * t47;
     let t71 = (-t43).mul_add(s2, t69);
-    y[18] = t71;
+    set(18, 2, 7, t71);
     let t72 = t39 * t53;
     let t74 = t55.mul_add(t59, t72);
     let t75 = t71 - t74;
-    y[6] = t75;
+    set(6, 0, 7, t75);
     let t76 = t39 * t63;
     let t78 = t55.mul_add(t65, t76);
     let t79 = t71 - t78;
-    y[14] = t79;
+    set(14, 1, 7, t79);
     let t80 = t53 * t71;
     let t82 = t49.mul_add(t59, -t80);
-    y[7] = t82;
+    set(7, 0, 9, t82);
     let t83 = t63 * t71;
     let t85 = t49.mul_add(t65, -t83);
-    y[15] = t85;
+    set(15, 1, 9, t85);
     let t87 = ddq[3] + R::from_f64(9.81);
-    y[20] = t87;
+    set(20, 3, 9, t87);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

@@ -94,39 +94,8 @@ pub fn base_regressor<R: Real>(
     ddq: &[R; 4],
     y: &mut [[R; 16]; 4],
 ) {
-    let mut non_zeros = [R::from_f64(0.0); 30];
-    base_regressor_non_zeros(q, dq, ddq, &mut non_zeros);
     *y = [[R::from_f64(0.0); 16]; 4];
-    y[0][0] = non_zeros[0];
-    y[0][1] = non_zeros[1];
-    y[0][2] = non_zeros[2];
-    y[0][3] = non_zeros[3];
-    y[0][4] = non_zeros[4];
-    y[0][5] = non_zeros[5];
-    y[0][6] = non_zeros[6];
-    y[0][7] = non_zeros[7];
-    y[1][1] = non_zeros[8];
-    y[1][2] = non_zeros[9];
-    y[1][3] = non_zeros[10];
-    y[1][4] = non_zeros[11];
-    y[1][5] = non_zeros[12];
-    y[1][6] = non_zeros[13];
-    y[1][7] = non_zeros[14];
-    y[2][8] = non_zeros[15];
-    y[2][9] = non_zeros[16];
-    y[2][10] = non_zeros[17];
-    y[2][11] = non_zeros[18];
-    y[2][12] = non_zeros[19];
-    y[2][13] = non_zeros[20];
-    y[2][14] = non_zeros[21];
-    y[2][15] = non_zeros[22];
-    y[3][9] = non_zeros[23];
-    y[3][10] = non_zeros[24];
-    y[3][11] = non_zeros[25];
-    y[3][12] = non_zeros[26];
-    y[3][13] = non_zeros[27];
-    y[3][14] = non_zeros[28];
-    y[3][15] = non_zeros[29];
+    base_regressor_entries(q, dq, ddq, |_, row, column, x| y[row][column] = x);
 }
 /// The entries of `base_regressor` that are not always zero, in the order of `NON_ZEROS`.
 #[inline(always)]
@@ -136,10 +105,20 @@ pub fn base_regressor_non_zeros<R: Real>(
     ddq: &[R; 4],
     y: &mut [R; 30],
 ) {
-    y[0] = ddq[0];
-    y[12] = ddq[1];
-    y[15] = ddq[2];
-    y[27] = ddq[3];
+    base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
+}
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
+#[inline(always)]
+fn base_regressor_entries<R: Real>(
+    q: &[R; 4],
+    dq: &[R; 4],
+    ddq: &[R; 4],
+    mut set: impl FnMut(usize, usize, usize, R),
+) {
+    set(0, 0, 0, ddq[0]);
+    set(12, 1, 5, ddq[1]);
+    set(15, 2, 8, ddq[2]);
+    set(27, 3, 13, ddq[3]);
     let (s1, c1) = (q[1]).sin_cos();
     let t17 = dq[0] * c1;
     let t18 = dq[1] * t17;
@@ -148,51 +127,51 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t22 = dq[1] * t21;
     let t23 = c1 * t22;
     let t24 = s1.mul_add(t19, t23);
-    y[1] = t24;
+    set(1, 0, 1, t24);
     let t25 = t17 * t21;
-    y[8] = -t25;
+    set(8, 1, 1, -t25);
     let t27 = (-ddq[0]).mul_add(c1, t22);
     let t28 = t22 + t27;
     let t29 = s1 * t28;
     let t30 = t18 + t19;
     let t32 = c1.mul_add(t30, -t29);
-    y[2] = t32;
+    set(2, 0, 2, t32);
     let t33 = t21 * t21;
     let t34 = t17 * t17;
     let t35 = t33 - t34;
-    y[9] = t35;
+    set(9, 1, 2, t35);
     let t36 = ddq[1] + t25;
     let t37 = s1 * t36;
     let t38 = dq[1] * dq[1];
     let t39 = t33 - t38;
     let t41 = (-c1).mul_add(t39, t37);
-    y[3] = t41;
+    set(3, 0, 3, t41);
     let t42 = t19 - t18;
-    y[10] = t42;
+    set(10, 1, 3, t42);
     let t43 = t34 - t38;
     let t44 = s1 * t43;
     let t45 = ddq[1] - t25;
     let t47 = c1.mul_add(t45, t44);
-    y[4] = t47;
+    set(4, 0, 4, t47);
     let t48 = t22 - t27;
-    y[11] = t48;
+    set(11, 1, 4, t48);
     let t50 = s1.mul_add(t18, -t23);
-    y[5] = t50;
+    set(5, 0, 5, t50);
     let t52 = R::from_f64(0.2) * ddq[0];
     let t53 = c1 * t52;
     let t55 = R::from_f64(-0.2).mul_add(t28, t53);
-    y[6] = t55;
+    set(6, 0, 6, t55);
     let t57 = R::from_f64(9.81) * c1;
     let t58 = dq[0] * dq[0];
     let t59 = R::from_f64(0.2) * t58;
     let t61 = s1.mul_add(t59, t57);
-    y[13] = t61;
+    set(13, 1, 6, t61);
     let t62 = s1 * t52;
     let t64 = R::from_f64(-0.2).mul_add(t30, -t62);
-    y[7] = t64;
+    set(7, 0, 7, t64);
     let t66 = R::from_f64(9.81) * s1;
     let t67 = c1.mul_add(t59, -t66);
-    y[14] = t67;
+    set(14, 1, 7, t67);
     let (s3, c3) = (q[3]).sin_cos();
     let t71 = dq[2] * c3;
     let t72 = dq[3] * t71;
@@ -201,51 +180,51 @@ pub fn base_regressor_non_zeros<R: Real>(
     let t76 = dq[3] * t75;
     let t77 = c3 * t76;
     let t78 = s3.mul_add(t73, t77);
-    y[16] = t78;
+    set(16, 2, 9, t78);
     let t79 = t71 * t75;
-    y[23] = -t79;
+    set(23, 3, 9, -t79);
     let t81 = (-ddq[2]).mul_add(c3, t76);
     let t82 = t76 + t81;
     let t83 = s3 * t82;
     let t84 = t72 + t73;
     let t86 = c3.mul_add(t84, -t83);
-    y[17] = t86;
+    set(17, 2, 10, t86);
     let t87 = t75 * t75;
     let t88 = t71 * t71;
     let t89 = t87 - t88;
-    y[24] = t89;
+    set(24, 3, 10, t89);
     let t90 = ddq[3] + t79;
     let t91 = s3 * t90;
     let t92 = dq[3] * dq[3];
     let t93 = t87 - t92;
     let t95 = (-c3).mul_add(t93, t91);
-    y[18] = t95;
+    set(18, 2, 11, t95);
     let t96 = t73 - t72;
-    y[25] = t96;
+    set(25, 3, 11, t96);
     let t97 = t88 - t92;
     let t98 = s3 * t97;
     let t99 = ddq[3] - t79;
     let t101 = c3.mul_add(t99, t98);
-    y[19] = t101;
+    set(19, 2, 12, t101);
     let t102 = t76 - t81;
-    y[26] = t102;
+    set(26, 3, 12, t102);
     let t104 = s3.mul_add(t72, -t77);
-    y[20] = t104;
+    set(20, 2, 13, t104);
     let t106 = R::from_f64(0.3) * ddq[2];
     let t107 = c3 * t106;
     let t109 = R::from_f64(-0.3).mul_add(t82, t107);
-    y[21] = t109;
+    set(21, 2, 14, t109);
     let t110 = R::from_f64(9.81) * c3;
     let t111 = dq[2] * dq[2];
     let t112 = R::from_f64(0.3) * t111;
     let t114 = s3.mul_add(t112, t110);
-    y[28] = t114;
+    set(28, 3, 14, t114);
     let t115 = s3 * t106;
     let t117 = R::from_f64(-0.3).mul_add(t84, -t115);
-    y[22] = t117;
+    set(22, 2, 15, t117);
     let t119 = R::from_f64(9.81) * s3;
     let t120 = c3.mul_add(t112, -t119);
-    y[29] = t120;
+    set(29, 3, 15, t120);
 }
 /// The numbers this file computes with: f64, f32, or lanes of them.
 pub trait Real: Copy + core::ops::Add<

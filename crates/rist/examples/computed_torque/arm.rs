@@ -62,7 +62,7 @@ pub fn base_regressor_non_zeros<R: Real>(
 ) {
     base_regressor_entries(q, dq, ddq, |entry, _, _, x| y[entry] = x);
 }
-/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, its row and its column.
+/// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
 #[inline(always)]
 fn base_regressor_entries<R: Real>(
     q: &[R; 2],
