@@ -164,7 +164,7 @@ fn robust_sigma(
             let e = weights[j] * weights[j] * (measured.tau[r * n + j] - fit);
             g.axpy(e, &nalgebra::DVectorView::from_slice(&zr[j * p..(j + 1) * p], p), 1.0);
         }
-        sums.add((inverse * g).as_slice().to_vec());
+        sums.add((inverse * g).as_slice());
     });
     sums.variance().into_iter().map(f64::sqrt).collect()
 }

@@ -14,9 +14,14 @@
 //! record leaves the variance itself uncertain: 95 % intervals reach 1.96 + 2.9694 b + 0.4160 b^2 - 0.5324 b^3
 //! sigmas [Kiefer, Vogelsang 2005, Bartlett kernel], so sigma is given that much larger.
 
+use std::convert::Infallible;
+use std::ops::Range;
+
 use logs::Error;
 
+use crate::algebra::in_order::in_order;
 use crate::algebra::least_squares::Solution;
+use crate::algebra::vector::dot;
 use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::signals::records::Records;
@@ -52,21 +57,22 @@ impl OverlappingSums {
     }
 
     /// Takes the next h_r.
-    pub(crate) fn add(&mut self, h: Vec<f64>) {
+    pub(crate) fn add(&mut self, h: &[f64]) {
         let span = self.ring.len();
         let slot = &mut self.ring[self.at % span];
         for c in 0..self.sum.len() {
             self.sum[c] += h[c] - slot[c];
             self.variance[c] += self.sum[c] * self.sum[c] / span as f64;
         }
-        *slot = h;
+        slot.copy_from_slice(h);
         self.at += 1;
     }
 
     /// One variance a parameter; the last sums reach over the end.
     pub(crate) fn variance(mut self) -> Vec<f64> {
+        let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {
-            self.add(vec![0.0; self.sum.len()]);
+            self.add(&nothing);
         }
         self.variance
     }
@@ -81,26 +87,44 @@ pub fn robust<R: Records + ?Sized>(
     records: &R,
     solution: &Solution,
     weights: &[f64],
-    influence: &dyn Fn(usize, f64) -> f64,
+    influence: &(dyn Fn(usize, f64) -> f64 + Sync),
 ) -> Result<Robust, Error> {
     let p = model.p();
     let score = |j: usize, e: f64| weights[j] * weights[j] * influence(j, e);
     let mut variance = vec![0.0; p];
     let mut out = Robust { sigma: Vec::new(), correlation: 0.0, span: Vec::new() };
     records.each(&mut |states| {
-        let correlation = correlation(model, states, &solution.x);
+        let scores = Scores { model, states, solution, score: &score };
+        let mut lag_one = LagOne::new(model.n());
+        let mut memory = Memory::new(p);
+        let mut held = Vec::new();
+        let is_held = states.len() * p <= HELD;
+        scores.each(|r, residuals, h| {
+            residuals.iter().enumerate().filter(|(_, e)| !e.is_nan()).for_each(|(j, e)| lag_one.add(r, j, *e));
+            memory.add(h);
+            if is_held {
+                held.extend_from_slice(h);
+            }
+        });
+        let (correlation, memory) = (lag_one.largest(), memory.shares());
         let span = span(correlation, states.len());
         out.correlation = out.correlation.max(correlation);
         out.span.push(span);
-        let memory = memory(model, states, solution, &score);
         let share = span as f64 / states.len().max(1) as f64;
         let reach = (1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))) / 1.96;
-        let mut last = vec![0.0; p];
+        let (mut last, mut whitened) = (vec![0.0; p], vec![0.0; p]);
         let mut sums = OverlappingSums::new(p, span);
-        scores(model, states, solution, &score, |h| {
-            sums.add((0..p).map(|c| h[c] - memory[c] * last[c]).collect());
-            last = h;
-        });
+        let mut add = |h: &[f64]| {
+            for c in 0..p {
+                whitened[c] = h[c] - memory[c] * last[c];
+            }
+            sums.add(&whitened);
+            last.copy_from_slice(h);
+        };
+        match is_held {
+            true => held.chunks_exact(p.max(1)).for_each(add),
+            false => scores.each(|_, _, h| add(h)),
+        }
         for ((total, v), a) in variance.iter_mut().zip(sums.variance()).zip(&memory) {
             *total += v * (reach / (1.0 - a)).powi(2);
         }
@@ -109,59 +133,127 @@ pub fn robust<R: Records + ?Sized>(
     Ok(out)
 }
 
+/// Numbers of scores that are held instead of being computed again, 64 MiB.
+const HELD: usize = 1 << 23;
+
 /// The correlation from sample to sample of each parameter's h.
-fn memory(model: &Model, states: &States, solution: &Solution, score: &dyn Fn(usize, f64) -> f64) -> Vec<f64> {
-    let p = model.p();
-    let (mut squares, mut products, mut last) = (vec![0.0; p], vec![0.0; p], vec![0.0; p]);
-    scores(model, states, solution, score, |h| {
-        for c in 0..p {
-            squares[c] += h[c] * h[c];
-            products[c] += h[c] * last[c];
-        }
-        last = h;
-    });
-    let of = |(s, p): (&f64, &f64)| if *s > 0.0 { (p / s).clamp(0.0, LONGEST_MEMORY) } else { 0.0 };
-    squares.iter().zip(&products).map(of).collect()
+struct Memory {
+    squares: Vec<f64>,
+    products: Vec<f64>,
+    last: Vec<f64>,
 }
 
-/// A^-1 W_r' e_r for each sample in turn.
-fn scores(
-    model: &Model,
-    states: &States,
-    solution: &Solution,
-    score: &dyn Fn(usize, f64) -> f64,
-    mut each: impl FnMut(Vec<f64>),
-) {
-    let (n, p) = (model.n(), model.p());
-    let mut g = vec![0.0; p];
-    model.rows(states, 0..states.len(), |r, w| {
-        g.fill(0.0);
-        for j in (0..n).filter(|&j| states.used[r * n + j]) {
-            let row = &w[j * p..(j + 1) * p];
-            let fit: f64 = row.iter().zip(&solution.x).map(|(a, b)| a * b).sum();
-            let e = score(j, states.tau[r * n + j] - fit);
-            g.iter_mut().zip(row.iter()).for_each(|(g, a)| *g += e * a);
+impl Memory {
+    fn new(p: usize) -> Memory {
+        Memory { squares: vec![0.0; p], products: vec![0.0; p], last: vec![0.0; p] }
+    }
+
+    fn add(&mut self, h: &[f64]) {
+        for c in 0..h.len() {
+            self.squares[c] += h[c] * h[c];
+            self.products[c] += h[c] * self.last[c];
         }
-        let g = nalgebra::DVectorView::from_slice(&g, p);
-        each((&solution.inverse * g).as_slice().to_vec());
-    });
+        self.last.copy_from_slice(h);
+    }
+
+    fn shares(&self) -> Vec<f64> {
+        let of = |(s, p): (&f64, &f64)| if *s > 0.0 { (p / s).clamp(0.0, LONGEST_MEMORY) } else { 0.0 };
+        self.squares.iter().zip(&self.products).map(of).collect()
+    }
+}
+
+/// h_r = A^-1 W_r' e_r of the samples of a record.
+struct Scores<'a> {
+    model: &'a Model<'a>,
+    states: &'a States,
+    solution: &'a Solution,
+    /// From a joint and its residual to its weighted influence.
+    score: &'a (dyn Fn(usize, f64) -> f64 + Sync),
+}
+
+/// Samples whose scores one thread computes at once.
+const PIECE: usize = 1024;
+
+/// Pieces whose scores wait for one another.
+const WAITING: usize = 16;
+
+impl Scores<'_> {
+    /// Sample, residuals by joint (NaN where the row does not count) and h of each sample in turn.
+    fn each(&self, mut take: impl FnMut(usize, &[f64], &[f64])) {
+        let (n, p, len) = (self.model.n(), self.model.p(), self.states.len());
+        let pieces: Vec<Range<usize>> = (0..len).step_by(PIECE).map(|first| first..len.min(first + PIECE)).collect();
+        for pieces in pieces.chunks(WAITING) {
+            let done: Result<(), Infallible> = in_order(
+                pieces,
+                |_, piece| self.piece(piece.clone()),
+                |i, (residuals, h)| {
+                    for (k, r) in pieces[i].clone().enumerate() {
+                        take(r, &residuals[k * n..][..n], &h[k * p..][..p]);
+                    }
+                    Ok(())
+                },
+            );
+            match done {
+                Ok(()) => {}
+            }
+        }
+    }
+
+    /// Residuals and h of the samples of a range.
+    fn piece(&self, range: Range<usize>) -> (Vec<f64>, Vec<f64>) {
+        let (n, p, first) = (self.model.n(), self.model.p(), range.start);
+        let (mut residuals, mut all) = (vec![f64::NAN; range.len() * n], vec![0.0; range.len() * p]);
+        let mut g = vec![0.0; p];
+        self.model.rows(self.states, range, |r, w| {
+            g.fill(0.0);
+            for j in (0..n).filter(|&j| self.states.used[r * n + j]) {
+                let row = &w[j * p..(j + 1) * p];
+                let e = self.states.tau[r * n + j] - dot(row, &self.solution.x);
+                residuals[(r - first) * n + j] = e;
+                let score = (self.score)(j, e);
+                g.iter_mut().zip(row.iter()).for_each(|(g, a)| *g += score * a);
+            }
+            let h = &mut all[(r - first) * p..][..p];
+            for (column, g) in self.solution.inverse.as_slice().chunks_exact(p.max(1)).zip(&g) {
+                h.iter_mut().zip(column).for_each(|(h, a)| *h += g * a);
+            }
+        });
+        (residuals, all)
+    }
+}
+
+/// The correlation of residuals from sample to sample, joint by joint.
+struct LagOne {
+    /// The last sample and its residual.
+    last: Vec<Option<(usize, f64)>>,
+    squares: Vec<f64>,
+    products: Vec<f64>,
+}
+
+impl LagOne {
+    fn new(n: usize) -> LagOne {
+        LagOne { last: vec![None; n], squares: vec![0.0; n], products: vec![0.0; n] }
+    }
+
+    fn add(&mut self, r: usize, j: usize, e: f64) {
+        if let Some((_, before)) = self.last[j].filter(|(sample, _)| sample + 1 == r) {
+            self.squares[j] += 0.5 * (e * e + before * before);
+            self.products[j] += e * before;
+        }
+        self.last[j] = Some((r, e));
+    }
+
+    fn largest(&self) -> f64 {
+        let rho = self.squares.iter().zip(&self.products).filter(|(s, _)| **s > 0.0).map(|(s, p)| p / s);
+        rho.fold(0.0, f64::max)
+    }
 }
 
 /// The largest lag-one correlation of the joints' residuals.
 pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
-    let n = model.n();
-    // The sample and the residual before.
-    let mut last: Vec<Option<(usize, f64)>> = vec![None; n];
-    let (mut squares, mut products) = (vec![0.0; n], vec![0.0; n]);
-    model.residuals(states, x, |r, j, e| {
-        if let Some((_, before)) = last[j].filter(|(sample, _)| sample + 1 == r) {
-            squares[j] += 0.5 * (e * e + before * before);
-            products[j] += e * before;
-        }
-        last[j] = Some((r, e));
-    });
-    let rho = squares.iter().zip(&products).filter(|(s, _)| **s > 0.0).map(|(s, p)| p / s);
-    rho.fold(0.0, f64::max)
+    let mut lag_one = LagOne::new(model.n());
+    model.residuals(states, x, |r, j, e| lag_one.add(r, j, e));
+    lag_one.largest()
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
