@@ -1,7 +1,7 @@
 //! A file people have becomes a log: measured joint signals against time, cleaned, with an account of the cleaning.
 //!
 //! file -> [`Table`] (named columns of numbers) -> [`Columns`] (which column is which signal) -> [`Log`], held in memory,
-//! or [`LogStream`], read block by block. Nothing here knows a robot: coordinates are names.
+//! or [`LogStream`], block by block. Nothing here knows a robot: coordinates are names.
 
 #![warn(missing_docs)]
 

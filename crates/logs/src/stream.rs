@@ -307,3 +307,48 @@ impl LogStream {
         current.map_or(Ok(()), |current| block(&before, &current, None))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fmt::Write as _;
+
+    /// What stands in a table (Parquet, MCAP, .npz), in a text that is held and in one that is read again gives the same
+    /// account and the same blocks, bit for bit.
+    #[test]
+    fn blocks_of_a_table_are_those_of_a_text() {
+        let mut text = "t,note,q1,tau1\n".to_string();
+        for r in 0..5000 {
+            let t = 0.01 * f64::from(r);
+            let q = if r % 700 == 3 { "nan".into() } else { format!("{}", (0.3 * t).sin() * 4.0) };
+            let _ = writeln!(text, "{t},{r},{q},{}", t.cos());
+        }
+        let path = std::env::temp_dir().join(format!("rist-blocks-{}.csv", std::process::id()));
+        std::fs::write(&path, &text).unwrap();
+        let (coordinates, names) = (["q1".to_string()], ColumnNames::default());
+        let table = Table::from_bytes(&path.display().to_string(), text.as_bytes()).unwrap();
+        let sources = [
+            LogSource::of_table(&path, Table { lines: Default::default(), ..table }, &coordinates, &names, 600),
+            LogSource::open_within(&path, &coordinates, &names, usize::MAX, 600),
+            LogSource::open_within(&path, &coordinates, &names, 1000, 600),
+        ];
+        let found = sources.map(|source| {
+            let LogSource::Streamed(stream) = source.unwrap().0 else { panic!("it is of one block") };
+            let mut blocks = Vec::new();
+            // A reach of 200 rows asks for blocks of two parts.
+            for overlap in [0.5, 2.0] {
+                let take = &mut |block: Log| {
+                    let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
+                    blocks.push((bits(&block.t), bits(&block.q[0]), bits(&block.effort[0]), block.rows, block.window));
+                    Ok(())
+                };
+                stream.blocks(overlap, take).unwrap();
+            }
+            (LogReport { first_not_finite: None, ..stream.report().clone() }, blocks)
+        });
+        assert_eq!(found[0].0.not_finite, 8);
+        assert_eq!(found[0].1.len(), 9 + 5);
+        assert!(found[1..].iter().all(|other| *other == found[0]));
+        std::fs::remove_file(&path).unwrap();
+    }
+}
