@@ -6,7 +6,7 @@
 //!
 //! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::algebra::triangle::Triangle;
 
@@ -45,7 +45,7 @@ pub fn solve(triangle: &Triangle) -> Solution {
     let scale: Vec<f64> = norms.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 1.0 }).collect();
     let scaled = DMatrix::from_fn(p, p, |i, j| if i <= j { triangle.at(i, j) * scale[j] } else { 0.0 });
     let z = DVector::from_fn(p, |i, _| triangle.at(i, p));
-    let svd = scaled.svd(true, true);
+    let svd = decomposed(scaled);
     let empty = DMatrix::zeros(p, p);
     let (u, vt) = (svd.u.as_ref().unwrap_or(&empty), svd.v_t.as_ref().unwrap_or(&empty));
     let mut order: Vec<usize> = (0..p).collect();
@@ -93,6 +93,20 @@ pub fn solve(triangle: &Triangle) -> Solution {
     }
 }
 
+/// Rotations at most at one threshold: a triangle of hundreds of columns takes a few a column.
+const ROTATIONS: usize = 20_000;
+
+/// U diag(s) V'. The iteration ends when an entry beside the diagonal is below a share of its neighbours; that of rounding
+/// is not always reached, since rounding itself puts it back, and is then raised.
+fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
+    let shares = (0..4).map(|k| 5.0 * f64::EPSILON * 100.0_f64.powi(k));
+    let is_finite = matrix.iter().all(|x| x.is_finite());
+    let attempt = |share| matrix.clone().try_svd(true, true, share, ROTATIONS);
+    let found = if is_finite { shares.into_iter().find_map(attempt) } else { None };
+    // Of what is no number nothing is determined.
+    found.unwrap_or_else(|| DMatrix::zeros(matrix.nrows(), matrix.ncols()).svd(true, true))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +120,15 @@ mod tests {
             block.push(row, *y);
         }
         block.finish()
+    }
+
+    /// An iteration over what is no number would not end.
+    #[test]
+    fn of_what_is_no_number_nothing_is_determined() {
+        let rows = [(vec![1.0, f64::NAN], 1.0), (vec![0.5, 2.0], 1.0), (vec![0.1, 3.0], 2.0)];
+        let solution = solve(&triangle(&rows));
+        assert_eq!(solution.rank, 0);
+        assert!(solution.determined.iter().all(|d| !d), "{solution:?}");
     }
 
     #[test]

@@ -21,6 +21,10 @@ use generated::Eight;
 
 use crate::algebra::row_block::RowBlock;
 
+/// Squares of a column that count for zero: their reciprocal would be infinite. The filtered sign of a joint that came to
+/// rest decays so far.
+const NEGLIGIBLE: f64 = 1e-280;
+
 /// Where columns stand: in the triangle, and in the rows.
 #[derive(Clone, Copy)]
 pub struct Columns<'a> {
@@ -190,7 +194,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
-            if below == 0.0 {
+            if below <= NEGLIGIBLE {
                 continue;
             }
             let pivot = r[at(first + k, first + k)];

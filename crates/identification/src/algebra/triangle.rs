@@ -194,6 +194,16 @@ mod tests {
         all.finish()
     }
 
+    /// A column that has decayed to 1e-160 is zero, and no reciprocal of its square.
+    #[test]
+    fn numbers_whose_squares_vanish_are_zero() {
+        let mut rows = rows(7, 300, 4);
+        rows.iter_mut().for_each(|row| row[1] *= 1e-160);
+        let found = triangle(&rows, 4);
+        assert!(found.entries.iter().all(|x| x.is_finite()));
+        assert!(found.column_norm(1) < 1e-150 && found.column_norm(0) > 1.0);
+    }
+
     /// R'R = W'W for the rows and the right-hand side: nothing of the least-squares problem is lost.
     #[test]
     fn the_triangle_has_the_products_of_the_rows() {
