@@ -71,6 +71,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "planning",
             "exciting",
             "checking",
+            "tape_dynamics",
             "simulation",
             "source",
             "validation",
