@@ -142,9 +142,8 @@ fn delay(text: &str) -> Result<Delay, String> {
 
 /// Those of the library, with what they do in the help.
 fn weights() -> impl TypedValueParser<Value = Weights> {
-    let words = Weights::all().map(|w| PossibleValue::new(w.word()).help(w.help()));
-    let chosen = |word: String| Weights::all().find(|w| w.word() == word).unwrap_or(Weights::Joint);
-    PossibleValuesParser::new(words).map(chosen)
+    let words = Weights::ALL.map(|w| PossibleValue::new(w.word()).help(w.help()));
+    PossibleValuesParser::new(words).try_map(|word| Weights::of_word(&word).ok_or("no such weights"))
 }
 
 /// `viscous`, `stribeck=0.1`, `none`, `auto`.

@@ -93,18 +93,11 @@ pub fn solve(triangle: &Triangle) -> Solution {
     }
 }
 
-/// Rotations at most at one threshold: a triangle of hundreds of columns takes a few a column.
-const ROTATIONS: usize = 20_000;
-
-/// U diag(s) V'. The iteration ends when an entry beside the diagonal is below a share of its neighbours; that of rounding
-/// is not always reached, since rounding itself puts it back, and is then raised.
+/// U diag(s) V'. Of what is no number nothing is determined: an iteration over it would not end.
 fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
-    let shares = (0..4).map(|k| 5.0 * f64::EPSILON * 100.0_f64.powi(k));
     let is_finite = matrix.iter().all(|x| x.is_finite());
-    let attempt = |share| matrix.clone().try_svd(true, true, share, ROTATIONS);
-    let found = if is_finite { shares.into_iter().find_map(attempt) } else { None };
-    // Of what is no number nothing is determined.
-    found.unwrap_or_else(|| DMatrix::zeros(matrix.nrows(), matrix.ncols()).svd(true, true))
+    let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
+    matrix.svd(true, true)
 }
 
 #[cfg(test)]

@@ -24,55 +24,68 @@ pub enum Weights {
     Bisquare,
 }
 
-/// What there is to choose from: the word of flags and option files, what the estimate calls it, what it does in a line,
-/// and the losses that the rows are weighed by one after the other, from the solution by joint on.
-const CHOICES: [(Weights, &str, &str, &str, &[Loss]); 4] = [
-    (Weights::None, "none", "ordinary least squares", "all alike (OLS)", &[]),
-    (Weights::Joint, "joint", "least squares weighted by joint", "by the residual of their joint (WLS)", &[]),
-    (
-        Weights::Huber,
-        "huber",
-        "robust least squares (Huber), weighted by joint",
-        "as joint, and less where they do not fit",
-        &[Loss::Huber],
-    ),
-    (
-        Weights::Bisquare,
-        "bisquare",
-        "robust least squares (bisquare from Huber's), weighted by joint",
-        "as huber, and nothing where they do not fit at all",
-        &[Loss::Huber, Loss::Bisquare],
-    ),
-];
+/// What there is to say of a choice of weights.
+struct Choice {
+    word: &'static str,
+    method: &'static str,
+    help: &'static str,
+    losses: &'static [Loss],
+}
 
 impl Weights {
     /// All of them.
-    pub fn all() -> impl Iterator<Item = Weights> {
-        CHOICES.iter().map(|choice| choice.0)
-    }
+    pub const ALL: [Weights; 4] = [Weights::None, Weights::Joint, Weights::Huber, Weights::Bisquare];
 
     /// The word of flags and option files.
     pub fn word(self) -> &'static str {
-        self.choice().1
+        self.choice().word
+    }
+
+    /// The weights of a word.
+    pub fn of_word(word: &str) -> Option<Weights> {
+        Weights::ALL.into_iter().find(|w| w.word() == word)
     }
 
     /// What an estimate says that it was made by.
     pub fn method(self) -> &'static str {
-        self.choice().2
+        self.choice().method
     }
 
     /// What rows weigh, in a line.
     pub fn help(self) -> &'static str {
-        self.choice().3
+        self.choice().help
     }
 
-    /// The losses that rows are weighed by one after the other; empty where the triangles are enough.
+    /// The losses that rows are weighed by one after the other, from the solution by joint on; empty where the triangles
+    /// are enough.
     pub fn losses(self) -> &'static [Loss] {
-        self.choice().4
+        self.choice().losses
     }
 
-    fn choice(self) -> &'static (Weights, &'static str, &'static str, &'static str, &'static [Loss]) {
-        CHOICES.iter().find(|choice| choice.0 == self).unwrap_or(&CHOICES[0])
+    fn choice(self) -> Choice {
+        match self {
+            Weights::None => {
+                Choice { word: "none", method: "ordinary least squares", help: "all alike (OLS)", losses: &[] }
+            }
+            Weights::Joint => Choice {
+                word: "joint",
+                method: "least squares weighted by joint",
+                help: "by the residual of their joint (WLS)",
+                losses: &[],
+            },
+            Weights::Huber => Choice {
+                word: "huber",
+                method: "robust least squares (Huber), weighted by joint",
+                help: "as joint, and less where they do not fit",
+                losses: &[Loss::Huber],
+            },
+            Weights::Bisquare => Choice {
+                word: "bisquare",
+                method: "robust least squares (bisquare from Huber's), weighted by joint",
+                help: "as huber, and nothing where they do not fit at all",
+                losses: &[Loss::Huber, Loss::Bisquare],
+            },
+        }
     }
 }
 
@@ -109,14 +122,15 @@ pub fn relative(total: f64, residual: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A word of the options file is that of the flag, and no choice is left out of the table.
+    /// A word of the options file is that of the flag, and no choice is left out of the list.
     #[test]
     fn words_are_those_of_the_options_file() {
-        for weights in Weights::all() {
+        for weights in Weights::ALL {
             assert_eq!(serde_yaml::to_string(&weights).unwrap().trim(), weights.word());
         }
         let refused = serde_yaml::from_str::<Weights>("unknown").unwrap_err().to_string();
-        let known = ["none", "joint", "huber", "bisquare"];
-        assert!(Weights::all().map(Weights::word).eq(known) && known.iter().all(|w| refused.contains(w)), "{refused}");
+        // The reader of options names what it knows, and ends the line.
+        let words = Weights::ALL.map(Weights::word).join(", ");
+        assert!(refused.contains(&format!("one of {words}\n")), "{refused}");
     }
 }
