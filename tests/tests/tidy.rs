@@ -59,6 +59,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
         "crates/rist",
         &[
             "error",
+            "thread_tapes",
             "tape_regressor",
             "torque_difference",
             "model",

@@ -1,7 +1,7 @@
 //! How the outputs of a function change with its inputs, contracted with weights: the reverse mode of differentiation.
 //!
 //! For weights w_k, one an output entry, the gradient of L = sum_k w_k y_k(x). One pass forward evaluates the nodes, one
-//! pass backward carries dL/dnode from each node to its operands [Griewank, Walther 2008, 3.2]:
+//! pass backward carries dL/dnode from each node to its operands [Griewank, Walther 2008]:
 //!
 //! c = a + b: a' += c', b' += c';   c = a b: a' += c' b, b' += c' a;   c = a / b: a' += c' / b, b' -= c' c / b;
 //! c = sqrt a: a' += c' / (2 c);   c = sin a: a' += c' cos a;   c = cos a: a' -= c' sin a.

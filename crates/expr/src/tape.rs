@@ -66,6 +66,29 @@ pub struct Workspace {
 /// Samples abreast: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
 const LANES: usize = 32;
 
+/// The code of an operation with its operands, whose signs it then has; those that it does not take repeat another.
+fn coded(operation: Operation) -> Option<(Code, [Expr; 3])> {
+    let (code, a, b, c) = match operation {
+        Operation::None => return None,
+        Operation::Add(a, b) if b.is_negative() => (Code::Sub, a, b, b),
+        Operation::Add(a, b) => (Code::Add, a, b, b),
+        Operation::MulAdd(a, b, c) => {
+            let code = match (a.is_negative(), c.is_negative()) {
+                (false, false) => Code::MulAdd,
+                (false, true) => Code::MulSub,
+                (true, false) => Code::NegMulAdd,
+                (true, true) => Code::NegMulSub,
+            };
+            (code, a, b, c)
+        }
+        Operation::Mul(a, b) => (Code::Mul, a, b, b),
+        Operation::Div(a, b) => (Code::Div, a, b, b),
+        Operation::Sqrt(a) if a.is_negative() => (Code::SqrtOfNegative, a, a, a),
+        Operation::Sqrt(a) => (Code::Sqrt, a, a, a),
+    };
+    Some((code, [a, b, c]))
+}
+
 impl Tape {
     /// Schedules `function`; named constants take their values.
     pub fn new(function: &Function) -> Tape {
@@ -101,24 +124,7 @@ impl Tape {
                 }
                 _ => {}
             }
-            let (code, a, b, c) = match fusion.operation_of(i) {
-                Operation::None => continue,
-                Operation::Add(a, b) if b.is_negative() => (Code::Sub, a, b, b),
-                Operation::Add(a, b) => (Code::Add, a, b, b),
-                Operation::MulAdd(a, b, c) => {
-                    let code = match (a.is_negative(), c.is_negative()) {
-                        (false, false) => Code::MulAdd,
-                        (false, true) => Code::MulSub,
-                        (true, false) => Code::NegMulAdd,
-                        (true, true) => Code::NegMulSub,
-                    };
-                    (code, a, b, c)
-                }
-                Operation::Mul(a, b) => (Code::Mul, a, b, b),
-                Operation::Div(a, b) => (Code::Div, a, b, b),
-                Operation::Sqrt(a) if a.is_negative() => (Code::SqrtOfNegative, a, a, a),
-                Operation::Sqrt(a) => (Code::Sqrt, a, a, a),
-            };
+            let Some((code, [a, b, c])) = coded(fusion.operation_of(i)) else { continue };
             let (a_slot, b_slot, c_slot) = (slots.at(a), slots.at(b), slots.at(c));
             let mut dead: Vec<usize> = fusion.operands_of(i).map(Expr::node).filter(|&e| last_use[e] == i).collect();
             dead.sort_unstable();
@@ -231,58 +237,25 @@ impl Tape {
         for op in &self.ops {
             let (a, b, c) = (slots[op.a as usize], slots[op.b as usize], slots[op.c as usize]);
             let mut to = [0.0; B];
-            // Loops rather than `from_fn`: a closure of the library is not compiled for the wider processor.
+            // A loop rather than `from_fn`: a closure of the library is not compiled for the wider processor.
+            macro_rules! abreast {
+                ($l:ident, $value:expr) => {
+                    for $l in 0..B {
+                        to[$l] = $value
+                    }
+                };
+            }
             match op.code {
-                Code::Add => {
-                    for l in 0..B {
-                        to[l] = a[l] + b[l]
-                    }
-                }
-                Code::Sub => {
-                    for l in 0..B {
-                        to[l] = a[l] - b[l]
-                    }
-                }
-                Code::Mul => {
-                    for l in 0..B {
-                        to[l] = a[l] * b[l]
-                    }
-                }
-                Code::MulAdd => {
-                    for l in 0..B {
-                        to[l] = mul_add(a[l], b[l], c[l])
-                    }
-                }
-                Code::MulSub => {
-                    for l in 0..B {
-                        to[l] = mul_add(a[l], b[l], -c[l])
-                    }
-                }
-                Code::NegMulAdd => {
-                    for l in 0..B {
-                        to[l] = mul_add(-a[l], b[l], c[l])
-                    }
-                }
-                Code::NegMulSub => {
-                    for l in 0..B {
-                        to[l] = mul_add(-a[l], b[l], -c[l])
-                    }
-                }
-                Code::Div => {
-                    for l in 0..B {
-                        to[l] = a[l] / b[l]
-                    }
-                }
-                Code::Sqrt => {
-                    for l in 0..B {
-                        to[l] = a[l].sqrt()
-                    }
-                }
-                Code::SqrtOfNegative => {
-                    for l in 0..B {
-                        to[l] = (-a[l]).sqrt()
-                    }
-                }
+                Code::Add => abreast!(l, a[l] + b[l]),
+                Code::Sub => abreast!(l, a[l] - b[l]),
+                Code::Mul => abreast!(l, a[l] * b[l]),
+                Code::MulAdd => abreast!(l, mul_add(a[l], b[l], c[l])),
+                Code::MulSub => abreast!(l, mul_add(a[l], b[l], -c[l])),
+                Code::NegMulAdd => abreast!(l, mul_add(-a[l], b[l], c[l])),
+                Code::NegMulSub => abreast!(l, mul_add(-a[l], b[l], -c[l])),
+                Code::Div => abreast!(l, a[l] / b[l]),
+                Code::Sqrt => abreast!(l, a[l].sqrt()),
+                Code::SqrtOfNegative => abreast!(l, (-a[l]).sqrt()),
                 Code::SinCos => {
                     let mut cosine = [0.0; B];
                     (0..B).for_each(|l| (to[l], cosine[l]) = sin_cos(a[l], &mul_add));

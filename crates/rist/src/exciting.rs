@@ -104,12 +104,9 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     check_request(request)?;
     let regressor = RegressorSlope::new(model)?;
     let names = regressor.coordinates().to_vec();
-    let described: Vec<robot::Limits> = model.robot.coordinates.iter().map(|c| c.limits).collect();
-    let is_prismatic = |k: usize| regressor.is_prismatic(k);
-    let (limits, mut notes) = motion_limits(&names, is_prismatic, &described, &request.limits)
-        .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
+    let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
     let timing = timing(request, &limits)?;
-    let noise = torque_noise(&names, &described, request.noise, &mut notes);
+    let noise = torque_noise(model, request.noise, &mut notes);
 
     // What is known of the torques.
     let friction = described_friction(model);
@@ -141,12 +138,10 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         friction: friction.clone(),
         share: request.effort_share,
     });
-    let as_motion = |found: &Found| request.motion(timing, found.joints.clone());
-    let fits = found.iter().map(|found| fitted(as_motion(found), &limits, &names, torque.as_ref()));
-    let best = proved_or_first(fits);
-    let (motion, certificate) = best.ok_or_else(|| refused(model, &names, NoMotion::NothingToTell))?;
-    let values = described_values(model, &linear);
-    let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate);
+    let motions = found.into_iter().map(|found| request.motion(timing, found.joints));
+    let fits = motions.map(|motion| fitted(motion, &limits, &names, torque.as_ref()));
+    let (motion, certificate) = proved_or_first(fits).ok_or_else(|| refused(model, &names, NoMotion::NothingToTell))?;
+    let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate);
     Ok(ExcitingMotion {
         model: model.reference.clone(),
         rate_hz: request.rate,
@@ -164,6 +159,18 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         certificate,
         parameters: seen.parameters,
     })
+}
+
+/// The limits of the request within those of the description, and what is to be said of them.
+fn limits_and_notes(
+    model: &Model,
+    regressor: &RegressorSlope,
+    request: &ExciteRequest,
+) -> Result<(Vec<CoordinateLimits>, Vec<String>), Error> {
+    let described: Vec<robot::Limits> = model.robot.coordinates.iter().map(|c| c.limits).collect();
+    let is_prismatic = |k: usize| regressor.is_prismatic(k);
+    motion_limits(regressor.coordinates(), is_prismatic, &described, &request.limits)
+        .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))
 }
 
 fn is_proven(rows: &[CertificateRow]) -> bool {
@@ -258,15 +265,15 @@ fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<Timing
 }
 
 /// N m (N) a sample, one a coordinate.
-fn torque_noise(names: &[String], described: &[robot::Limits], share: f64, notes: &mut Vec<String>) -> Vec<f64> {
-    let effort = |l: &robot::Limits| l.effort.filter(|x| x.is_finite() && *x > 0.0);
-    let unknown: Vec<&str> =
-        names.iter().zip(described).filter(|(_, l)| effort(l).is_none()).map(|(name, _)| name.as_str()).collect();
+fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
+    let coordinates = &model.robot.coordinates;
+    let effort = |c: &robot::Coordinate| c.limits.effort.filter(|x| x.is_finite() && *x > 0.0);
+    let unknown: Vec<&str> = coordinates.iter().filter(|c| effort(c).is_none()).map(|c| c.name.as_str()).collect();
     if !unknown.is_empty() {
         let names = unknown.join(", ");
         notes.push(format!("{names}: no effort limit given, torque noise of {UNKNOWN_NOISE} N m (N) a sample assumed"));
     }
-    described.iter().map(|l| effort(l).map_or(UNKNOWN_NOISE, |e| share * e)).collect()
+    coordinates.iter().map(|c| effort(c).map_or(UNKNOWN_NOISE, |e| share * e)).collect()
 }
 
 /// Friction of the description, one a coordinate.

@@ -46,6 +46,7 @@ mod simulation;
 mod source;
 mod tape_dynamics;
 mod tape_regressor;
+mod thread_tapes;
 mod torque_difference;
 mod torque_enclosure;
 mod validation;

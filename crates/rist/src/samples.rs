@@ -119,8 +119,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     let described = model.described_parameters();
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
     let passport = passport(regressor, &records, &suspects, described.as_deref())?;
-    let names = logs.iter().map(LogSource::name).collect();
-    let fit = Fit::of_records(regressor, &records, names, &options)?;
+    let fit = Fit::of_records(regressor, &records, logs.iter().map(LogSource::name).collect(), &options)?;
     let load = match request.loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
@@ -130,35 +129,15 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         false => None,
     };
 
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(regressor, &options.friction, &couplings);
-    let by_description =
-        |x: &Vec<f64>| described_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, x).total;
-    let described = described.as_ref().map(by_description);
-
-    // Bodies that can exist.
-    let (mut estimate, mut bodies_found, mut heavy) = (fit.estimate.clone(), None, Vec::new());
-    let (mut bodies_evidence, held_out) = (None, fit.estimate.cross_validation);
-    if request.consistent {
-        let (map, known) = (model.standard_map(), model.reference_bodies());
-        let found = identify_consistent(regressor, &map, &known, fit, &options, &Default::default())?;
-        let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
-        let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
-        heavy = named.iter().zip(&known).filter_map(describe).collect();
-        let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
-        let ratio = |((_, body), known): (&(&str, Ten), &Option<Ten>)| {
-            Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite())
-        };
-        bodies_evidence = Some(BodiesEvidence {
-            refusal: found.refusal(),
-            mass_ratios: named.iter().zip(&known).filter_map(ratio).collect(),
-        });
-        let armatures = armatures(model, &found.consistent.phi);
-        bodies_found = Some(Bodies { links, armatures, refusal: found.refusal() });
-        estimate = found.estimate;
-    }
+    let described = described.map(|x| described_error(model, &fit, &options, &x));
+    let held_out = fit.estimate.cross_validation;
+    let found = match request.consistent {
+        true => existing_bodies(model, fit, &options)?,
+        false => FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() },
+    };
 
     // The remarks, and the gains that the estimate stands on.
+    let mut estimate = found.estimate;
     estimate.fingerprint = model.reference.fingerprint.clone();
     estimate.description = model.description.clone();
     if let Some(found) = gains {
@@ -166,17 +145,52 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         widen(&mut estimate, &found);
     }
     estimate.remarks.extend(rotors);
-    estimate.remarks.extend(heavy);
+    estimate.remarks.extend(found.outgrown);
     Ok(Identification {
         estimate,
         delay,
         friction,
         load,
-        bodies: bodies_found,
+        bodies: found.bodies,
         passport,
         described,
         held_out,
-        bodies_evidence,
+        bodies_evidence: found.evidence,
+    })
+}
+
+/// |tau - W X| / |tau| with these base parameters, and friction fitted to what they leave.
+fn described_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    described_residuals(&linear, &fit.observation.joints(|_| true), &fit.weights, parameters).total
+}
+
+/// An estimate, with its bodies where only those that can exist were asked for.
+struct FoundBodies {
+    estimate: Estimate,
+    bodies: Option<Bodies>,
+    evidence: Option<BodiesEvidence>,
+    /// Remarks on bodies that outgrow their description.
+    outgrown: Vec<String>,
+}
+
+/// The estimate whose bodies can exist, held by the description where the logs are silent.
+fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBodies, Error> {
+    let (map, known) = (model.standard_map(), model.reference_bodies());
+    let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
+    let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
+    let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
+    let ratio = |((_, body), known): (&(&str, Ten), &Option<Ten>)| {
+        Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite())
+    };
+    let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
+    let refusal = found.refusal();
+    Ok(FoundBodies {
+        bodies: Some(Bodies { links, armatures: armatures(model, &found.consistent.phi), refusal: refusal.clone() }),
+        evidence: Some(BodiesEvidence { refusal, mass_ratios: named.iter().zip(&known).filter_map(ratio).collect() }),
+        outgrown: named.iter().zip(&known).filter_map(describe).collect(),
+        estimate: found.estimate,
     })
 }
 

@@ -2,39 +2,19 @@
 //!
 //! A regressor gives A and h by n + 1 evaluations of Y; their own functions of the base parameters take a tenth of that.
 
-use std::cell::RefCell;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use expr::{Tape, Workspace};
+use expr::Tape;
 use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
 use modeling::Derivation;
 
 use crate::model::Model;
+use crate::thread_tapes::ThreadTapes;
 
 /// tau = A(q) ddq + h(q, dq) of a robot with given base parameters.
 struct TapeDynamics {
-    inertia: Tape,
-    bias: Tape,
+    /// A(q, X) and h(q, dq, X).
+    tapes: ThreadTapes<2>,
     parameters: Vec<f64>,
     n: usize,
-    /// Tells these tapes' workspaces from others' on the same thread.
-    number: usize,
-}
-
-/// Pairs of tapes made so far.
-static TAPES: AtomicUsize = AtomicUsize::new(0);
-
-/// What a pair of tapes is evaluated in.
-struct Scratch {
-    number: usize,
-    inertia: Workspace,
-    bias: Workspace,
-    inputs: Vec<f64>,
-}
-
-thread_local! {
-    /// That of the tapes last evaluated on this thread.
-    static SCRATCH: RefCell<Option<Scratch>> = const { RefCell::new(None) };
 }
 
 /// The dynamics of a model with these base parameters, N m from rad; missing ones count as zero.
@@ -49,11 +29,9 @@ pub fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '
     let inertia = derivation.inertia_matrix(&model.parameters).bound();
     let bias = derivation.bias(&model.parameters).bound();
     Box::new(TapeDynamics {
-        inertia: Tape::new(&inertia),
-        bias: Tape::new(&bias),
+        tapes: ThreadTapes::new([Tape::new(&inertia), Tape::new(&bias)]),
         parameters,
         n: model.robot.n_coordinates(),
-        number: TAPES.fetch_add(1, Ordering::Relaxed),
     })
 }
 
@@ -63,22 +41,12 @@ impl Dynamics for TapeDynamics {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
-        SCRATCH.with_borrow_mut(|scratch| {
-            if scratch.as_ref().is_some_and(|s| s.number != self.number) {
-                *scratch = None;
-            }
-            let s = scratch.get_or_insert_with(|| Scratch {
-                number: self.number,
-                inertia: self.inertia.workspace(),
-                bias: self.bias.workspace(),
-                inputs: Vec::new(),
-            });
-            s.inputs.clear();
-            s.inputs.extend(q.iter().chain(&self.parameters));
-            self.inertia.evaluate(&s.inputs, &mut s.inertia, inertia);
-            s.inputs.clear();
-            s.inputs.extend(q.iter().chain(dq).chain(&self.parameters));
-            self.bias.evaluate(&s.inputs, &mut s.bias, bias);
+        self.tapes.with(|[mut a, mut h], inputs| {
+            inputs.extend(q.iter().chain(&self.parameters));
+            a.evaluate(inputs, inertia);
+            inputs.clear();
+            inputs.extend(q.iter().chain(dq).chain(&self.parameters));
+            h.evaluate(inputs, bias);
         });
     }
 }

@@ -1,33 +1,23 @@
 //! A base regressor evaluated by tape: any robot, no compiler.
 
-use std::cell::RefCell;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use expr::{Function, Tape, Workspace};
+use expr::{Function, Tape};
 use identification::model::parameter::BaseParameter;
 use identification::model::regressor::{Coordinate, Regressor};
 use modeling::Closure;
 
+use crate::thread_tapes::ThreadTapes;
+
 /// tau = Y(q, dq, ddq) X by interpreting the function of Y.
 pub struct TapeRegressor {
-    tape: Tape,
-    /// Tells this tape's workspace from another's on the same thread.
-    number: usize,
+    tapes: ThreadTapes<1>,
     /// Where loops are closed numerically, the solver.
     closure: Option<Mutex<Closure>>,
     coordinates: Vec<String>,
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
     non_zeros: Vec<(usize, usize)>,
-}
-
-/// Tapes made so far.
-static TAPES: AtomicUsize = AtomicUsize::new(0);
-
-thread_local! {
-    /// Number, workspace and inputs of the tape last evaluated on this thread.
-    static SCRATCH: RefCell<Option<(usize, Workspace, Vec<f64>)>> = const { RefCell::new(None) };
 }
 
 impl TapeRegressor {
@@ -39,8 +29,7 @@ impl TapeRegressor {
         parameters: Vec<BaseParameter>,
     ) -> TapeRegressor {
         TapeRegressor {
-            tape: Tape::new(base),
-            number: TAPES.fetch_add(1, Ordering::Relaxed),
+            tapes: ThreadTapes::new([Tape::new(base)]),
             closure: closure.map(Mutex::new),
             prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
             coordinates: coordinates.into_iter().map(|c| c.name).collect(),
@@ -82,16 +71,11 @@ impl Regressor for TapeRegressor {
 impl TapeRegressor {
     /// Y at each of the states q, dq, ddq, one after the other.
     fn fill_states<'a>(&self, states: impl Iterator<Item = [&'a [f64]; 3]>, y: &mut [f64]) {
-        let n_passive = self.tape.n_inputs() - 3 * self.coordinates.len();
+        let [tape] = self.tapes.tapes();
+        let n_passive = tape.n_inputs() - 3 * self.coordinates.len();
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
         let (mut count, mut open) = (0, Vec::new());
-        SCRATCH.with_borrow_mut(|scratch| {
-            let fresh = || (self.number, self.tape.workspace(), Vec::new());
-            if scratch.as_ref().is_none_or(|s| s.0 != self.number) {
-                *scratch = Some(fresh());
-            }
-            let (_, work, inputs) = scratch.get_or_insert_with(fresh);
-            inputs.clear();
+        self.tapes.with(|[mut tape], inputs| {
             for [q, dq, ddq] in states {
                 inputs.extend(q);
                 match closure.as_mut().map(|closure| closure.passive(q)) {
@@ -106,8 +90,8 @@ impl TapeRegressor {
                 count += 1;
             }
             match count {
-                1 => self.tape.evaluate(inputs, work, y),
-                _ => self.tape.evaluate_many(inputs, work, y),
+                1 => tape.evaluate(inputs, y),
+                _ => tape.evaluate_many(inputs, y),
             }
         });
         // No torque is known where the loops do not close: not a number, which is refused later.

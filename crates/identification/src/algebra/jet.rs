@@ -1,7 +1,7 @@
 //! A function of time near an instant, to second order, between proved bounds.
 //!
 //! x(t + h) = x_0 + x_1 h + x_2 h^2 with interval coefficients x_0 = x, x_1 = x', x_2 = x''/2 [Moore, Kearfott, Cloud
-//! 2009, 9]. Over an interval I about c, with jets at c (thin) and over I (wide), Taylor's theorem gives
+//! 2009]. Over an interval I about c, with jets at c (thin) and over I (wide), Taylor's theorem gives
 //!
 //! x(I) within x_0(c) + x_1(c) (I - c) + x_2(I) (I - c)^2.
 

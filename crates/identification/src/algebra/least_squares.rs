@@ -2,7 +2,7 @@
 //!
 //! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is
 //! s_1 / s_p of the scaled columns. Directions with s_i <= TOLERANCE s_1 are not in the data: the
-//! parameters they touch have no value. [Golub, Van Loan 2013, 5.5; van der Sluis 1969, on scaling]
+//! parameters they touch have no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
 //!
 //! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
 

@@ -2,7 +2,7 @@
 //!
 //! [W y] = Q [R z; 0 rho] for all rows seen so far. A block of rows is folded in by Householder reflections that annihilate
 //! it below R ([`reflection`](crate::algebra::reflection)). Triangles of parts merge by folding the rows of one into the
-//! other. [Golub, Van Loan 2013, 5.2 and 12.5 for updating]
+//! other. [Golub, Van Loan 2013]
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|

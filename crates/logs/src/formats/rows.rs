@@ -191,8 +191,7 @@ impl Dialect {
 
     /// Reads rows, of which there are at most `room`; the first line is 0.
     pub fn read(&self, bytes: &[u8], room: usize) -> Block {
-        let width = self.wanted.len();
-        // The place of a column among those that are wanted.
+        // Where the numbers of each column begin, if it is wanted.
         let mut wanted = 0;
         let places: Vec<Option<usize>> = self
             .wanted
@@ -207,64 +206,70 @@ impl Dialect {
             room,
             rows: 0,
             lines: Lines::default(),
-            texts: vec![None; width],
+            texts: vec![None; self.wanted.len()],
             ragged: Vec::new(),
             ends: 0,
         };
         let mut at = 0;
         while at < bytes.len() {
-            if let Some(next) = self.behind_no_row(bytes, at) {
-                block.ends += usize::from(next > at && matches!(bytes[next - 1], b'\n' | b'\r'));
-                at = next;
-                continue;
-            }
-            let row = block.rows;
-            let here = block.ends;
-            block.lines.push(here);
-            at = self.behind_blanks(bytes, at);
-            let (mut column, mut more) = (0, false);
-            loop {
-                // A quoted cell may hold ends of lines.
-                if bytes.get(at) == Some(&b'"') || column >= width || places[column].is_none() {
-                    let (cell, end) = self.cell(bytes, at);
-                    more |= column >= width && !cell.is_empty();
-                    if bytes.get(at) == Some(&b'"') {
-                        block.ends += memchr_iter(b'\n', &bytes[at..end]).count();
-                    }
-                    if let Some(Some(place)) = places.get(column) {
-                        block.data[place + row] = self.number(&cell, here, &mut block.texts[column]);
-                    }
-                    at = end;
-                } else if let Some(place) = places[column] {
-                    let start = at + usize::from(bytes.get(at) == Some(&b' '));
-                    let plain = leading(&bytes[start..])
-                        .filter(|(_, n)| bytes.get(start + n).is_none_or(|b| self.ends_cell(*b)));
-                    let (x, end) = match plain {
-                        Some((x, length)) => (x, start + length),
-                        None => {
-                            let (cell, end) = self.cell(bytes, at);
-                            (self.number(&cell, here, &mut block.texts[column]), end)
-                        }
-                    };
-                    block.data[place + row] = x;
-                    at = end;
+            at = match self.behind_no_row(bytes, at) {
+                Some(next) => {
+                    block.ends += usize::from(next > at && matches!(bytes[next - 1], b'\n' | b'\r'));
+                    next
                 }
-                column += 1;
-                match self.behind_cell(bytes, at) {
-                    Some(next) => at = next,
-                    None => break,
-                }
-            }
-            // A delimiter at the end of each row is a habit, not a cell.
-            if column < width || more {
-                block.ragged.push(row);
-            }
-            let end = behind_end(bytes, self.behind_blanks(bytes, at));
-            block.ends += usize::from(end > at);
-            at = end;
-            block.rows += 1;
+                None => self.read_row(bytes, at, &places, &mut block),
+            };
         }
         block
+    }
+
+    /// Reads the row that begins at `at`; where the next line begins.
+    #[inline]
+    fn read_row(&self, bytes: &[u8], at: usize, places: &[Option<usize>], block: &mut Block) -> usize {
+        let (row, line, width) = (block.rows, block.ends, places.len());
+        block.lines.push(line);
+        let mut at = self.behind_blanks(bytes, at);
+        let (mut column, mut more) = (0, false);
+        loop {
+            let is_quoted = bytes.get(at) == Some(&b'"');
+            let place = places.get(column).copied().flatten();
+            let start = at + usize::from(bytes.get(at) == Some(&b' '));
+            let plain = || {
+                let (x, length) = leading(&bytes[start..])?;
+                let is_whole = bytes.get(start + length).is_none_or(|b| self.ends_cell(*b));
+                is_whole.then_some((x, start + length))
+            };
+            at = match place.filter(|_| !is_quoted).and_then(|_| plain()) {
+                Some((x, end)) => {
+                    block.data[place.unwrap_or_default() + row] = x;
+                    end
+                }
+                None => {
+                    let (cell, end) = self.cell(bytes, at);
+                    more |= column >= width && !cell.is_empty();
+                    if is_quoted {
+                        block.ends += memchr_iter(b'\n', &bytes[at..end]).count();
+                    }
+                    if let Some(place) = place {
+                        block.data[place + row] = self.number(&cell, line, &mut block.texts[column]);
+                    }
+                    end
+                }
+            };
+            column += 1;
+            match self.behind_cell(bytes, at) {
+                Some(next) => at = next,
+                None => break,
+            }
+        }
+        // A delimiter at the end of each row is a habit, not a cell.
+        if column < width || more {
+            block.ragged.push(row);
+        }
+        let end = behind_end(bytes, self.behind_blanks(bytes, at));
+        block.ends += usize::from(end > at);
+        block.rows += 1;
+        end
     }
 
     fn number(&self, cell: &[u8], line: usize, text: &mut Option<(usize, String)>) -> f64 {

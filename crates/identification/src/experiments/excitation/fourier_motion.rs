@@ -3,7 +3,7 @@
 //! ```text
 //! q_i(t) = c_i + sum_l a_il / (w l) sin(w l t) - b_il / (w l) cos(w l t),   l = 1 .. H,   w = 2 pi / T
 //! ```
-//! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997, eq. (8)], over whole periods. a and b are amplitudes of
+//! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of
 //! the velocity. A blend of D seconds leads from rest to the series, and one from the series to rest: the polynomial of
 //! fifth degree with the position, velocity and acceleration of the series at one end and no velocity and acceleration at
 //! the other, which starts where its fifth degree vanishes, q(0) - D v/2 + D^2 a/12. Its control points (Bernstein) are

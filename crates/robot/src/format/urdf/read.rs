@@ -75,10 +75,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
             follows.shift(&mut framed.geometry, moving.given.prismatic);
             narrower.extend(k.map(|k| (k, *follows, limits)));
         }
-        if joint.mimic.is_some() && options.mimic == Mimic::Independent {
-            let text = "mimics another joint in the file; read as a coordinate of its own, as was asked".into();
-            notes.push(Note { subject: joint.name.clone(), text });
-        }
+        notes.extend(freed(joint, options.mimic));
         notes.extend(nearly_parallel(joint, &framed));
         links.push(link(&model, &checked, moving, framed, drive(moving, follows, k), &mut notes));
     }
@@ -105,6 +102,13 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     };
     check_frames(source, &checked, &robot, &given, &follows)?;
     Ok(robot)
+}
+
+/// What is said of a joint that no longer follows another.
+fn freed(joint: &urdf_rs::Joint, mimic: Mimic) -> Option<Note> {
+    let text = "mimics another joint in the file; read as a coordinate of its own, as was asked";
+    let is_freed = joint.mimic.is_some() && mimic == Mimic::Independent;
+    is_freed.then(|| Note { subject: joint.name.clone(), text: text.into() })
 }
 
 fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note {
