@@ -1,0 +1,195 @@
+//! Robots drawn at random: what is derived of each is what mechanics written independently says of it.
+//!
+//! Chains and trees of up to six links, whose joints are revolute, prismatic, moved by other coordinates, or locked, with
+//! four kinds of numbers. The seeds are fixed: a robot that fails is found again by its number.
+
+use expr::{Function, Tape};
+use modeling::{BaseParameters, Derivation};
+use nalgebra::DMatrix;
+use robot::{Robot, format};
+use tests::random::{Random, State};
+use tests::{dot, recursion};
+
+/// Rounding of two ways to the same sum, relative to the magnitudes of its terms: some ten thousand operations of 1e-16
+/// each, most of which cancel.
+const ROUNDING: f64 = 1e-12;
+
+/// A column counts where it stands out of the others by more than this share of the largest: far above the rounding of
+/// the columns, 1e-13, and below what lengths and angles of two digits leave of one, 1e-6.
+const STANDS_OUT: f64 = 1e-9;
+
+/// Operations of a base regressor a pair of links: what is common is shared, so they grow with the square; 37 at most here.
+const OPERATIONS: usize = 60;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Numbers {
+    /// Right angles.
+    Right,
+    /// Twelfths of a turn and one length: special positions of other kinds.
+    Special,
+    /// Any.
+    General,
+    /// Right angles and coinciding axes but for very little.
+    Nearly,
+}
+
+impl Numbers {
+    fn angle(self, random: &mut Random) -> String {
+        let right = ["0", "pi/2", "-pi/2", "pi"][random.below(4)];
+        match self {
+            Numbers::Right => right.into(),
+            Numbers::Special => format!("{}*pi/6", random.below(12)),
+            Numbers::General => format!("{:.3}", 3.0 * random.unit()),
+            Numbers::Nearly => format!("{right} + {:e}", random.unit() * 10f64.powi(-3 - random.below(10) as i32)),
+        }
+    }
+
+    fn length(self, random: &mut Random) -> String {
+        match self {
+            Numbers::Right => ["0".into(), format!("{:.2}", random.unit())][random.below(2)].clone(),
+            Numbers::Special => ["0", "0.25", "0.25"][random.below(3)].into(),
+            Numbers::General => format!("{:.3}", random.unit()),
+            Numbers::Nearly => format!("{:e}", random.unit() * 10f64.powi(-(random.below(11) as i32))),
+        }
+    }
+}
+
+/// A description: the first joint is a coordinate, and so is any but for those that follow or are locked.
+fn description(seed: u64, numbers: Numbers) -> String {
+    let random = &mut Random(seed);
+    let (n, is_tree) = (1 + random.below(6), random.below(2) == 0);
+    let mut text = format!("convention: khalil-kleinfinger\nname: seed {seed}\ngravity: [1.2, -3.4, -9.1]\nlinks:\n");
+    let mut coordinates: Vec<usize> = Vec::new();
+    for j in 1..=n {
+        let antecedent = if is_tree { random.below(j) } else { j - 1 };
+        let antecedent = if antecedent == 0 { "base".into() } else { antecedent.to_string() };
+        let [gamma, b] = match random.below(3) {
+            0 => [numbers.angle(random), numbers.length(random)],
+            _ => ["0".into(), "0".into()],
+        };
+        let (alpha, d) = (numbers.angle(random), numbers.length(random));
+        let (angle, length) = (numbers.angle(random), numbers.length(random));
+        let kind = if coordinates.is_empty() { random.below(2) } else { random.below(8) };
+        let joint = match kind {
+            1..=2 => format!("joint: prismatic, theta: {angle}, r: q{j}"),
+            3 => {
+                let [one, other] = [0, 1].map(|_| coordinates[random.below(coordinates.len())]);
+                format!("drive: passive, theta: 2*q{one} - q{other} + 0.3, r: {length}")
+            }
+            4 => format!("drive: locked, theta: {angle}, r: {length}"),
+            _ => format!("theta: q{j}, r: {length}"),
+        };
+        if !joint.starts_with("drive") {
+            coordinates.push(j);
+        }
+        text += &format!(
+            "  - {{link: {j}, antecedent: {antecedent}, gamma: {gamma}, b: {b}, alpha: {alpha}, d: {d}, {joint}}}\n"
+        );
+    }
+    text
+}
+
+struct Derived {
+    regressor: Function,
+    torque: Function,
+    /// Why there are none, where the numbers leave their count open.
+    base: Result<BaseParameters, String>,
+}
+
+fn derived(robot: &Robot, what: &str) -> Derived {
+    let mut derivation = Derivation::new(robot).unwrap_or_else(|open| panic!("{what}: {open}"));
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).map_err(|unclear| unclear.to_string());
+    Derived { torque: derivation.torque(), regressor, base }
+}
+
+fn evaluate(function: &Function, inputs: &[f64]) -> Vec<f64> {
+    let tape = Tape::new(function);
+    let mut outputs = vec![f64::NAN; tape.n_outputs()];
+    tape.evaluate(inputs, &mut tape.workspace(), &mut outputs);
+    outputs
+}
+
+/// The rank of D over many states, by singular values of its scaled columns.
+fn rank(regressor: &Function, robot: &Robot, random: &mut Random, p: usize) -> usize {
+    let n = robot.n_coordinates();
+    let rows = (0..2 * p / n + 20).flat_map(|_| evaluate(regressor, &random.state(robot).inputs())).collect::<Vec<_>>();
+    let mut observed = DMatrix::from_row_slice(rows.len() / p, p, &rows);
+    let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    for mut column in observed.column_iter_mut() {
+        let norm = column.norm();
+        if norm > STANDS_OUT * largest {
+            column /= norm;
+        }
+    }
+    let values = observed.singular_values();
+    values.iter().filter(|v| **v > STANDS_OUT * values.max()).count()
+}
+
+fn holds(seed: u64, numbers: Numbers) {
+    let text = description(seed, numbers);
+    let what = format!("{numbers:?}\n{text}");
+    let robot = format::read_yaml(&text, "random.yaml").unwrap_or_else(|e| panic!("{what}: {e}"));
+    let Derived { regressor, torque, base } = derived(&robot, &what);
+    let random = &mut Random(seed + 1_000_000);
+    let n = robot.n_coordinates();
+    let p = tests::standard_names(&robot).len();
+    let base = match base {
+        Ok(base) => Some(base),
+        // Only what is special but for very little has a rank that nobody can tell.
+        Err(why) => {
+            assert_eq!(numbers, Numbers::Nearly, "{what}{why}");
+            None
+        }
+    };
+    let base_regressor = base.as_ref().map(|base| base.regressor(&regressor));
+    for _ in 0..3 {
+        let (state, x): (State, Vec<f64>) = (random.state(&robot), random.parameters(&robot));
+        let tau = recursion::torque(&robot, &state, &x);
+        let d = evaluate(&regressor, &state.inputs());
+        let (by_regressor, size): (Vec<f64>, Vec<f64>) = d.chunks(p).map(|row| dot(row, &x)).unzip();
+        let directly = evaluate(&torque, &[state.inputs(), x.clone()].concat());
+        let by_base = base.as_ref().zip(base_regressor.as_ref()).map(|(base, function)| {
+            let y = evaluate(function, &state.inputs());
+            let values = base.values(&x);
+            (0..n).map(|i| dot(&y[i * values.len()..][..values.len()], &values).0).collect::<Vec<f64>>()
+        });
+        for k in 0..n {
+            let room = ROUNDING * (1.0 + size[k]);
+            assert!((by_regressor[k] - tau[k]).abs() <= room, "D X, row {k}: {} {}\n{what}", by_regressor[k], tau[k]);
+            assert!((directly[k] - tau[k]).abs() <= room, "torque, row {k}: {} {}\n{what}", directly[k], tau[k]);
+            // A rule that is only numeric has a coefficient to 1e-9 at worst, where a kept column hardly stands out.
+            let room = if numbers == Numbers::Nearly { 1e-9 * (1.0 + size[k]) } else { room };
+            let found = by_base.as_ref().map_or(tau[k], |t| t[k]);
+            assert!((found - tau[k]).abs() <= room, "D_base X_base, row {k}: {found} {}\n{what}", tau[k]);
+        }
+    }
+    if let (Some(base), Some(function)) = (base, base_regressor) {
+        let count = function.count();
+        let links = robot.links.len();
+        assert!(count.mul + count.add <= OPERATIONS * links * links, "{} + {}\n{what}", count.mul, count.add);
+        if numbers != Numbers::Nearly {
+            assert_eq!(base.len(), rank(&regressor, &robot, random, p), "{what}");
+        }
+    }
+}
+
+#[test]
+fn of_right_angles() {
+    (0..50).for_each(|seed| holds(seed, Numbers::Right));
+}
+
+#[test]
+fn of_special_angles_and_one_length() {
+    (100..150).for_each(|seed| holds(seed, Numbers::Special));
+}
+
+#[test]
+fn of_any_numbers() {
+    (200..250).for_each(|seed| holds(seed, Numbers::General));
+}
+
+#[test]
+fn special_but_for_very_little() {
+    (300..350).for_each(|seed| holds(seed, Numbers::Nearly));
+}
