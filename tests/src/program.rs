@@ -13,8 +13,12 @@ pub struct Run {
 
 /// Runs `rist` with these arguments in `folder`.
 pub fn rist(folder: &Path, arguments: &[&str]) -> Run {
-    let Output { status, stdout, stderr } =
-        Command::new(built()).args(arguments).current_dir(folder).output().expect("rist can be started");
+    run(Command::new(program()).args(arguments).current_dir(folder))
+}
+
+/// Runs a command that starts `rist`.
+pub fn run(command: &mut Command) -> Run {
+    let Output { status, stdout, stderr } = command.output().expect("rist can be started");
     let text = |bytes| String::from_utf8(bytes).expect("rist prints UTF-8");
     Run { code: status.code(), out: text(stdout), err: text(stderr) }
 }
@@ -33,8 +37,8 @@ fn target() -> PathBuf {
     here.ancestors().nth(2).expect("target/debug/deps/test").to_path_buf()
 }
 
-/// A package cannot name another's program; so it is built here, once a test file.
-fn built() -> &'static Path {
+/// The program; a package cannot name another's, so it is built here, once a test file.
+pub fn program() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         let mut build = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));

@@ -7,14 +7,10 @@ use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::known_load::KnownLoad;
 use identification::model::reference::ModelReference;
 use rist::Model;
+pub use robot::format::read_text;
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;
-
-/// The text of a file.
-pub fn read_text(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
-}
 
 /// Makes a directory where there is none.
 pub fn make_directory(path: &Path) -> Result<(), Failure> {

@@ -115,7 +115,7 @@ fn check(request: &PlanRequest) -> Result<(), Error> {
     for (what, x, range) in [("--rate", request.rate, 1.0..=2e4), ("--duration", request.duration, 0.1..=3600.0)] {
         if !range.contains(&x) {
             let (from, to) = range.into_inner();
-            return Err(Error::new(format_args!("{what} is {x}; expected is a number from {from} to {to}")));
+            return Err(Error::new(format_args!("{what} is {x:?}; expected is a number from {from:?} to {to:?}")));
         }
     }
     for (what, x, most) in [

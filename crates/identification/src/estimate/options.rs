@@ -47,7 +47,7 @@ impl Options {
     /// Reads options from a YAML file; what it does not name keeps its default.
     pub fn read(path: &std::path::Path) -> Result<Options, Error> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::at(&file, 0, e.to_string()))?;
+        let text = robot::format::read_text(path).map_err(|e| Error::at(&file, e.place.line, e.message))?;
         serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
     }
 

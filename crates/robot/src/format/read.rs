@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     let file_name = path.display().to_string();
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let text = || read_text(path, &file_name, extension == "par");
+    let text = || decoded(path, extension == "par");
     match extension.as_str() {
         "yaml" | "yml" => read_yaml_with(&text()?, &file_name, options.angles),
         "urdf" | "xml" => read_urdf_with(&text()?, &file_name, options),
@@ -40,7 +40,15 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     }
 }
 
-fn read_text(path: &Path, file_name: &str, may_be_latin: bool) -> Result<String, Error> {
+/// The text of a file in UTF-8 that a person or a program wrote about a robot: a description, options, an artefact.
+///
+/// Fails when the file cannot be read, is larger than 16 MiB (a device is without end), or is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, Error> {
+    decoded(path, false)
+}
+
+fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
+    let file_name = &path.display().to_string();
     let fail = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
         _ => whole_file(file_name, format!("the file cannot be read: {e}")),
@@ -57,7 +65,7 @@ fn read_text(path: &Path, file_name: &str, may_be_latin: bool) -> Result<String,
     String::from_utf8(bytes).map_err(|e| {
         let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         let message = "the text is not UTF-8: save the file in that encoding".to_string();
-        Error { place: Place { file: file_name.into(), line, column: 0 }, message }
+        Error { place: Place { file: file_name.clone(), line, column: 0 }, message }
     })
 }
 

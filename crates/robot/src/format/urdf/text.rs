@@ -93,12 +93,18 @@ pub(super) struct Checked {
 
 /// More elements than this are no robot.
 const MAX_NODES: u32 = 2_000_000;
+/// An element with more attributes is not of a URDF: looking for one that stands twice takes time that grows as their square.
+const MAX_ATTRIBUTES: usize = 256;
 /// More links are no robot either, as in YAML: finding the line of each takes time that grows as their square.
 const MAX_LINKS: usize = 2000;
 /// The largest limit of a joint.
 const UNLIMITED: f64 = 1e100;
 
 pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
+    if let Some((line, tag)) = crowded(text) {
+        let message = format!("<{}> has more than {MAX_ATTRIBUTES} attributes: no element of a URDF has", shown(tag));
+        return Err(source.error(line, 0, message));
+    }
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|e| {
         // What is never closed is missed at the end.
@@ -132,6 +138,16 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     let (links, joints) = (reader.links(root)?, reader.joints(root)?);
     let at = reader.at(root);
     Ok(Checked { text: reader.out, at, links, joints })
+}
+
+/// Line and tag of the first element with too many attributes.
+fn crowded(text: &str) -> Option<(usize, &str)> {
+    let tags = text.match_indices('<').map(|(at, _)| (at, &text[at + 1..]));
+    let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);
+    let inside =
+        tags.filter(|(_, rest)| is_element(rest)).map(|(at, rest)| (at, rest.split('>').next().unwrap_or(rest)));
+    let (at, tag) = { inside }.find(|(_, tag)| tag.matches('=').take(MAX_ATTRIBUTES + 1).count() > MAX_ATTRIBUTES)?;
+    Some((1 + text[..at].matches('\n').count(), tag.split_whitespace().next().unwrap_or("")))
 }
 
 struct Reader<'a, 'i> {
