@@ -59,9 +59,11 @@ const ORDERS: [(&str, &[&str]); 10] = [
         "crates/rist",
         &[
             "error",
+            "output",
             "tape_regressor",
             "torque_difference",
             "model",
+            "evaluation",
             "doctor",
             "regressor_slope",
             "torque_enclosure",
@@ -82,7 +84,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
     (
         "crates/cli",
         &[
-            "failure", "output", "verdict", "model", "artefact", "check", "convert", "doctor", "evaluate", "generate",
+            "failure", "verdict", "model", "artefact", "check", "convert", "doctor", "evaluate", "generate",
             "identify", "excite", "inspect", "lint", "plan", "report", "simulate", "validate", "main",
         ],
     ),

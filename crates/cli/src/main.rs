@@ -12,7 +12,6 @@ mod identify;
 mod inspect;
 mod lint;
 mod model;
-mod output;
 mod plan;
 mod report;
 mod simulate;

@@ -82,24 +82,6 @@ impl ModelArguments {
         }
     }
 
-    /// The flags as they would be typed again, each after a space.
-    pub fn flags(&self) -> String {
-        let mut text: String = self.values.iter().map(|(name, x)| format!(" --value {name}={x}")).collect();
-        if self.mimic != MimicJoints::Constraint {
-            text += &format!(" --mimic {}", word(self.mimic));
-        }
-        if self.angles != GivenAngles::Meant {
-            text += &format!(" --angles {}", word(self.angles));
-        }
-        if let Some(joints) = self.rotor_inertia {
-            text += &format!(" --rotor-inertia {}", word(joints));
-        }
-        if self.floating_base {
-            text += " --floating-base";
-        }
-        text
-    }
-
     /// The description, with nothing derived from it. Says on standard error which angles are not as given.
     pub fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options())
@@ -141,11 +123,6 @@ impl ModelArguments {
         model.description = options.description();
         Ok(model)
     }
-}
-
-/// The word that stands for a choice on the command line.
-fn word(choice: impl ValueEnum) -> String {
-    choice.to_possible_value().map(|v| v.get_name().to_string()).unwrap_or_default()
 }
 
 fn assignment(text: &str) -> Result<(String, f64), String> {
