@@ -88,8 +88,9 @@ impl ModelArguments {
     }
 
     fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
-        let robot = rist::read_robot(&self.model, options)?;
-        if let Some(sentence) = rist::snapping(&robot, &self.model, options) {
+        let text = robot::format::text_of(&self.model)?;
+        let robot = rist::parse_robot(&text, &self.model, options)?;
+        if let Some(sentence) = rist::snapping(&robot, &text, &self.model, options) {
             eprintln!("note: {sentence}");
         }
         Ok(robot)

@@ -76,6 +76,6 @@ pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use torque_difference::torque_difference;
-pub use validation::{MOTION_CUTOFF, predictions, validate, validate_experiments};
+pub use validation::{MOTION_CUTOFF, TorqueSeries, predicted_torques, predictions, validate, validate_experiments};
 pub use verdict::{estimate_verdict, validation_verdict};
 pub use write_back::{write_mjcf_joints, write_urdf};

@@ -129,7 +129,7 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
 
 /// What a reader took for others among the angles and axes of a file, and what that does to the torque, in a sentence;
 /// `None` where everything is as given.
-pub fn snapping(robot: &Robot, path: &Path, options: &ModelOptions) -> Option<String> {
+pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
     /// Named before they are counted.
     const NAMED: usize = 4;
     if robot.snapped.is_empty() {
@@ -140,7 +140,7 @@ pub fn snapping(robot: &Robot, path: &Path, options: &ModelOptions) -> Option<St
     if robot.snapped.len() > NAMED {
         taken.push(format!("{} more", robot.snapped.len() - NAMED));
     }
-    let as_given = read_robot(path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
+    let as_given = parse_robot(text, path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
     let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {
         Some(x) => format!("the torque changes by up to {x:.1e} of its largest component"),
         None => "what that does to the torque is not known".into(),
