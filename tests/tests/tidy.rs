@@ -60,9 +60,11 @@ const ORDERS: [(&str, &[&str]); 10] = [
         &[
             "error",
             "thread_tapes",
+            "output",
             "tape_regressor",
             "torque_difference",
             "model",
+            "evaluation",
             "doctor",
             "regressor_slope",
             "torque_enclosure",
@@ -85,7 +87,6 @@ const ORDERS: [(&str, &[&str]); 10] = [
         "crates/cli",
         &[
             "failure",
-            "output",
             "verdict",
             "model",
             "artefact",

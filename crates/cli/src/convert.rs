@@ -9,7 +9,7 @@ use robot::{PassiveCoordinate, Robot, transform_inertial};
 
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use crate::output::write_file;
+use rist::write_file;
 
 /// Write a robot's description in another format, and say what that format cannot carry
 #[derive(Args)]
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(format) = arguments.to else {
         let text = listed(&arguments.model.read()?, arguments.parameters.unwrap_or(Convention::Symoro));
         return match &arguments.out {
-            Some(out) => write_file(out, &text, &[&arguments.model.model]),
+            Some(out) => Ok(write_file(out, &text, &[&arguments.model.model])?),
             None => print(&text),
         };
     };

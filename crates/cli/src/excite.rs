@@ -15,7 +15,7 @@ use crate::artefact::read_text;
 use crate::failure::{Failure, print};
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
-use crate::output::write_file;
+use rist::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
@@ -142,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(file, &text, &[&arguments.model.model])?;
     }
     match &arguments.out {
-        Some(out) => write_file(out, &ExcitingMotion::to_yaml(&found)?, &[&arguments.model.model]),
+        Some(out) => Ok(write_file(out, &ExcitingMotion::to_yaml(&found)?, &[&arguments.model.model])?),
         None => Ok(()),
     }
 }

@@ -7,7 +7,7 @@ use rist::Language;
 
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use crate::output::write_file;
+use rist::write_file;
 
 /// Write a robot's base regressor, and other functions of it, as source that needs no other file
 #[derive(Args)]
@@ -42,7 +42,7 @@ fn functions_help() -> String {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
     let robot = arguments.model.read_with_values()?;
-    let mut made_by = format!("rist generate {path}{}", arguments.model.flags());
+    let mut made_by = format!("rist generate {path}{}", arguments.model.options().flags());
     if !arguments.functions.is_empty() {
         made_by += &format!(" --functions {}", arguments.functions.join(","));
     }

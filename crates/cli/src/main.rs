@@ -15,7 +15,6 @@ mod inspect;
 mod lint;
 mod merge;
 mod model;
-mod output;
 mod plan;
 mod report;
 mod simulate;

@@ -82,32 +82,15 @@ impl ModelArguments {
         }
     }
 
-    /// The flags as they would be typed again, each after a space.
-    pub fn flags(&self) -> String {
-        let mut text: String = self.values.iter().map(|(name, x)| format!(" --value {name}={x}")).collect();
-        if self.mimic != MimicJoints::Constraint {
-            text += &format!(" --mimic {}", word(self.mimic));
-        }
-        if self.angles != GivenAngles::Meant {
-            text += &format!(" --angles {}", word(self.angles));
-        }
-        if let Some(joints) = self.rotor_inertia {
-            text += &format!(" --rotor-inertia {}", word(joints));
-        }
-        if self.floating_base {
-            text += " --floating-base";
-        }
-        text
-    }
-
     /// The description, with nothing derived from it. Says on standard error which angles are not as given.
     pub fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options())
     }
 
     fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
-        let robot = rist::read_robot(&self.model, options)?;
-        if let Some(sentence) = rist::snapping(&robot, &self.model, options) {
+        let text = robot::format::text_of(&self.model)?;
+        let robot = rist::parse_robot(&text, &self.model, options)?;
+        if let Some(sentence) = rist::snapping(&robot, &text, &self.model, options) {
             eprintln!("note: {sentence}");
         }
         Ok(robot)
@@ -141,11 +124,6 @@ impl ModelArguments {
         model.description = options.description();
         Ok(model)
     }
-}
-
-/// The word that stands for a choice on the command line.
-fn word(choice: impl ValueEnum) -> String {
-    choice.to_possible_value().map(|v| v.get_name().to_string()).unwrap_or_default()
 }
 
 fn assignment(text: &str) -> Result<(String, f64), String> {

@@ -11,7 +11,7 @@ use rist::PlanRequest;
 use crate::artefact::make_directory;
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use crate::output::{check_output, write_file};
+use rist::{check_output, write_file};
 
 /// Plan the exciting experiments of identification by spectrum analysis
 ///
@@ -125,7 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     match &arguments.out {
-        Some(out) => write_file(out, &plan.to_yaml()?, &inputs),
+        Some(out) => Ok(write_file(out, &plan.to_yaml()?, &inputs)?),
         None => Ok(()),
     }
 }

@@ -10,7 +10,7 @@ use identification::write::html::{parameter_picture, report, torque_picture};
 
 use crate::artefact::{make_directory, read_text};
 use crate::failure::Failure;
-use crate::output::{check_output, write_file};
+use rist::{check_output, write_file};
 
 /// Write plan, estimate and validation as one self-contained HTML page
 #[derive(Args)]
@@ -60,5 +60,5 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             write_file(&file, &torque_picture(picture), &inputs)?;
         }
     }
-    write_file(&arguments.out, &report(plan.as_ref(), estimate.as_ref(), validation.as_ref()), &inputs)
+    Ok(write_file(&arguments.out, &report(plan.as_ref(), estimate.as_ref(), validation.as_ref()), &inputs)?)
 }

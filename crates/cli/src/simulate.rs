@@ -10,7 +10,7 @@ use rist::SimulateRequest;
 use crate::artefact::{gains, make_directory, read_estimate, read_load, read_plan};
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use crate::output::write_file;
+use rist::write_file;
 
 /// Simulate the experiments of a plan, in closed loop, with friction, noise and drive gains
 ///
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let coordinates = model.regressor().coordinates();
     let mut write = |name: &str, record: &Record| {
         let text = record.to_csv(coordinates, Effort::Current);
-        write_file(&arguments.out.join(format!("{name}.csv")), &text, &inputs).map_err(rist::Error::new)
+        write_file(&arguments.out.join(format!("{name}.csv")), &text, &inputs)
     };
     let found = rist::simulate(&model, &plan, &request, &mut write)?;
     write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;

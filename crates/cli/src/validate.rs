@@ -8,8 +8,8 @@ use rist::MOTION_CUTOFF;
 use crate::artefact::{gains, read_estimate};
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use crate::output::{check_output, write_file};
 use crate::verdict::refused;
+use rist::{check_output, write_file};
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]

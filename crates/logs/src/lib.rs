@@ -20,6 +20,7 @@ pub use columns::mapping::{Columns, Source};
 pub use columns::names::{ColumnNames, Names};
 pub use columns::words::Quantity;
 pub use error::Error;
+pub use formats::arrays::Array;
 pub use log::{Effort, Log, Window};
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};

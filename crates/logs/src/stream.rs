@@ -97,6 +97,17 @@ impl LogSource {
         Ok((LogSource::Streamed(stream), columns))
     }
 
+    /// From a table in memory, and the columns of the coordinates in it; its `file` is the name of the log.
+    ///
+    /// Fails as `Log::read` does.
+    pub fn from_table(
+        table: Table,
+        coordinates: &[String],
+        names: &ColumnNames,
+    ) -> Result<(LogSource, Columns), Error> {
+        LogSource::of_table(&PathBuf::from(&table.file), table, coordinates, names, BLOCK)
+    }
+
     /// From a file that was read whole.
     fn of_table(
         path: &Path,

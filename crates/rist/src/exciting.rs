@@ -1,5 +1,6 @@
 //! From a model to one motion that makes its parameters visible, within proved limits.
 
+use identification::algebra::interruption::Interruption;
 use identification::experiments::excitation::artefact::{ExcitingMotion, MotionJoint};
 use identification::experiments::excitation::barrier::Timing;
 use identification::experiments::excitation::columns::visible_columns;
@@ -130,7 +131,9 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     };
     let report =
         |done: usize, found: Option<&Found>| progress(done, request.starts, &progress_text(found, request.aim, &names));
-    let found = search(&problem, &request.search(), &report).map_err(|why| refused(model, &names, why))?;
+    let found = search(&problem, &request.search(), &report);
+    Interruption::check()?;
+    let found = found.map_err(|why| refused(model, &names, why))?;
 
     // The best motion that can be proved; without one the best, which then says so.
     let torque = enclosure.as_ref().map(|torque| DescribedTorque {

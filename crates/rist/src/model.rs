@@ -12,7 +12,7 @@ use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
 use identification::model::reference::ModelReference;
 use identification::model::regressor::{Coordinate, Regressor};
 use identification::model::standard_map::StandardMap;
-use logs::{ColumnNames, Columns, LogSource};
+use logs::{ColumnNames, Columns, LogSource, Table};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::format::{Angles, Mimic, ReadOptions};
 use robot::value::CoordinateId;
@@ -50,6 +50,27 @@ impl ModelOptions {
         }
     }
 
+    /// The flags of the program that ask for them, each after a space.
+    pub fn flags(&self) -> String {
+        let mut text: String = self.values.iter().map(|(name, x)| format!(" --value {name}={x}")).collect();
+        if self.mimic == Mimic::Independent {
+            text += " --mimic independent";
+        }
+        if self.angles == Angles::AsGiven {
+            text += " --angles as-given";
+        }
+        match self.rotor_inertias {
+            None => {}
+            Some(RotorInertias::None) => text += " --rotor-inertia none",
+            Some(RotorInertias::Actuated) => text += " --rotor-inertia actuated",
+            Some(RotorInertias::All) => text += " --rotor-inertia all",
+        }
+        if self.floating_base {
+            text += " --floating-base";
+        }
+        text
+    }
+
     /// For an artefact; `None` where the description is read as it stands.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
@@ -82,15 +103,20 @@ pub struct Model {
     /// How its file was read, for artefacts.
     pub description: Option<DescriptionOptions>,
     closure: Option<Closure>,
-    regressor: Box<dyn Regressor>,
+    regressor: Box<dyn Regressor + Send>,
 }
 
 /// A description as it stands in its file, with the options applied; nothing is derived.
 ///
 /// Fails with the place of what cannot be read, and where a symbol of `values` is not there.
 pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
+    parse_robot(&robot::format::text_of(path)?, path, options)
+}
+
+/// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened.
+pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     let ModelOptions { mimic, angles, floating_base, .. } = *options;
-    let mut robot = robot::format::read_with(path, ReadOptions { mimic, angles, floating_base })?;
+    let mut robot = robot::format::parse_with(text, path, ReadOptions { mimic, angles, floating_base })?;
     if let Some(rotors) = options.rotor_inertias {
         set_rotor_inertias(&mut robot, rotors);
     }
@@ -103,7 +129,7 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
 
 /// What a reader took for others among the angles and axes of a file, and what that does to the torque, in a sentence;
 /// `None` where everything is as given.
-pub fn snapping(robot: &Robot, path: &Path, options: &ModelOptions) -> Option<String> {
+pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
     /// Named before they are counted.
     const NAMED: usize = 4;
     if robot.snapped.is_empty() {
@@ -114,7 +140,7 @@ pub fn snapping(robot: &Robot, path: &Path, options: &ModelOptions) -> Option<St
     if robot.snapped.len() > NAMED {
         taken.push(format!("{} more", robot.snapped.len() - NAMED));
     }
-    let as_given = read_robot(path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
+    let as_given = parse_robot(text, path, &ModelOptions { angles: Angles::AsGiven, ..options.clone() });
     let change = match as_given.ok().and_then(|given| torque_difference(&given, robot)) {
         Some(x) => format!("the torque changes by up to {x:.1e} of its largest component"),
         None => "what that does to the torque is not known".into(),
@@ -166,7 +192,13 @@ impl Model {
     /// The same with options.
     pub fn read_with(path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
         let path = path.as_ref();
-        let robot = read_robot(path, options)?;
+        Model::parse(&robot::format::text_of(path)?, path, options)
+    }
+
+    /// The same of a text; the extension of `path` tells its format and stands in messages, and no file is opened.
+    pub fn parse(text: &str, path: impl AsRef<Path>, options: &ModelOptions) -> Result<Model, Error> {
+        let path = path.as_ref();
+        let robot = parse_robot(text, path, options)?;
         check_values(&robot, path)?;
         Ok(Model { description: options.description(), ..Model::of(robot, path)? })
     }
@@ -184,7 +216,7 @@ impl Model {
         let for_regressor = derivation.closure();
         let (coordinates, columns) = (coordinates(&robot), base_columns(&robot, &parameters));
         let fingerprint = base_regressor.fingerprint();
-        let regressor: Box<dyn Regressor> = match compiled(fingerprint, coordinates.clone(), columns.clone()) {
+        let regressor: Box<dyn Regressor + Send> = match compiled(fingerprint, coordinates.clone(), columns.clone()) {
             Some(compiled) => Box::new(compiled),
             None => Box::new(TapeRegressor::new(&base_regressor, for_regressor, coordinates, columns)),
         };
@@ -212,13 +244,23 @@ impl Model {
     /// Fails where it cannot be read, where a column is missing, and where one of a sliding joint is in units of angles.
     pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         let (log, columns) = LogSource::open(path, self.regressor().coordinates(), names)?;
+        Ok((log, self.with_sliding(columns, &path.display().to_string())?))
+    }
+
+    /// A log of the robot out of a table in memory, as [`Model::open_log`] of a file.
+    pub fn log_of_table(&self, table: Table, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
+        let file = table.file.clone();
+        let (log, columns) = LogSource::from_table(table, self.regressor().coordinates(), names)?;
+        Ok((log, self.with_sliding(columns, &file)?))
+    }
+
+    fn with_sliding(&self, columns: Columns, file: &str) -> Result<Columns, Error> {
         let slides: Vec<bool> = (0..columns.coordinates.len()).map(|k| self.regressor().is_prismatic(k)).collect();
-        let columns = columns.with_sliding(&slides);
-        Ok((log, columns.map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?))
+        columns.with_sliding(&slides).map_err(|e| Error::new(format_args!("{file}: {e}")))
     }
 
     /// The base regressor alone.
-    pub fn into_regressor(self) -> Box<dyn Regressor> {
+    pub fn into_regressor(self) -> Box<dyn Regressor + Send> {
         self.regressor
     }
 

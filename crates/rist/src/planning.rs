@@ -1,5 +1,6 @@
 //! From a model to the experiments that identify it best.
 
+use identification::algebra::interruption::Interruption;
 use identification::experiments::candidates::{CandidateGrid, candidates};
 use identification::experiments::exchange::{Criterion, Search};
 use identification::experiments::profile::Profile;
@@ -107,6 +108,7 @@ pub fn plan(
         &search,
         progress,
     );
+    Interruption::check()?;
     Ok(Planned { plan, notes })
 }
 

@@ -1,6 +1,7 @@
 //! Simulates the experiments of a plan: the logs that they would give.
 
 use identification::algebra::in_order::in_order;
+use identification::algebra::interruption::Interruption;
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
 use identification::experiments::candidates::MotionLimits;
@@ -106,7 +107,10 @@ pub fn simulate(
         };
         run.motion(&motion.name, &reference, index)
     };
-    in_order(&motions, record, |index, record| take(&motions[index].name, &record?))?;
+    in_order(&motions, record, |index, record| {
+        Interruption::check()?;
+        take(&motions[index].name, &record?)
+    })?;
     drop((run, loaded));
     Ok(Simulated { truth: truth_of(model, &setup, &truth), notes: setup.notes })
 }

@@ -6,7 +6,7 @@ use identification::estimate::held_out;
 use identification::estimate::residuals::Residuals;
 use identification::experiments::record::Record;
 use identification::model::linear_model::Model as LinearModel;
-use identification::signals::records::SourceRecords;
+use identification::signals::records::{Records, SourceRecords};
 use identification::spectrum::validate::validate_motions;
 use logs::{ColumnNames, Effort, Log, LogSource};
 
@@ -30,6 +30,48 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
         Ok((log.name(), held_out::validate(&linear, &x, &records)?))
+    };
+    logs.iter().map(predict).collect()
+}
+
+/// The torques of a log over time, filtered as the estimate was made: rows of n joints, N m (N).
+pub struct TorqueSeries {
+    /// The log, as the user named it.
+    pub name: String,
+    /// s, one an instant.
+    pub t: Vec<f64>,
+    /// tau, an instant a row.
+    pub measured: Vec<f64>,
+    /// Y X and friction, an instant a row; not a number where a row of a joint does not count, at standstill.
+    pub predicted: Vec<f64>,
+}
+
+/// The torques that an estimate from samples predicts, log by log.
+///
+/// Fails where a log cannot be read, where the estimate lacks a parameter, and for an estimate of experiments.
+pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<TorqueSeries>, Error> {
+    let Some(options) = &estimate.options else {
+        return Err(Error::new(
+            "an estimate of experiments has no filter for other logs: validate predicts its motions",
+        ));
+    };
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let x = linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect::<Result<Vec<f64>, Error>>()?;
+    let predict = |log: &LogSource| {
+        let mut series = TorqueSeries { name: log.name(), t: Vec::new(), measured: Vec::new(), predicted: Vec::new() };
+        let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
+        records.each(&mut |states| {
+            let before = series.measured.len();
+            series.t.extend(&states.t);
+            series.measured.extend(&states.tau);
+            series.predicted.resize(before + states.tau.len(), f64::NAN);
+            linear.residuals(states, &x, |r, j, residual| {
+                let entry = r * states.n + j;
+                series.predicted[before + entry] = states.tau[entry] - residual;
+            });
+        })?;
+        Ok(series)
     };
     logs.iter().map(predict).collect()
 }

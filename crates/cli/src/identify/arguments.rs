@@ -148,37 +148,11 @@ fn weights() -> impl TypedValueParser<Value = Weights> {
 
 /// `viscous`, `stribeck=0.1`, `none`, `auto`.
 pub fn friction(text: &str) -> Result<Friction, String> {
-    let (name, speed) = match text.split_once('=') {
-        Some((name, speed)) => (name, Some(speed)),
-        None => (text, None),
-    };
-    let speed = match speed.map(str::parse::<f64>) {
-        None => None,
-        Some(Ok(v)) if v.is_finite() && v > 0.0 => Some(v),
-        Some(_) => return Err(format!("the speed of `{name}` must be a positive number of rad/s")),
-    };
-    let term = match (name, speed) {
-        ("auto", None) => return Ok(Friction::Auto),
-        ("none", None) => return Ok(Friction::None),
-        ("viscous", None) => FrictionTerm::Viscous,
-        ("coulomb", None) => FrictionTerm::Coulomb,
-        ("offset", None) => FrictionTerm::Offset,
-        ("asymmetric", None) => FrictionTerm::Asymmetric,
-        ("load", None) => FrictionTerm::Load,
-        ("rotor", None) => FrictionTerm::Rotor,
-        ("smooth-coulomb", Some(v)) => FrictionTerm::SmoothCoulomb(v),
-        ("stribeck", Some(v)) => FrictionTerm::Stribeck(v),
-        ("smooth-coulomb" | "stribeck", None) => {
-            return Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`"));
-        }
-        _ => {
-            return Err(format!(
-                "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
-                 smooth-coulomb=V, stribeck=V, none and auto"
-            ));
-        }
-    };
-    Ok(Friction::Term(term))
+    match text {
+        "auto" => Ok(Friction::Auto),
+        "none" => Ok(Friction::None),
+        _ => FrictionTerm::of_word(text).map(Friction::Term),
+    }
 }
 
 impl Arguments {

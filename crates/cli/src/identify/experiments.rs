@@ -11,8 +11,8 @@ use rist::ExperimentLogs;
 use super::arguments::{Arguments, Delay};
 use crate::artefact::{gains, read_load, read_plan};
 use crate::failure::{Failure, print};
-use crate::output::{check_output, write_file};
 use crate::verdict::refused;
+use rist::{check_output, write_file};
 
 pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {

@@ -12,8 +12,8 @@ use rist::{IdentifyRequest, Model, Trust};
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print};
-use crate::output::{check_output, is_same, write_file};
 use crate::verdict::refused;
+use rist::{check_output, is_same, write_file};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;

@@ -3,6 +3,7 @@
 pub mod fourier;
 pub mod in_order;
 pub mod information_matrix;
+pub mod interruption;
 pub mod interval;
 pub mod jet;
 pub mod least_squares;

@@ -48,7 +48,12 @@ impl Options {
     pub fn read(path: &std::path::Path) -> Result<Options, Error> {
         let file = path.display().to_string();
         let text = robot::format::read_text(path).map_err(|e| Error::at(&file, e.place.line, e.message))?;
-        serde_yaml::from_str(&text).map_err(|e| Error::at(&file, 0, e.to_string()))
+        Options::parse(&file, &text)
+    }
+
+    /// The same of a text; `file` stands in messages.
+    pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))
     }
 
     /// The preparation of a log: the signal options, which keep rows at standstill where no friction of the model is dry.

@@ -16,6 +16,7 @@
 //! bounds how far the plan is from the best possible.
 
 use crate::algebra::information_matrix::{InformationFactor, InformationMatrix, Rows};
+use crate::algebra::interruption::Interruption;
 use crate::algebra::random::Random;
 
 /// The criterion that a plan maximises.
@@ -62,7 +63,8 @@ const RIDGE: f64 = 1e-9;
 
 /// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
 ///
-/// `progress` is told (starts done, starts in all, best value) from one thread at a time.
+/// `progress` is told (starts done, starts in all, best value) from one thread at a time. Interrupted, it gives the best
+/// of the starts that are done.
 pub fn exchange(
     blocks: &[Rows],
     count: usize,
@@ -77,6 +79,7 @@ pub fn exchange(
     let scaled = equilibrated(blocks, criterion);
     let done = std::sync::Mutex::new((0, f64::NEG_INFINITY));
     let threads = search.threads.clamp(1, search.starts.max(1));
+    let interruption = Interruption::here();
     let start = |s: usize| {
         let mut random = Random::stream(search.seed, s as u64);
         let found = one_start(&scaled, count, criterion, search.sweeps, &mut random);
@@ -87,8 +90,13 @@ pub fn exchange(
         found
     };
     let mut found: Vec<(usize, (Vec<usize>, f64))> = std::thread::scope(|scope| {
-        let start = &start;
-        let share = |w: usize| move || (w..search.starts).step_by(threads).map(|s| (s, start(s))).collect::<Vec<_>>();
+        let (start, interruption) = (&start, &interruption);
+        let share = |w: usize| {
+            move || {
+                let starts = (w..search.starts).step_by(threads).take_while(|_| !interruption.is_raised());
+                starts.map(|s| (s, start(s))).collect::<Vec<_>>()
+            }
+        };
         let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
         workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
     });

@@ -5,6 +5,7 @@
 
 use logs::{Error, Log, LogSource, LogStream};
 
+use crate::algebra::interruption::Interruption;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::cutoff::MotionEnergy;
@@ -127,6 +128,7 @@ impl<'a> Stream<'a> {
     fn each(&self, regressor: &dyn Regressor, take: &mut dyn FnMut(States)) -> Result<(), Error> {
         let mut any = false;
         self.log.blocks(self.overlap, &mut |block: Log| {
+            Interruption::check()?;
             let records = states_or_none(regressor, &block, &self.preparation)?;
             any |= !records.is_empty();
             records.into_iter().for_each(&mut *take);
@@ -142,6 +144,7 @@ impl<'a> Stream<'a> {
 impl Records for SourceRecords<'_> {
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         for source in &self.sources {
+            Interruption::check()?;
             match source {
                 Source::Held(records) => records.iter().for_each(&mut *take),
                 Source::Streamed(stream) => stream.each(self.regressor, &mut |states| take(&states))?,

@@ -1,5 +1,6 @@
 //! The formats that logs come in, one reader each.
 
+pub mod arrays;
 #[cfg(feature = "zstd")]
 pub mod compression;
 pub mod content;

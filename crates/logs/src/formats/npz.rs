@@ -1,18 +1,14 @@
 //! Arrays of NumPy (.npz, .npy) as a table of named columns.
 //!
-//! An array of shape (N,) is a column of its key's name, one of shape (N, k) the columns key_1 ..
-//! key_k; N is the length of the longest array. Without a time, a scalar `frequency` or `fs` (Hz) or
-//! `dt` (s) makes one. Keys as common tools write them: `times positions velocities accelerations
-//! torques`, `t q dq ddq tau`.
-//!
-//! A .npz is a zip of .npy files, stored or deflated; only what NumPy writes of either is read here. What the zip claims
+//! How arrays become columns stands in `arrays`. A .npz is a zip of .npy files, stored or deflated; only what NumPy writes of either is read here. What the zip claims
 //! is not believed: its files must not overlap, and all arrays together hold at most [`MAX_CELLS`] numbers.
 
 use std::borrow::Cow;
 use std::io::Read;
 
 use crate::Error;
-use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
+use crate::formats::arrays::Array;
+use crate::table::{MAX_CELLS, Table};
 
 /// Bytes of all arrays, unpacked.
 const MAX_BYTES: usize = 8 * MAX_CELLS;
@@ -38,56 +34,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
             arrays.push((key.to_string(), array));
         }
     }
-    table(file, arrays)
-}
-
-struct Array {
-    shape: Vec<usize>,
-    /// Row by row.
-    values: Vec<f64>,
-}
-
-fn table(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
-    let length = |array: &Array| array.shape.first().copied().unwrap_or(0);
-    let rows = arrays.iter().map(|(_, array)| length(array)).max().unwrap_or(0);
-    let longest = arrays.iter().find(|(_, array)| length(array) == rows).map_or("", |(key, _)| key).to_string();
-    let mut table = Table { file: file.into(), ..Table::default() };
-    let push = |table: &mut Table, name: String, values: Vec<f64>| {
-        table.header.push(name);
-        table.columns.push(values);
-        table.texts.push(None);
-    };
-    let scalar = |key: &str| arrays.iter().find(|a| a.0 == key && a.1.values.len() == 1).map(|a| a.1.values[0]);
-    let period = scalar("dt").or(scalar("frequency").or(scalar("fs")).map(|f| 1.0 / f));
-    for (key, array) in arrays {
-        match array.shape[..] {
-            [n] if n == rows && n > 1 => push(&mut table, key, array.values),
-            [n, k] if n == rows && n > 1 => {
-                if table.header.len() + k > MAX_COLUMNS {
-                    let message = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape ({n}, {k})");
-                    return Err(Error::at(file, 0, message));
-                }
-                for c in 0..k {
-                    let column = array.values.iter().skip(c).step_by(k).copied().collect();
-                    push(&mut table, format!("{key}_{}", c + 1), column);
-                }
-            }
-            [n] | [n, _] if n > 1 => table.notes.push(format!(
-                "array `{key}` has {n} rows where `{longest}` has {rows}: it is not used; signals of one run have one length"
-            )),
-            _ => {}
-        }
-    }
-    let timed = table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
-    if let (false, false, Some(period)) = (timed, table.columns.is_empty(), period) {
-        push(&mut table, "t".into(), (0..rows).map(|r| period * r as f64).collect());
-    }
-    if table.columns.is_empty() {
-        let message = "no array holds samples; arrays of shape (samples,) or (samples, joints) are expected";
-        return Err(Error::at(file, 0, message));
-    }
-    check_header(file, 0, &table.header)?;
-    Ok(table)
+    Table::from_arrays(file, arrays)
 }
 
 fn number(bytes: &[u8], at: usize, len: usize) -> Result<usize, String> {

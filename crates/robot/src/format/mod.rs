@@ -15,6 +15,6 @@ mod yaml;
 pub use crate::angle_snap::Angles;
 pub use options::{Mimic, ReadOptions};
 pub use par::{read_par, write_par};
-pub use read::{read, read_text, read_with};
+pub use read::{parse_with, read, read_text, read_with, text_of};
 pub use urdf::{read_urdf, read_urdf_with, write_urdf};
 pub use yaml::{read_yaml, write_yaml};

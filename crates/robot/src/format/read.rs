@@ -25,17 +25,58 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
 
 /// As [`read`], with options.
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
-    let file_name = path.display().to_string();
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let text = || decoded(path, extension == "par");
-    match extension.as_str() {
-        "yaml" | "yml" => read_yaml_with(&text()?, &file_name, options.angles),
-        "urdf" | "xml" => read_urdf_with(&text()?, &file_name, options),
-        "par" => read_par_with(&text()?, &file_name, options.angles),
-        _ => {
-            let message =
-                format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
-            Err(whole_file(&file_name, message))
+    let format = Format::of(path)?;
+    format.parse(&decoded(path, format == Format::Par)?, path, options)
+}
+
+/// Reads the robot that a text describes, as [`read_with`] reads it from the file at `path`: the extension tells the
+/// format, and the name stands in messages. No file is opened.
+///
+/// Fails when the text is larger than 16 MiB or does not describe a robot.
+pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
+    let format = Format::of(path)?;
+    if text.len() as u64 > MAX_BYTES {
+        return Err(whole_file(&path.display().to_string(), "the text is larger than 16 MiB".into()));
+    }
+    format.parse(text, path, options)
+}
+
+/// The text of a description, as [`read_with`] takes it from the file at `path`.
+///
+/// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
+pub fn text_of(path: &Path) -> Result<String, Error> {
+    decoded(path, Format::of(path)? == Format::Par)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Format {
+    Yaml,
+    Urdf,
+    Par,
+}
+
+impl Format {
+    /// By the extension.
+    fn of(path: &Path) -> Result<Format, Error> {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        match extension.as_str() {
+            "yaml" | "yml" => Ok(Format::Yaml),
+            "urdf" | "xml" => Ok(Format::Urdf),
+            "par" => Ok(Format::Par),
+            _ => {
+                let message =
+                    format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
+                Err(whole_file(&path.display().to_string(), message))
+            }
+        }
+    }
+
+    fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
+        let file_name = path.display().to_string();
+        match self {
+            Format::Yaml => read_yaml_with(text, &file_name, options.angles),
+            Format::Urdf => read_urdf_with(text, &file_name, options),
+            Format::Par => read_par_with(text, &file_name, options.angles),
         }
     }
 }

@@ -4,6 +4,8 @@
 //! place of the multiple of the identity, and a backtracking line search (Armijo) that stays inside. A pair of steps
 //! and slopes without positive curvature is not kept.
 
+use crate::algebra::interruption::Interruption;
+
 /// Pairs remembered.
 const MEMORY: usize = 12;
 /// Of the decrease that the slope promises.
@@ -35,13 +37,16 @@ pub struct Descent {
     pub iterations: usize,
 }
 
-/// Descends from `x` for at most so many iterations; `None` where x is outside.
+/// Descends from `x` for at most so many iterations, fewer where it is interrupted; `None` where x is outside.
 pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x)?;
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
     let mut stalled = 0;
     for iteration in 0..iterations {
+        if Interruption::check().is_err() {
+            return Some(Descent { x, value, iterations: iteration });
+        }
         let mut direction = along(objective, &x, &slope, &pairs);
         let mut rate = dot(&direction, &slope);
         if rate.is_nan() || rate >= 0.0 {

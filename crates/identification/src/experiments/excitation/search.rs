@@ -9,6 +9,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::algebra::interruption::Interruption;
 use crate::algebra::random::Random;
 use crate::experiments::excitation::descent::descend;
 use crate::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
@@ -53,7 +54,7 @@ const ROUNDS: usize = 16;
 
 /// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
 ///
-/// Fails where no start keeps the limits, with what stands in the way.
+/// Fails where no start keeps the limits, with what stands in the way. Interrupted, it gives what there is.
 pub fn search(
     problem: &Problem,
     options: &SearchOptions,
@@ -66,15 +67,15 @@ pub fn search(
     if prepared.p() == 0 {
         return Err(NoMotion::NothingToTell);
     }
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let (next, done, interruption) = (AtomicUsize::new(0), AtomicUsize::new(0), Interruption::here());
     let work = || {
         let mut found: Vec<(usize, Result<Found, NoMotion>)> = Vec::new();
         loop {
             let start = next.fetch_add(1, Ordering::Relaxed);
-            if start >= options.starts.max(1) {
+            if start >= options.starts.max(1) || interruption.is_raised() {
                 return found;
             }
-            let outcome = one(&prepared, problem, options, start);
+            let outcome = interruption.during(|| one(&prepared, problem, options, start));
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
             found.push((start, outcome));
         }

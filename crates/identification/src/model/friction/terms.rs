@@ -45,6 +45,36 @@ impl FrictionTerm {
     /// The customary set.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
+    /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s.
+    ///
+    /// Fails with the words there are.
+    pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
+        let (name, speed) = match text.split_once('=') {
+            Some((name, speed)) => (name, Some(speed)),
+            None => (text, None),
+        };
+        let speed = match speed.map(str::parse::<f64>) {
+            None => None,
+            Some(Ok(v)) if v.is_finite() && v > 0.0 => Some(v),
+            Some(_) => return Err(format!("the speed of `{name}` must be a positive number of rad/s")),
+        };
+        match (name, speed) {
+            ("viscous", None) => Ok(Viscous),
+            ("coulomb", None) => Ok(Coulomb),
+            ("offset", None) => Ok(Offset),
+            ("asymmetric", None) => Ok(Asymmetric),
+            ("load", None) => Ok(Load),
+            ("rotor", None) => Ok(Rotor),
+            ("smooth-coulomb", Some(v)) => Ok(SmoothCoulomb(v)),
+            ("stribeck", Some(v)) => Ok(Stribeck(v)),
+            ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
+            _ => Err(format!(
+                "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
+                 smooth-coulomb=V, stribeck=V, none and auto"
+            )),
+        }
+    }
+
     /// The term's parameters, in the order of its columns.
     pub fn parameters(self) -> &'static [FrictionParameter] {
         match self {

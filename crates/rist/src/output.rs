@@ -1,4 +1,4 @@
-//! Files that a command writes: whole or not at all, and never over what it reads.
+//! Files that a step writes: whole or not at all, and never over what it reads.
 //!
 //! A text goes into a new file of a random name beside its place and is then moved there; it is removed where that
 //! fails. A link is followed, so that it stays one. What is no regular file (a terminal, a pipe, /dev/null) is written
@@ -9,33 +9,33 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::failure::Failure;
+use crate::error::Error;
 
 /// Refuses an output that is an input, by whatever name, and one whose directory is not there.
-pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     if let Some(input) = inputs.iter().find(|input| is_same(out, input)) {
-        return Err(Failure::new(format_args!(
+        return Err(Error::new(format_args!(
             "{}: an input ({}), which is not written over",
             out.display(),
             input.display()
         )));
     }
     if out.is_dir() {
-        return Err(Failure::new(format_args!("{}: a directory, and the name of a file is expected", out.display())));
+        return Err(Error::new(format_args!("{}: a directory, and the name of a file is expected", out.display())));
     }
     match directory_of(out) {
         directory if directory.is_dir() => Ok(()),
         directory => {
             let (out, directory) = (out.display(), directory.display());
-            Err(Failure::new(format_args!("{out}: there is no directory {directory}; make it, or write elsewhere")))
+            Err(Error::new(format_args!("{out}: there is no directory {directory}; make it, or write elsewhere")))
         }
     }
 }
 
 /// Writes a whole file or nothing; refused as `check_output` does.
-pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Failure> {
+pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Error> {
     check_output(out, inputs)?;
-    write(out, content.as_ref()).map_err(|e| Failure::new(format_args!("{}: {e}", out.display())))
+    write(out, content.as_ref()).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
 }
 
 fn write(out: &Path, content: &[u8]) -> io::Result<()> {

@@ -1,0 +1,95 @@
+//! Arrays with names as a table of columns: those of a .npz, and those that a program has in memory.
+//!
+//! An array of shape (N,) is a column of its name, one of shape (N, k) the columns name_1 .. name_k; N is the length of
+//! the longest array. Without a time, a scalar `frequency` or `fs` (Hz) or `dt` (s) makes one. Names as common tools write
+//! them: `times positions velocities accelerations torques`, `t q dq ddq tau`.
+
+use crate::Error;
+use crate::table::{MAX_COLUMNS, Table, check_header};
+
+/// Numbers in rows and columns.
+pub struct Array {
+    /// Empty for one number, (samples,) or (samples, joints).
+    pub shape: Vec<usize>,
+    /// Row by row.
+    pub values: Vec<f64>,
+}
+
+impl Table {
+    /// From arrays with their names; `file` stands in messages.
+    ///
+    /// Fails where no array holds samples, and where there are too many columns, or two of one name.
+    pub fn from_arrays(file: &str, arrays: Vec<(String, Array)>) -> Result<Table, Error> {
+        let length = |array: &Array| array.shape.first().copied().unwrap_or(0);
+        let rows = arrays.iter().map(|(_, array)| length(array)).max().unwrap_or(0);
+        let longest = arrays.iter().find(|(_, array)| length(array) == rows).map_or("", |(key, _)| key).to_string();
+        let mut table = Table { file: file.into(), ..Table::default() };
+        let push = |table: &mut Table, name: String, values: Vec<f64>| {
+            table.header.push(name);
+            table.columns.push(values);
+            table.texts.push(None);
+        };
+        let scalar = |key: &str| arrays.iter().find(|a| a.0 == key && a.1.values.len() == 1).map(|a| a.1.values[0]);
+        let period = scalar("dt").or(scalar("frequency").or(scalar("fs")).map(|f| 1.0 / f));
+        for (key, array) in arrays {
+            match array.shape[..] {
+                [n] if n == rows && n > 1 => push(&mut table, key, array.values),
+                [n, k] if n == rows && n > 1 => {
+                    if table.header.len() + k > MAX_COLUMNS {
+                        let shape = format!("more than {MAX_COLUMNS} columns with array `{key}` of shape ({n}, {k})");
+                        return Err(Error::at(file, 0, shape));
+                    }
+                    for c in 0..k {
+                        let column = array.values.iter().skip(c).step_by(k).copied().collect();
+                        push(&mut table, format!("{key}_{}", c + 1), column);
+                    }
+                }
+                [n] | [n, _] if n > 1 => table.notes.push(format!(
+                    "array `{key}` has {n} rows where `{longest}` has {rows}: it is not used; signals of one run have one length"
+                )),
+                _ => {}
+            }
+        }
+        let timed =
+            table.header.iter().any(|h| matches!(h.as_str(), "t" | "time" | "times" | "timestamp" | "timestamps"));
+        if let (false, false, Some(period)) = (timed, table.columns.is_empty(), period) {
+            push(&mut table, "t".into(), (0..rows).map(|r| period * r as f64).collect());
+        }
+        if table.columns.is_empty() {
+            let message = "no array holds samples; arrays of shape (samples,) or (samples, joints) are expected";
+            return Err(Error::at(file, 0, message));
+        }
+        check_header(file, 0, &table.header)?;
+        Ok(table)
+    }
+
+    /// Adds a column that holds no numbers, only `what`: it is refused where it is asked for.
+    pub fn add_text(&mut self, name: String, what: String) {
+        self.columns.push(vec![f64::NAN; self.rows()]);
+        self.header.push(name);
+        self.texts.push(Some((0, what)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A log of arrays is that of the same numbers in a text.
+    #[test]
+    fn arrays_are_the_text_of_their_numbers() {
+        let of = |shape: &[usize], values: &[f64]| Array { shape: shape.into(), values: values.into() };
+        let arrays = vec![
+            ("t".to_string(), of(&[3], &[0.0, 0.1, 0.2])),
+            ("q".to_string(), of(&[3, 2], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
+        ];
+        let mut found = Table::from_arrays("arrays", arrays).unwrap();
+        let text = Table::from_bytes("text", b"t,q_1,q_2\n0,1,2\n0.1,3,4\n0.2,5,6\n").unwrap();
+        assert_eq!((&found.header, &found.columns), (&text.header, &text.columns));
+        found.add_text("note".into(), "a value of type utf8".into());
+        assert_eq!((found.header.len(), found.columns.len(), found.texts.len()), (4, 4, 4));
+        let named = crate::ColumnNames { torque: Some(crate::Names::Each(vec!["note".into()])), ..Default::default() };
+        let refused = crate::LogSource::from_table(found, &["1".into()], &named).err().unwrap().to_string();
+        assert!(refused.contains("column `note`"), "{refused}");
+    }
+}

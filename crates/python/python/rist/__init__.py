@@ -1,0 +1,11 @@
+"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine.
+
+>>> model = rist.Model.read("arm.urdf")
+>>> estimate = rist.identify(model, "log.csv", friction="auto")
+>>> estimate.table
+
+Everything stands on the library of Rust; `rist.Error` is what cannot be done, with the message of the program `rist`.
+"""
+
+from ._rist import *
+from ._rist import __version__, _estimate, _model, _verdict

@@ -1,0 +1,123 @@
+//! States as arrays of NumPy: in without a copy where they are float64, row by row; out as an array of their own.
+
+use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyTuple};
+
+use crate::error::error;
+
+/// Numbers of one argument, row by row.
+pub struct Rows<'py> {
+    array: PyReadonlyArrayDyn<'py, f64>,
+}
+
+impl<'py> Rows<'py> {
+    /// Anything that NumPy takes for an array of numbers; copied only where it is not float64 row by row.
+    pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+        let numpy = x.py().import("numpy")?;
+        let options = [("dtype", numpy.getattr("float64")?)].into_py_dict(x.py())?;
+        let array = numpy.call_method("ascontiguousarray", (x,), Some(&options));
+        let array = array.map_err(|e| error(format_args!("{name}: an array of numbers is expected: {e}")))?;
+        let array = array.cast_into::<PyArrayDyn<f64>>()?.readonly();
+        Ok(Rows { array })
+    }
+
+    /// Length of each dimension.
+    pub fn shape(&self) -> &[usize] {
+        self.array.shape()
+    }
+
+    /// Row by row.
+    pub fn numbers(&self) -> PyResult<&[f64]> {
+        self.array.as_slice().map_err(error)
+    }
+}
+
+/// States of n coordinates: (N, n), or (n,) for one.
+pub struct States<'py> {
+    q: Rows<'py>,
+    dq: Argument<'py>,
+    ddq: Argument<'py>,
+    /// Number of states.
+    pub count: usize,
+    /// Whether a single state was given, without the dimension of states.
+    pub is_one: bool,
+}
+
+/// Rates: given, or at rest.
+enum Argument<'py> {
+    Given(Rows<'py>),
+    Zero(Vec<f64>),
+}
+
+impl<'py> Argument<'py> {
+    fn new(name: &str, given: Option<&Bound<'py, PyAny>>, q: &Rows<'py>, needed: bool) -> PyResult<Argument<'py>> {
+        let Some(given) = given.filter(|x| !x.is_none()) else {
+            return Ok(Argument::Zero(if needed { vec![0.0; q.numbers()?.len()] } else { Vec::new() }));
+        };
+        let given = Rows::new(name, given)?;
+        if given.shape() != q.shape() {
+            let (found, expected) = (shape_text(given.shape()), shape_text(q.shape()));
+            return Err(error(format_args!("{name} has the shape {found}; that of q, {expected}, is expected")));
+        }
+        Ok(Argument::Given(given))
+    }
+
+    fn numbers(&self) -> PyResult<&[f64]> {
+        match self {
+            Argument::Given(rows) => rows.numbers(),
+            Argument::Zero(zeros) => Ok(zeros),
+        }
+    }
+}
+
+impl<'py> States<'py> {
+    /// q, dq and ddq of one shape; absent rates are zero, made only where they are `needed`.
+    pub fn new(
+        coordinates: &[String],
+        q: &Bound<'py, PyAny>,
+        dq: Option<&Bound<'py, PyAny>>,
+        ddq: Option<&Bound<'py, PyAny>>,
+        needed: [bool; 2],
+    ) -> PyResult<States<'py>> {
+        let (n, q) = (coordinates.len(), Rows::new("q", q)?);
+        let (count, is_one) = match *q.shape() {
+            [columns] if columns == n => (1, true),
+            [rows, columns] if columns == n => (rows, false),
+            _ => {
+                let (found, names) = (shape_text(q.shape()), coordinates.join(", "));
+                return Err(error(format_args!(
+                    "q has the shape {found}; (N, {n}) is expected, or ({n},) for one state: a column for each of {names}"
+                )));
+            }
+        };
+        let dq = Argument::new("dq", dq, &q, needed[0])?;
+        let ddq = Argument::new("ddq", ddq, &q, needed[1])?;
+        Ok(States { q, dq, ddq, count, is_one })
+    }
+
+    /// q, dq and ddq, a state a row.
+    pub fn numbers(&self) -> PyResult<[&[f64]; 3]> {
+        Ok([self.q.numbers()?, self.dq.numbers()?, self.ddq.numbers()?])
+    }
+}
+
+fn shape_text(shape: &[usize]) -> String {
+    match shape {
+        [n] => format!("({n},)"),
+        _ => format!("({})", shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// A new array, not yet filled.
+pub fn empty<'py>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let shape = PyTuple::new(py, shape)?;
+    Ok(py.import("numpy")?.call_method1("empty", (shape,))?.cast_into()?)
+}
+
+/// An array of these numbers.
+pub fn array<'py>(py: Python<'py>, shape: &[usize], numbers: &[f64]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let array = empty(py, shape)?;
+    array.readwrite().as_slice_mut().map_err(error)?.copy_from_slice(numbers);
+    Ok(array)
+}

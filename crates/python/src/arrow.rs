@@ -1,0 +1,215 @@
+//! Numbers out of the Arrow C data interface: what pandas, polars and pyarrow hand over by `__arrow_c_stream__`.
+//!
+//! The layout is that of the specification "The Arrow C data interface" and "The Arrow C stream interface": a struct of
+//! columns, batch by batch. Read are integers, floats and times (as integers), a null as no number; other columns are told
+//! by name. Nothing is exported, and no buffer outlives the call: the numbers are copied into f64.
+//!
+//! `unsafe` stands here alone in this package. The argument: every pointer comes out of a structure that its owner filled by
+//! the specification and that is released once, at the end; lengths are those that it states.
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, c_char, c_void};
+use std::ptr::NonNull;
+
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyCapsuleMethods};
+
+use crate::error::error;
+
+/// A type: `+s` for a struct, `g` for doubles.
+#[repr(C)]
+struct Schema {
+    format: *const c_char,
+    name: *const c_char,
+    metadata: *const c_char,
+    flags: i64,
+    n_children: i64,
+    children: *mut *mut Schema,
+    dictionary: *mut Schema,
+    release: Option<unsafe extern "C" fn(*mut Schema)>,
+    private: *mut c_void,
+}
+
+/// The values of a type.
+#[repr(C)]
+struct Batch {
+    length: i64,
+    null_count: i64,
+    offset: i64,
+    n_buffers: i64,
+    n_children: i64,
+    buffers: *mut *const c_void,
+    children: *mut *mut Batch,
+    dictionary: *mut Batch,
+    release: Option<unsafe extern "C" fn(*mut Batch)>,
+    private: *mut c_void,
+}
+
+#[repr(C)]
+struct Stream {
+    get_schema: Option<unsafe extern "C" fn(*mut Stream, *mut Schema) -> i32>,
+    get_next: Option<unsafe extern "C" fn(*mut Stream, *mut Batch) -> i32>,
+    get_last_error: Option<unsafe extern "C" fn(*mut Stream) -> *const c_char>,
+    release: Option<unsafe extern "C" fn(*mut Stream)>,
+    private: *mut c_void,
+}
+
+impl Drop for Schema {
+    fn drop(&mut self) {
+        if let Some(release) = self.release {
+            // SAFETY: the owner's own function, once: it clears `release`.
+            unsafe { release(self) }
+        }
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        if let Some(release) = self.release {
+            // SAFETY: as of a schema.
+            unsafe { release(self) }
+        }
+    }
+}
+
+/// A column of a frame.
+pub struct Column {
+    /// Its name.
+    pub name: String,
+    /// Its numbers, or the Arrow format of what is none.
+    pub content: Result<Vec<f64>, String>,
+}
+
+/// All columns of what has `__arrow_c_stream__`.
+pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
+    let capsule = frame.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
+    let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
+    // SAFETY: the capsule of this name holds a stream and keeps it alive; the capsule releases it.
+    let stream = unsafe { &mut *pointer.as_ptr().cast::<Stream>() };
+    let failed = |what: &str| error(format_args!("the Arrow stream gives no {what}"));
+    // SAFETY: a released structure is all zeros, which the owner fills.
+    let (mut schema, get_schema) = (unsafe { std::mem::zeroed::<Schema>() }, stream.get_schema);
+    // SAFETY: by the specification; the structures are ours.
+    let code = get_schema.map(|get| unsafe { get(stream, &mut schema) });
+    if code != Some(0) || schema.release.is_none() {
+        return Err(failed("schema"));
+    }
+    if text(schema.format) != "+s" {
+        return Err(error("a table with columns is expected, not a single column"));
+    }
+    let mut columns = Vec::new();
+    for k in 0..schema.n_children.max(0) as usize {
+        // SAFETY: there are so many children.
+        let child = unsafe { &**schema.children.add(k) };
+        let format = text(child.format);
+        let content = match Kind::of(&format) {
+            Some(_) if child.dictionary.is_null() => Ok(Vec::new()),
+            _ => Err(format),
+        };
+        columns.push((Column { name: text(child.name), content }, text(child.format)));
+    }
+    loop {
+        // SAFETY: as of the schema.
+        let mut batch = unsafe { std::mem::zeroed::<Batch>() };
+        // SAFETY: by the specification; the structures are ours.
+        let code = stream.get_next.map(|next| unsafe { next(stream, &mut batch) });
+        if code != Some(0) {
+            return Err(failed("rows"));
+        }
+        if batch.release.is_none() {
+            break;
+        }
+        if batch.n_children != columns.len() as i64 {
+            return Err(failed("batch of the columns of its schema"));
+        }
+        for (k, (column, format)) in columns.iter_mut().enumerate() {
+            let (Ok(numbers), Some(kind)) = (&mut column.content, Kind::of(format)) else { continue };
+            // SAFETY: there are so many children, and a column of numbers has two buffers, of the lengths it states.
+            unsafe { kind.append(&**batch.children.add(k), batch.offset, batch.length, numbers) }
+        }
+    }
+    Ok(columns.into_iter().map(|(column, _)| column).collect())
+}
+
+fn text(pointer: *const c_char) -> String {
+    if pointer.is_null() {
+        return String::new();
+    }
+    // SAFETY: strings of a schema end in a zero.
+    unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
+}
+
+/// How numbers lie in a buffer.
+#[derive(Clone, Copy)]
+enum Kind {
+    F64,
+    F32,
+    I64,
+    I32,
+    I16,
+    I8,
+    U64,
+    U32,
+    U16,
+    U8,
+}
+
+impl Kind {
+    /// By the format of a schema; times are integers.
+    fn of(format: &str) -> Option<Kind> {
+        Some(match format {
+            "g" => Kind::F64,
+            "f" => Kind::F32,
+            "l" => Kind::I64,
+            "i" => Kind::I32,
+            "s" => Kind::I16,
+            "c" => Kind::I8,
+            "L" => Kind::U64,
+            "I" => Kind::U32,
+            "S" => Kind::U16,
+            "C" => Kind::U8,
+            _ if format.starts_with("ts") || format.starts_with("tD") => Kind::I64,
+            _ => return None,
+        })
+    }
+
+    /// Appends `length` numbers of a column from `first` on; nulls are no numbers.
+    unsafe fn append(self, column: &Batch, first: i64, length: i64, numbers: &mut Vec<f64>) {
+        let (first, length) = ((column.offset + first).max(0) as usize, length.max(0) as usize);
+        let before = numbers.len();
+        if length == 0 {
+            return;
+        }
+        // SAFETY: validity and values, by the specification; values hold offset + length entries.
+        let (validity, values) = unsafe { (*column.buffers, *column.buffers.add(1)) };
+        macro_rules! take {
+            ($t:ty) => {{
+                let values = values.cast::<$t>();
+                // SAFETY: as above; a buffer may be unaligned.
+                numbers.extend((first..first + length).map(|k| unsafe { values.add(k).read_unaligned() } as f64));
+            }};
+        }
+        match self {
+            Kind::F64 => take!(f64),
+            Kind::F32 => take!(f32),
+            Kind::I64 => take!(i64),
+            Kind::I32 => take!(i32),
+            Kind::I16 => take!(i16),
+            Kind::I8 => take!(i8),
+            Kind::U64 => take!(u64),
+            Kind::U32 => take!(u32),
+            Kind::U16 => take!(u16),
+            Kind::U8 => take!(u8),
+        }
+        if !validity.is_null() && column.null_count != 0 {
+            let validity = validity.cast::<u8>();
+            for k in 0..length {
+                let place = first + k;
+                // SAFETY: a bit for each value.
+                if unsafe { *validity.add(place / 8) } >> (place % 8) & 1 == 0 {
+                    numbers[before + k] = f64::NAN;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! `rist.Error`: a `ValueError` with the message of the program.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    rist,
+    Error,
+    PyValueError,
+    "Input that cannot be used, or data that speak against what was asked. The message says where, what was found, what was \
+     expected and what to do."
+);
+
+/// The exception with a message.
+pub fn error(message: impl std::fmt::Display) -> PyErr {
+    Error::new_err(message.to_string())
+}
+
+/// Turns the errors of the library into the exception.
+pub trait OrError<T> {
+    /// The same message.
+    fn or_error(self) -> PyResult<T>;
+}
+
+impl<T, E: std::fmt::Display> OrError<T> for Result<T, E> {
+    fn or_error(self) -> PyResult<T> {
+        self.map_err(error)
+    }
+}

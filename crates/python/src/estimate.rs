@@ -1,0 +1,403 @@
+//! `rist.Estimate` and `rist.Verdict`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use identification::estimate::identified::{Identified, Status};
+use identification::model::reference::ModelReference;
+use identification::write::html::report;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use rist::{Bodies, Trust};
+
+use crate::arrays::array;
+use crate::artefact::{read_text, save};
+use crate::error::{OrError, error};
+use crate::experiments::ExperimentPlan;
+use crate::html;
+use crate::logs::{logs, open};
+use crate::model::Model;
+use crate::validation::Validation;
+use crate::work::work;
+
+/// Whether to trust a result: `trust` is "yes", "with care" or "no".
+#[pyclass(frozen, module = "rist")]
+pub struct Verdict {
+    pub inner: rist::Verdict,
+}
+
+#[pymethods]
+impl Verdict {
+    /// "yes", "with care" or "no".
+    #[getter]
+    fn trust(&self) -> &'static str {
+        match self.inner.trust {
+            Trust::Yes => "yes",
+            Trust::WithCare => "with care",
+            Trust::No => "no",
+        }
+    }
+
+    /// What was found.
+    #[getter]
+    fn found(&self) -> &str {
+        &self.inner.found
+    }
+
+    /// Why, the weightiest reason first.
+    #[getter]
+    fn reasons(&self) -> Vec<String> {
+        self.inner.reasons.clone()
+    }
+
+    /// What to do now.
+    #[getter]
+    fn next(&self) -> &str {
+        &self.inner.next
+    }
+
+    fn __repr__(&self) -> String {
+        self.inner.to_string()
+    }
+
+    fn _repr_html_(&self) -> String {
+        html::text(&self.inner.to_string())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String, Vec<String>, String))> {
+        let of =
+            (self.trust().to_string(), self.inner.found.clone(), self.inner.reasons.clone(), self.inner.next.clone());
+        Ok((py.import("rist")?.getattr("_verdict")?, of))
+    }
+}
+
+/// What a pickle of a verdict calls.
+#[pyfunction]
+pub fn _verdict(trust: &str, found: String, reasons: Vec<String>, next: String) -> Verdict {
+    let trust = match trust {
+        "yes" => Trust::Yes,
+        "with care" => Trust::WithCare,
+        _ => Trust::No,
+    };
+    Verdict { inner: rist::Verdict { trust, found, reasons, next } }
+}
+
+/// Identified parameters with their deviations, the residuals they leave, and what the data cannot tell.
+///
+/// An estimate that was read back, or pickled, has no bodies any more: write URDF and MJCF where it was made.
+#[pyclass(frozen, module = "rist")]
+pub struct Estimate {
+    pub inner: rist::Estimate,
+    pub model: Option<Py<Model>>,
+    pub verdict: rist::Verdict,
+    /// The bodies, where only those that can exist were asked for.
+    pub bodies: Option<Bodies>,
+    /// The load of the loaded logs, as the program prints it.
+    pub load: Option<String>,
+    /// What the passport found wrong, in sentences.
+    pub findings: Vec<String>,
+}
+
+impl Estimate {
+    /// An estimate out of a file or a simulation.
+    pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
+        let verdict = rist::estimate_verdict(&inner);
+        Estimate { inner, model, verdict, bodies: None, load: None, findings: Vec::new() }
+    }
+
+    fn numbers<'py>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&Identified) -> Option<f64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let numbers: Vec<f64> = self.inner.parameters.iter().map(|p| of(p).unwrap_or(f64::NAN)).collect();
+        array(py, &[numbers.len()], &numbers)
+    }
+
+    fn the_model(&self) -> PyResult<&Model> {
+        self.model
+            .as_ref()
+            .map(Py::get)
+            .ok_or_else(|| error("this estimate was read without its model: Estimate.read(path, model)"))
+    }
+
+    /// The bodies, unless the verdict is no and nobody insists.
+    fn bodies(&self, anyway: bool) -> PyResult<Bodies> {
+        let Some(bodies) = &self.bodies else {
+            return Err(error(
+                "this estimate has no bodies that can exist: identify(model, logs, consistent=True) makes them",
+            ));
+        };
+        if !anyway && self.verdict.trust == Trust::No {
+            let reasons = self.verdict.reasons.join("; ");
+            return Err(error(format_args!(
+                "not to be trusted: {reasons}; nothing is written for a simulator (anyway=True writes it)"
+            )));
+        }
+        let refusal = if anyway { None } else { bodies.refusal.clone() };
+        Ok(Bodies { links: bodies.links.clone(), armatures: bodies.armatures.clone(), refusal })
+    }
+}
+
+#[pymethods]
+impl Estimate {
+    /// Reads estimate.yaml; with its model it can predict other logs. Raises rist.Error where it was made with another.
+    #[staticmethod]
+    #[pyo3(signature = (path, model=None))]
+    fn read(path: PathBuf, model: Option<Py<Model>>) -> PyResult<Estimate> {
+        Estimate::of_text(&read_text(&path)?, &path, model)
+    }
+
+    /// Names of the parameters: base parameters, then friction, couplings and drive gains.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.inner.parameters.iter().map(|p| p.id.to_string()).collect()
+    }
+
+    /// SI units, one a parameter.
+    #[getter]
+    fn units(&self) -> Vec<String> {
+        self.inner.parameters.iter().map(|p| p.unit.to_string()).collect()
+    }
+
+    /// Values by name; None where the data do not tell.
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        self.inner.parameters.iter().try_for_each(|p| dict.set_item(p.id.to_string(), p.value))?;
+        Ok(dict)
+    }
+
+    /// Values, not a number where the data do not tell.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.numbers(py, |p| p.value)
+    }
+
+    /// Standard deviations for white noise, in the units of the values.
+    #[getter]
+    fn sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.numbers(py, |p| p.sigma)
+    }
+
+    /// Standard deviations that allow for residuals that stay the same for a while.
+    #[getter]
+    fn robust_sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.numbers(py, |p| p.robust_sigma)
+    }
+
+    /// What each value is worth: "identified", "not_significant", "weak" or "not_identifiable".
+    #[getter]
+    fn status(&self) -> Vec<&'static str> {
+        let word = |p: &Identified| match p.status {
+            Status::Identified => "identified",
+            Status::NotSignificant => "not_significant",
+            Status::Weak => "weak",
+            Status::NotIdentifiable => "not_identifiable",
+        };
+        self.inner.parameters.iter().map(word).collect()
+    }
+
+    /// A dict of columns (name, value, sigma, robust_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it.
+    #[getter]
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let table = PyDict::new(py);
+        table.set_item("name", self.names())?;
+        table.set_item("value", self.values(py)?)?;
+        table.set_item("sigma", self.sigma(py)?)?;
+        table.set_item("robust_sigma", self.robust_sigma(py)?)?;
+        table.set_item("unit", self.units())?;
+        table.set_item("status", self.status())?;
+        Ok(table)
+    }
+
+    /// The covariance of the values, (P, P), for white noise; None unless identify was called with covariance=True.
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let rows = &self.inner.covariance;
+        let shape = [rows.len(), rows.len()];
+        (!rows.is_empty()).then(|| array(py, &shape, &rows.concat())).transpose()
+    }
+
+    /// Sentences on what the data cannot tell.
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.inner.remarks.clone()
+    }
+
+    /// What the logs have against the description (units, signs, columns), the worst first.
+    #[getter]
+    fn findings(&self) -> Vec<String> {
+        self.findings.clone()
+    }
+
+    /// The load on the last link, as the program prints it; None without loaded logs.
+    #[getter]
+    fn load(&self) -> Option<&str> {
+        self.load.as_deref()
+    }
+
+    /// Whether to trust it, and why.
+    #[getter]
+    fn verdict(&self) -> Verdict {
+        Verdict { inner: self.verdict.clone() }
+    }
+
+    /// |tau - W X| / |tau| over all joints.
+    #[getter]
+    fn total(&self) -> f64 {
+        self.inner.total
+    }
+
+    /// The same on tenths of the log, each predicted from the others; None for estimates of experiments.
+    #[getter]
+    fn cross_validation(&self) -> Option<f64> {
+        self.inner.cross_validation
+    }
+
+    /// Cut-off of the low-pass, Hz.
+    #[getter]
+    fn cutoff(&self) -> f64 {
+        self.inner.cutoff
+    }
+
+    /// Condition number of the columns scaled to unit norm.
+    #[getter]
+    fn condition_number(&self) -> f64 {
+        self.inner.condition_number
+    }
+
+    /// Number of parameters, or combinations of them, that the data determine.
+    #[getter]
+    fn rank(&self) -> usize {
+        self.inner.rank
+    }
+
+    /// Number of rows of all joints.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.inner.rows
+    }
+
+    /// Residuals of the joints: a dict of columns (coordinate, rms, unit, relative, held_out).
+    #[getter]
+    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (joints, table) = (&self.inner.joints, PyDict::new(py));
+        table.set_item("coordinate", joints.iter().map(|j| j.coordinate.as_str()).collect::<Vec<_>>())?;
+        table.set_item("rms", joints.iter().map(|j| j.rms).collect::<Vec<_>>())?;
+        table.set_item("unit", joints.iter().map(|j| j.unit.to_string()).collect::<Vec<_>>())?;
+        table.set_item("relative", joints.iter().map(|j| j.relative).collect::<Vec<_>>())?;
+        table.set_item("held_out", joints.iter().map(|j| j.held_out).collect::<Vec<_>>())?;
+        Ok(table)
+    }
+
+    /// Torques of a log (or of several, a list then) as the estimate predicts them, filtered as it was made: a dict of
+    /// t (N,) in s, measured and predicted (N, n) in N m (N). Rows that do not count, at standstill, are not numbers.
+    #[pyo3(signature = (log))]
+    fn predict<'py>(&self, log: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, model, given) = (log.py(), &self.the_model()?.inner, logs(log)?);
+        let is_one = given.len() == 1;
+        let columns = self.inner.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
+        let series = work(py, None, |_| rist::predicted_torques(model, &self.inner, &open(given, model, &columns)?))?;
+        let n = model.robot.n_coordinates();
+        let mut found = Vec::new();
+        for one in &series {
+            let dict = PyDict::new(py);
+            dict.set_item("log", &one.name)?;
+            dict.set_item("t", array(py, &[one.t.len()], &one.t)?)?;
+            dict.set_item("measured", array(py, &[one.t.len(), n], &one.measured)?)?;
+            dict.set_item("predicted", array(py, &[one.t.len(), n], &one.predicted)?)?;
+            found.push(dict);
+        }
+        match (is_one, found.pop()) {
+            (true, Some(one)) => Ok(one.into_any()),
+            (_, last) => {
+                found.extend(last);
+                Ok(pyo3::types::PyList::new(py, found)?.into_any())
+            }
+        }
+    }
+
+    /// The text of estimate.yaml, that of the program byte for byte.
+    fn to_yaml(&self) -> PyResult<String> {
+        self.inner.to_yaml().or_error()
+    }
+
+    /// Writes estimate.yaml.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        let inputs: Vec<&Path> = self.inner.logs.iter().map(Path::new).collect();
+        save(&path, &self.to_yaml()?, &inputs)
+    }
+
+    /// Writes one self-contained HTML page, with the plan and the validation where they are given.
+    #[pyo3(signature = (path, plan=None, validation=None))]
+    fn report(&self, path: PathBuf, plan: Option<&ExperimentPlan>, validation: Option<&Validation>) -> PyResult<()> {
+        save(&path, &report(plan.map(|p| &p.inner), Some(&self.inner), validation.map(|v| &v.inner)), &[])
+    }
+
+    /// Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
+    ///
+    /// Returns sentences on what a URDF has no place for. Raises rist.Error where the verdict is no, unless anyway=True.
+    #[pyo3(signature = (path, anyway=false))]
+    fn write_urdf(&self, path: PathBuf, anyway: bool) -> PyResult<Vec<String>> {
+        let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
+        let written = rist::write_urdf(&model.inner, &model.text, &bodies, &self.inner).or_error()?;
+        save(&path, &written.text, &[&model.inner.path])?;
+        Ok(written.notes)
+    }
+
+    /// Writes MuJoCo's <joint> elements with damping, friction loss and armature; needs consistent=True.
+    #[pyo3(signature = (path, anyway=false))]
+    fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
+        let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
+        let text = rist::write_mjcf_joints(&model.inner, &bodies, &self.inner).or_error()?;
+        save(&path, &text, &[&model.inner.path])
+    }
+
+    fn __repr__(&self) -> String {
+        format!("{}\n{}", self.inner, self.verdict)
+    }
+
+    fn _repr_html_(&self) -> String {
+        let row = |(p, status): (&Identified, &str)| {
+            let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:.5}"));
+            vec![
+                p.id.to_string(),
+                number(p.value),
+                number(p.sigma),
+                number(p.robust_sigma),
+                p.unit.to_string(),
+                status.into(),
+            ]
+        };
+        let rows = self.inner.parameters.iter().zip(self.status()).map(row);
+        let head = ["parameter", "value", "sigma", "robust", "unit", "status"];
+        let title = format!("{}: {}", self.inner.model, self.inner.method);
+        html::table(&title, &head, rows) + &html::text(&self.verdict.to_string())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let state =
+            (self.to_yaml()?, self.model.as_ref().map(|m| m.clone_ref(py)), self.verdict(), self.findings.clone());
+        Ok((py.import("rist")?.getattr("_estimate")?, state.into_pyobject(py)?))
+    }
+}
+
+impl Estimate {
+    fn of_text(text: &str, path: &Path, model: Option<Py<Model>>) -> PyResult<Estimate> {
+        let inner = rist::Estimate::from_yaml(&path.display().to_string(), text).or_error()?;
+        if let Some(model) = &model {
+            let made_with = ModelReference { name: inner.model.clone(), fingerprint: inner.fingerprint.clone() };
+            Arc::clone(&model.get().inner).check(path, &made_with).or_error()?;
+        }
+        Ok(Estimate::plain(inner, model))
+    }
+}
+
+/// What a pickle of an estimate calls.
+#[pyfunction]
+pub fn _estimate(text: &str, model: Option<Py<Model>>, verdict: &Verdict, findings: Vec<String>) -> PyResult<Estimate> {
+    let read = Estimate::of_text(text, Path::new("pickle"), model)?;
+    Ok(Estimate { verdict: verdict.inner.clone(), findings, ..read })
+}

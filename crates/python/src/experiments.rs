@@ -1,0 +1,303 @@
+//! `rist.plan`, `rist.simulate`, `rist.excite` and `rist.check`: from a model to motions, and to their logs.
+
+use std::path::{Path, PathBuf};
+
+use identification::experiments::exchange::Criterion;
+use identification::experiments::excitation::criterion::Aim;
+use identification::experiments::excitation::limits::LimitsFile;
+use identification::experiments::profile::Profile;
+use identification::experiments::record::Record;
+use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
+use identification::model::friction::terms::FrictionTerm;
+use identification::model::known_load::KnownLoad;
+use logs::Effort;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rist::{ExciteRequest, PlanRequest, SimulateRequest};
+
+use crate::arrays::array;
+use crate::artefact::{artefact, read_text, save};
+use crate::error::{OrError, error};
+use crate::estimate::Estimate;
+use crate::keywords::Keywords;
+use crate::model::Model;
+use crate::work::work;
+
+artefact! {
+    ExperimentPlan,
+    rist::ExperimentPlan,
+    "Experiments to run for identification by spectrum analysis, with what they promise.",
+    /// Names of the experiments: their logs are e01.csv, ..
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.inner.experiments.iter().map(|e| e.name.clone()).collect()
+    }
+    /// Writes each motion for a controller to play into a directory, as CSV sampled at `rate` Hz.
+    fn write_trajectories(&self, directory: PathBuf, rate: f64) -> PyResult<()> {
+        if !(rate.is_finite() && rate > 0.0) {
+            return Err(error(format_args!("write_trajectories: rate={rate}: a positive number of Hz is expected")));
+        }
+        make_directory(&directory)?;
+        for (e, t) in self.inner.experiments.iter().zip(self.inner.trajectories("plan").or_error()?) {
+            let text = trajectory_file(&t.reference(), &self.inner.coordinates, rate, TrajectoryFormat::Csv);
+            save(&directory.join(format!("{}.csv", e.name)), &text, &[])?;
+        }
+        Ok(())
+    }
+}
+
+impl ExperimentPlan {
+    /// A plan, or the path of one; refused where it was made with another model.
+    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::ExperimentPlan> {
+        let (plan, path) = match given.cast::<ExperimentPlan>() {
+            Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
+            Err(_) => {
+                let path: PathBuf =
+                    given.extract().map_err(|_| error("a plan is an ExperimentPlan or the path of plan.yaml"))?;
+                (rist::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()?, path)
+            }
+        };
+        model.check(&path, &plan.model).or_error()?;
+        Ok(plan)
+    }
+}
+
+artefact! {
+    ExcitingMotion,
+    rist::ExcitingMotion,
+    "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
+    /// Whether every limit is proven to be kept, between samples too.
+    #[getter]
+    fn proven(&self) -> bool {
+        self.inner.proven
+    }
+    /// Sentences on what the description does not say and was assumed.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.inner.notes.clone()
+    }
+    /// Condition number of the scaled columns that the motion makes visible.
+    #[getter]
+    fn condition_number(&self) -> f64 {
+        self.inner.condition_number
+    }
+    /// Positions to play at `rate_hz`: a text of CSV.
+    fn trajectory(&self) -> PyResult<String> {
+        let names: Vec<String> = self.inner.joints.iter().map(|j| j.coordinate.clone()).collect();
+        let reference = self.inner.motion("the motion").or_error()?.reference();
+        Ok(trajectory_file(&reference, &names, self.inner.rate_hz, TrajectoryFormat::Csv))
+    }
+}
+
+/// Gains by coordinate, N m/A.
+pub fn gains(given: &Keywords<'_>, name: &str, model: &rist::Model) -> PyResult<Vec<(String, f64)>> {
+    let expected = "positive numbers by coordinate, {'q1': 2.393}, N m/A,";
+    let Some(gains) = given.get::<std::collections::BTreeMap<String, f64>>(name, expected)? else {
+        return Ok(Vec::new());
+    };
+    for (coordinate, gain) in &gains {
+        model.coordinate(coordinate).map_err(|e| error(format_args!("{name}: {e}")))?;
+        if !(gain.is_finite() && *gain > 0.0) {
+            return Err(error(format_args!("{name}: {coordinate}={gain}: {expected} is expected")));
+        }
+    }
+    Ok(gains.into_iter().collect())
+}
+
+/// Reads a known load.
+pub fn read_load(path: &Path) -> PyResult<KnownLoad> {
+    KnownLoad::from_yaml(&path.display().to_string(), &read_text(path)?).or_error()
+}
+
+fn make_directory(path: &Path) -> PyResult<()> {
+    std::fs::create_dir_all(path).map_err(|e| error(format_args!("{}: {e}", path.display())))
+}
+
+/// Sentences as warnings.
+fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
+    let warnings = py.import("warnings")?;
+    notes.iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(drop))
+}
+
+/// Chooses the experiments that identify a robot best by spectrum analysis.
+///
+/// Options, as of `rist plan --help`: experiments (8), criterion ("determinant", "condition"), profile ("bang-bang",
+/// "smooth"), steps (5), configurations (60), duration (4 s), rate (1000 Hz), starts (12), seed (1);
+/// progress(done, all, text) is called as starts end. What the description does not say is a warning.
+#[pyfunction]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, progress=None)")]
+pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
+    let known: &[&str] = &[
+        "experiments",
+        "criterion",
+        "profile",
+        "steps",
+        "configurations",
+        "duration",
+        "rate",
+        "starts",
+        "seed",
+        "progress",
+    ];
+    let (given, customary) = (Keywords::new("plan", known, options)?, PlanRequest::default());
+    let count = "a whole number";
+    let criteria = [("determinant", Criterion::Determinant), ("condition", Criterion::FrobeniusCondition)];
+    let profiles = [("bang-bang", Profile::BangBang), ("smooth", Profile::Smooth)];
+    let request = PlanRequest {
+        experiments: given.get("experiments", count)?.unwrap_or(customary.experiments),
+        criterion: given.word("criterion", &criteria)?.unwrap_or(customary.criterion),
+        profile: given.word("profile", &profiles)?.unwrap_or(customary.profile),
+        steps: given.get("steps", count)?.unwrap_or(customary.steps),
+        configurations: given.get("configurations", count)?.unwrap_or(customary.configurations),
+        duration: given.get("duration", "a number of s")?.unwrap_or(customary.duration),
+        rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
+        starts: given.get("starts", count)?.unwrap_or(customary.starts),
+        seed: given.get("seed", count)?.unwrap_or(customary.seed),
+    };
+    let planned = work(py, given.any("progress"), |reporter| {
+        rist::plan(&model.inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
+    })?;
+    warn(py, &planned.notes)?;
+    Ok(ExperimentPlan { inner: planned.plan })
+}
+
+/// Simulates the experiments of a plan in closed loop, with friction, noise and drive gains.
+///
+/// With out="DIRECTORY" it writes a log an experiment (e01.csv, .., v01.csv, .. of motions for validation, e01_loaded.csv,
+/// ..) and truth.yaml, as `rist simulate` does. Returns the parameters behind the logs, an Estimate, and the logs: a dict by
+/// name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which `identify` takes.
+///
+/// Options: out, validation (10), gain ({"q1": 2.393}, N m/A), load (a path), feedforward (an Estimate), seed (1),
+/// noise_free (False), progress(done, all, text).
+#[pyfunction]
+#[pyo3(signature = (model, plan, **options), text_signature = "(model, plan, *, out=None, validation=10, gain=None, load=None, feedforward=None, seed=1, noise_free=False, progress=None)")]
+pub fn simulate<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, Model>,
+    plan: &Bound<'py, PyAny>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
+    let known: &[&str] = &["out", "validation", "gain", "load", "feedforward", "seed", "noise_free", "progress"];
+    let (given, customary) = (Keywords::new("simulate", known, options)?, SimulateRequest::default());
+    let inner = &model.get().inner;
+    let plan = ExperimentPlan::of(plan, inner)?;
+    let feedforward = match given.any("feedforward") {
+        None => None,
+        Some(estimate) => {
+            let estimate = estimate.cast::<Estimate>().map_err(|_| error("simulate: feedforward is an Estimate"))?;
+            Some(estimate.get().inner.clone())
+        }
+    };
+    let request = SimulateRequest {
+        validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
+        gains: gains(&given, "gain", inner)?,
+        load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
+        feedforward,
+        seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
+        noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
+    };
+    let out = given.get::<PathBuf>("out", "a path")?;
+    if let Some(out) = &out {
+        make_directory(out)?;
+    }
+    let planned = plan.experiments.len();
+    let all = planned * (1 + usize::from(request.load.is_some())) + request.validation_motions;
+    let (simulated, records) = work(py, given.any("progress"), |reporter| {
+        let mut records: Vec<(String, Record)> = Vec::new();
+        let take = &mut |name: &str, record: &Record| {
+            if let Some(out) = &out {
+                let text = record.to_csv(inner.regressor().coordinates(), Effort::Current);
+                rist::write_file(&out.join(format!("{name}.csv")), &text, &[&inner.path])?;
+            }
+            records.push((name.into(), record.clone()));
+            reporter.tell(records.len(), all, name);
+            Ok(())
+        };
+        let simulated = rist::simulate(inner, &plan, &request, take)?;
+        Ok((simulated, records))
+    })?;
+    warn(py, &simulated.notes)?;
+    if let Some(out) = &out {
+        save(&out.join("truth.yaml"), &simulated.truth.to_yaml().or_error()?, &[&inner.path])?;
+    }
+    let logs = PyDict::new(py);
+    for (name, record) in &records {
+        let log = PyDict::new(py);
+        let n = record.q.first().map_or(0, Vec::len);
+        let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
+        log.set_item("t", array(py, &[n], &t)?)?;
+        log.set_item("q", samples(py, n, &record.q)?)?;
+        log.set_item("i", samples(py, n, &record.current)?)?;
+        logs.set_item(name, log)?;
+    }
+    Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+}
+
+/// One series a joint as one column a joint.
+fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let numbers: Vec<f64> = (0..n).flat_map(|i| series.iter().map(move |x| x[i])).collect();
+    array(py, &[n, series.len()], &numbers)
+}
+
+/// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits.
+///
+/// Options, as of `rist excite --help`: period (s), blend (s), harmonics (5), repetitions (3), rate (200 Hz), limits (a path
+/// to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
+/// (8), iterations (40), seed (1); progress(done, all, text) is called as starts end. A motion that is not proven says so:
+/// look at `.proven` before it is played.
+#[pyfunction]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, period=None, blend=None, harmonics=5, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=8, iterations=40, seed=1, progress=None)")]
+pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
+    let known: &[&str] = &[
+        "period",
+        "blend",
+        "harmonics",
+        "repetitions",
+        "rate",
+        "limits",
+        "effort_share",
+        "friction",
+        "criterion",
+        "noise",
+        "starts",
+        "iterations",
+        "seed",
+        "progress",
+    ];
+    let (given, customary) = (Keywords::new("excite", known, options)?, ExciteRequest::default());
+    let (count, seconds, number) = ("a whole number", "a number of s", "a number");
+    let limits = match given.get::<PathBuf>("limits", "a path")? {
+        Some(path) => LimitsFile::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()?,
+        None => customary.limits,
+    };
+    let friction: Option<Vec<FrictionTerm>> = crate::identify::friction(&given)?;
+    let request = ExciteRequest {
+        period: given.get("period", seconds)?,
+        blend: given.get("blend", seconds)?,
+        harmonics: given.get("harmonics", count)?.unwrap_or(customary.harmonics),
+        repetitions: given.get("repetitions", count)?.unwrap_or(customary.repetitions),
+        rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
+        limits,
+        effort_share: given.get("effort_share", number)?.unwrap_or(customary.effort_share),
+        friction: friction.unwrap_or(customary.friction),
+        aim: given
+            .word("criterion", &[("determinant", Aim::Determinant), ("condition", Aim::Condition)])?
+            .unwrap_or(customary.aim),
+        noise: given.get("noise", number)?.unwrap_or(customary.noise),
+        starts: given.get("starts", count)?.unwrap_or(customary.starts),
+        iterations: given.get("iterations", count)?.unwrap_or(customary.iterations),
+        seed: given.get("seed", count)?.unwrap_or(customary.seed),
+    };
+    let inner = work(py, given.any("progress"), |reporter| {
+        rist::excite(&model.inner, &request, &|done, all, text| reporter.tell(done, all, text))
+    })?;
+    Ok(ExcitingMotion { inner })
+}
+
+/// Proves anew that a motion keeps its limits; returns what speaks against it, nothing where every limit is proven.
+#[pyfunction]
+pub fn check(py: Python<'_>, model: &Model, motion: &ExcitingMotion) -> PyResult<Vec<String>> {
+    let checked = py.detach(|| rist::check(&model.inner, Path::new("motion"), &motion.inner)).or_error()?;
+    Ok(checked.faults().map(ToString::to_string).collect())
+}

@@ -1,0 +1,45 @@
+//! The package `rist` of Python: the library `rist`, with arrays of NumPy for slices and keyword arguments for options.
+//!
+//! Nothing is computed here. Names are those of the library, options those of the program; long work runs without the
+//! interpreter lock (`work`), what cannot be done is `rist.Error` with the program's message.
+
+mod arrays;
+mod arrow;
+mod artefact;
+mod error;
+mod estimate;
+mod experiments;
+mod html;
+mod identify;
+mod keywords;
+mod logs;
+mod model;
+mod validation;
+mod work;
+
+use pyo3::prelude::*;
+
+/// From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine.
+///
+/// >>> model = rist.Model.read("arm.urdf")
+/// >>> estimate = rist.identify(model, "log.csv", friction="auto")
+/// >>> estimate.table
+#[pymodule(name = "_rist")]
+mod module {
+    #[pymodule_export]
+    use crate::error::Error;
+    #[pymodule_export]
+    use crate::estimate::{_estimate, _verdict, Estimate, Verdict};
+    #[pymodule_export]
+    use crate::experiments::{ExcitingMotion, ExperimentPlan, check, excite, plan, simulate};
+    #[pymodule_export]
+    use crate::identify::{Passport, doctor, identify};
+    #[pymodule_export]
+    use crate::model::{_model, BaseParameters, Model};
+    #[pymodule_export]
+    use crate::validation::{Validation, validate};
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,97 @@
+//! Logs as Python has them: paths, dicts of arrays, frames.
+
+use std::path::{Path, PathBuf};
+
+use logs::{Array, ColumnNames, LogSource, Table};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use crate::arrays::Rows;
+use crate::arrow;
+use crate::error::{OrError, error};
+
+/// A log, as far as Python is needed to read it.
+pub enum Given {
+    Path(PathBuf),
+    Table(Box<Table>),
+}
+
+impl Given {
+    /// Opens it.
+    pub fn open(self, model: &rist::Model, names: &ColumnNames) -> Result<LogSource, rist::Error> {
+        match self {
+            Given::Path(path) => model.open_log(&path, names).map(|(log, _)| log),
+            Given::Table(table) => model.log_of_table(*table, names).map(|(log, _)| log),
+        }
+    }
+
+    /// The file, where it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Given::Path(path) => Some(path),
+            Given::Table(_) => None,
+        }
+    }
+}
+
+/// Logs: one, or a list of them.
+pub fn logs(given: &Bound<'_, PyAny>) -> PyResult<Vec<Given>> {
+    if given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>() {
+        return given.try_iter()?.enumerate().map(|(k, log)| one(&log?, Some(k + 1))).collect();
+    }
+    Ok(vec![one(given, None)?])
+}
+
+/// Opens logs.
+pub fn open(given: Vec<Given>, model: &rist::Model, names: &ColumnNames) -> Result<Vec<LogSource>, rist::Error> {
+    given.into_iter().map(|log| log.open(model, names)).collect()
+}
+
+/// A path, a dict of arrays, or what has `__arrow_c_stream__`; `number`: its place in a list.
+fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<Given> {
+    let named = |what: &str| number.map_or(what.to_string(), |k| format!("{what} {k}"));
+    if let Ok(path) = given.extract::<PathBuf>() {
+        return Ok(Given::Path(path));
+    }
+    if let Ok(arrays) = given.cast::<PyDict>() {
+        return of_dict(arrays, &named("arrays"));
+    }
+    if given.hasattr("__arrow_c_stream__")? {
+        return of_frame(given, &named("frame"));
+    }
+    Err(error(format_args!(
+        "a log is a path, a dict of arrays ({{'t': .., 'q': .., 'tau': ..}}), or a table with __arrow_c_stream__ (pandas, \
+         polars, pyarrow), not {}",
+        given.get_type().qualname()?
+    )))
+}
+
+fn of_dict(given: &Bound<'_, PyDict>, name: &str) -> PyResult<Given> {
+    let (mut arrays, mut texts) = (Vec::new(), Vec::new());
+    for (key, value) in given {
+        let key: String = key.extract().map_err(|_| error(format_args!("{name}: names of arrays are texts")))?;
+        match Rows::new(&key, &value) {
+            // A lone number is a scalar: NumPy makes an array of one of it.
+            Ok(rows) => arrays.push((key, Array { shape: rows.shape().to_vec(), values: rows.numbers()?.to_vec() })),
+            Err(_) => texts.push((key, format!("a value of type {}", value.get_type().qualname()?))),
+        }
+    }
+    table(name, arrays, texts)
+}
+
+fn of_frame(given: &Bound<'_, PyAny>, name: &str) -> PyResult<Given> {
+    let (mut arrays, mut texts) = (Vec::new(), Vec::new());
+    for column in arrow::columns(given)? {
+        match column.content {
+            Ok(values) => arrays.push((column.name, Array { shape: vec![values.len()], values })),
+            Err(format) => texts.push((column.name, format!("a value of the Arrow type {format}"))),
+        }
+    }
+    table(name, arrays, texts)
+}
+
+fn table(name: &str, arrays: Vec<(String, Array)>, texts: Vec<(String, String)>) -> PyResult<Given> {
+    let mut table = Table::from_arrays(name, arrays).or_error()?;
+    texts.into_iter().for_each(|(column, what)| table.add_text(column, what));
+    Ok(Given::Table(Box::new(table)))
+}

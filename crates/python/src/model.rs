@@ -1,0 +1,432 @@
+//! `rist.Model`.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use identification::model::parameter::Parameter;
+use numpy::{PyArrayDyn, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use rist::{Evaluation, Language, ManyStates, ModelOptions, Quantity, RotorInertias};
+use robot::format::{Angles, Mimic};
+
+use crate::arrays::{Rows, States, array, empty};
+use crate::error::{OrError, error};
+use crate::estimate::Estimate;
+use crate::html;
+use crate::keywords::Keywords;
+
+/// Options of a description, as of the program.
+const OPTIONS: [&str; 5] = ["value", "mimic", "angles", "rotor_inertia", "floating_base"];
+
+/// States that are evaluated between two looks for signals.
+const TOGETHER: usize = 1 << 14;
+
+/// A robot and what follows from it: base parameters, regressors, torques, source.
+///
+/// `Model.read(path)` reads a description (.yaml, .urdf, .par) and derives its dynamics. Functions of the state take arrays
+/// of shape (N, n), one state a row and one column a coordinate, or (n,) for one state: q in rad (m of a joint that slides),
+/// dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
+/// copied.
+///
+/// >>> model = rist.Model.read("models/panda.yaml")
+/// >>> y = model.base_regressor(q, dq, ddq)     # (N, n, p)
+/// >>> w = y.reshape(-1, y.shape[-1])           # the observation matrix, (N n, p), without a copy
+#[pyclass(frozen, module = "rist")]
+pub struct Model {
+    pub inner: Arc<rist::Model>,
+    /// The description, for pickles.
+    pub text: String,
+    options: ModelOptions,
+    evaluations: [OnceLock<Evaluation>; 6],
+}
+
+/// Taken with every evaluation: which arguments and how many dimensions.
+type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+
+impl Model {
+    fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
+        let derived = || rist::Model::parse(&text, &path, &options);
+        let model = py.detach(derived).or_error()?;
+        let snapped = rist::snapping(&model.robot, &text, &path, &options);
+        if let Some(sentence) = snapped {
+            py.import("warnings")?.call_method1("warn", (sentence,))?;
+        }
+        Ok(Model { inner: Arc::new(model), text, options, evaluations: Default::default() })
+    }
+
+    /// Path, text and options of the description, of which a pickle is made.
+    pub fn state<'py>(&self, py: Python<'py>) -> PyResult<(String, String, Bound<'py, PyDict>)> {
+        let (options, given) = (PyDict::new(py), &self.options);
+        if !given.values.is_empty() {
+            let value = PyDict::new(py);
+            given.values.iter().try_for_each(|(name, x)| value.set_item(name, x))?;
+            options.set_item("value", value)?;
+        }
+        if given.mimic == Mimic::Independent {
+            options.set_item("mimic", "independent")?;
+        }
+        if given.angles == Angles::AsGiven {
+            options.set_item("angles", "as-given")?;
+        }
+        if let Some((word, _)) = ROTORS.iter().find(|(_, joints)| Some(*joints) == given.rotor_inertias) {
+            options.set_item("rotor_inertia", word)?;
+        }
+        if given.floating_base {
+            options.set_item("floating_base", true)?;
+        }
+        Ok((self.inner.path.display().to_string(), self.text.clone(), options))
+    }
+
+    fn evaluation(&self, py: Python<'_>, quantity: Quantity) -> PyResult<&Evaluation> {
+        let place = &self.evaluations[quantity as usize];
+        if let Some(found) = place.get() {
+            return Ok(found);
+        }
+        let made = py.detach(|| Evaluation::new(&self.inner, quantity)).or_error()?;
+        Ok(place.get_or_init(|| made))
+    }
+
+    /// A quantity at states; the outputs have a dimension of states unless a single one was given.
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        quantity: Quantity,
+        [q, dq, ddq]: [Argument<'_, 'py>; 3],
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let evaluation = self.evaluation(py, quantity)?;
+        let Some(q) = q else { return Err(error("q is missing")) };
+        let needed = [evaluation.needs("dq"), evaluation.needs("ddq")];
+        let states = States::new(self.inner.regressor().coordinates(), q, dq, ddq, needed)?;
+        let parameters = match evaluation.parameters() {
+            Some(_) => self.parameters(parameters)?,
+            None => Vec::new(),
+        };
+        let (rows, columns) = evaluation.shape();
+        let mut shape = if states.is_one { vec![] } else { vec![states.count] };
+        shape.push(rows);
+        if matches!(quantity, Quantity::Regressor | Quantity::BaseRegressor | Quantity::InertiaMatrix) {
+            shape.push(columns);
+        }
+        let outputs = empty(py, &shape)?;
+        let mut filled = outputs.readwrite();
+        let filled = filled.as_slice_mut().map_err(error)?;
+        let ([q, dq, ddq], n) = (states.numbers()?, self.inner.robot.n_coordinates());
+        for (first, outputs) in
+            (0..states.count).step_by(TOGETHER).zip(filled.chunks_mut((TOGETHER * rows * columns).max(1)))
+        {
+            let end = states.count.min(first + TOGETHER);
+            let cut = |x: &[f64]| -> std::ops::Range<usize> { (first * n).min(x.len())..(end * n).min(x.len()) };
+            let some = ManyStates { q: &q[cut(q)], dq: &dq[cut(dq)], ddq: &ddq[cut(ddq)], parameters: &parameters };
+            py.detach(|| evaluation.fill(&self.inner, &some, outputs)).or_error()?;
+            py.check_signals()?;
+        }
+        Ok(outputs)
+    }
+
+    /// The base parameters: those of an estimate, given ones, or those of the description.
+    fn parameters(&self, given: Argument<'_, '_>) -> PyResult<Vec<f64>> {
+        let (p, standard) = (self.inner.parameters.len(), self.inner.parameters.standard.len());
+        let Some(given) = given.filter(|x| !x.is_none()) else {
+            return self.inner.described_parameters().ok_or_else(|| {
+                let path = self.inner.path.display();
+                error(format_args!(
+                    "{path}: it has no inertial parameters; give parameters=, {p} base or {standard} standard ones"
+                ))
+            });
+        };
+        if let Ok(estimate) = given.cast::<Estimate>() {
+            return self.inner.values(&estimate.get().inner).or_error();
+        }
+        let rows = Rows::new("parameters", given)?;
+        let numbers = rows.numbers()?;
+        match rows.shape() {
+            [k] if *k == p => Ok(numbers.to_vec()),
+            [k] if *k == standard => Ok(self.inner.parameters.values(numbers)),
+            _ => Err(error(format_args!(
+                "parameters: {p} base parameters or {standard} standard ones are expected, or an Estimate; {} numbers are there",
+                numbers.len()
+            ))),
+        }
+    }
+}
+
+const ROTORS: [(&str, RotorInertias); 3] =
+    [("none", RotorInertias::None), ("actuated", RotorInertias::Actuated), ("all", RotorInertias::All)];
+
+/// The options of a description out of keyword arguments.
+fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResult<ModelOptions> {
+    let given = Keywords::new(function, &OPTIONS, given)?;
+    let mut values = Vec::new();
+    if let Some(value) = given.any("value") {
+        let value =
+            value.cast::<PyDict>().map_err(|_| error(format_args!("{function}: value={{'D3': 0.45}} is expected")))?;
+        for (name, x) in value {
+            let x: f64 = x.extract()?;
+            if !x.is_finite() {
+                return Err(error(format_args!("{function}: value of {name}: a finite number is expected, not {x}")));
+            }
+            values.push((name.extract()?, x));
+        }
+    }
+    Ok(ModelOptions {
+        values,
+        mimic: given
+            .word("mimic", &[("constraint", Mimic::Constraint), ("independent", Mimic::Independent)])?
+            .unwrap_or_default(),
+        angles: given.word("angles", &[("meant", Angles::Meant), ("as-given", Angles::AsGiven)])?.unwrap_or_default(),
+        rotor_inertias: given.word("rotor_inertia", &ROTORS)?,
+        floating_base: given.get("floating_base", "True or False")?.unwrap_or(false),
+    })
+}
+
+#[pymethods]
+impl Model {
+    /// Reads a description (.yaml, .urdf, .par) and derives its dynamics.
+    ///
+    /// Options, as of the program: value={"D3": 0.45} (m or rad, of symbols), mimic="constraint" or "independent",
+    /// angles="meant" or "as-given", rotor_inertia="none", "actuated" or "all", floating_base=True. Angles that are taken
+    /// for others are a warning. Raises rist.Error with the place of what cannot be read.
+    #[staticmethod]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False)")]
+    fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
+        let options = self::options("Model.read", options)?;
+        let text = robot::format::text_of(&path).or_error()?;
+        Model::derive(py, text, path, options)
+    }
+
+    /// The same of a text; `name` ends in .yaml, .urdf or .par, which tells its format, and stands in messages.
+    #[staticmethod]
+    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False)")]
+    fn parse(py: Python<'_>, text: String, name: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
+        Model::derive(py, text, name.into(), self::options("Model.parse", options)?)
+    }
+
+    /// The name of the robot.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.robot.name
+    }
+
+    /// The file it was read from.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.inner.path.clone()
+    }
+
+    /// Names of the n coordinates, in the order of the columns of q.
+    #[getter]
+    fn coordinates(&self) -> Vec<String> {
+        self.inner.regressor().coordinates().to_vec()
+    }
+
+    /// The p base parameters, with names, rules and matrix.
+    #[getter]
+    fn base_parameters(&self) -> BaseParameters {
+        BaseParameters { model: Arc::clone(&self.inner) }
+    }
+
+    /// Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each
+    /// link about its frame (kg m^2, kg m, kg), IA where a joint has a rotor.
+    #[getter]
+    fn standard_parameters(&self) -> Vec<String> {
+        standard_names(&self.inner)
+    }
+
+    /// The base parameters of the description's inertial parameters, (p,); None where it has none.
+    #[getter]
+    fn described_parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        self.inner.described_parameters().map(|x| array(py, &[x.len()], &x)).transpose()
+    }
+
+    /// Whether the base regressor is compiled into this package; other robots are evaluated by tape.
+    #[getter]
+    fn is_compiled(&self) -> bool {
+        self.inner.is_compiled()
+    }
+
+    /// Y(q, dq, ddq) of the standard parameters, tau = Y X: shape (N, n, p_s), N m (N) per unit of the parameter.
+    #[pyo3(signature = (q, dq=None, ddq=None))]
+    fn regressor<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        ddq: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.evaluate(q.py(), Quantity::Regressor, [Some(q), dq, ddq], None)
+    }
+
+    /// Y(q, dq, ddq) of the base parameters, tau = Y X: shape (N, n, p), N m (N) per unit of the parameter.
+    ///
+    /// reshape(-1, p) makes the observation matrix of it without a copy.
+    #[pyo3(signature = (q, dq=None, ddq=None))]
+    fn base_regressor<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        ddq: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.evaluate(q.py(), Quantity::BaseRegressor, [Some(q), dq, ddq], None)
+    }
+
+    /// The joint torques without friction, shape (N, n), N m (N of a joint that slides).
+    ///
+    /// parameters: p base or p_s standard ones, or an Estimate; without them those of the description.
+    #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
+    fn torque<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        ddq: Argument<'_, 'py>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.evaluate(q.py(), Quantity::Torque, [Some(q), dq, ddq], parameters)
+    }
+
+    /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`.
+    #[pyo3(signature = (q, parameters=None))]
+    fn inertia_matrix<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.evaluate(q.py(), Quantity::InertiaMatrix, [Some(q), None, None], parameters)
+    }
+
+    /// Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as of `torque`.
+    #[pyo3(signature = (q, dq=None, parameters=None))]
+    fn bias<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        dq: Argument<'_, 'py>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.evaluate(q.py(), Quantity::Bias, [Some(q), dq, None], parameters)
+    }
+
+    /// Gravity torques, shape (N, n), N m (N); parameters as of `torque`.
+    #[pyo3(signature = (q, parameters=None))]
+    fn gravity<'py>(
+        &self,
+        q: &Bound<'py, PyAny>,
+        parameters: Argument<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.evaluate(q.py(), Quantity::Gravity, [Some(q), None, None], parameters)
+    }
+
+    /// Source of the base regressor and of `functions` ("inverse-dynamics", "pose=LINK", ..), as `rist generate` writes it.
+    ///
+    /// language="rust": the text. language="c": the texts of source and header, the header under the name `header`.
+    #[pyo3(signature = (language="rust", functions=Vec::new(), header=None))]
+    fn generate<'py>(
+        &self,
+        py: Python<'py>,
+        language: &str,
+        functions: Vec<String>,
+        header: Option<String>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let path = self.inner.path.display();
+        let mut made_by = format!("rist generate {path}{}", self.options.flags());
+        if !functions.is_empty() {
+            made_by += &format!(" --functions {}", functions.join(","));
+        }
+        let language = match language {
+            "rust" => Language::Rust,
+            "c" => {
+                made_by += " --language c";
+                Language::C { header: header.unwrap_or_else(|| format!("{}.h", self.inner.robot.name)) }
+            }
+            other => return Err(error(format_args!("generate: language='{other}': one of rust, c is expected"))),
+        };
+        let refused = |e| error(format_args!("{path}: {e}"));
+        let source =
+            py.detach(|| rist::generate(&self.inner.robot, &functions, &language, &made_by)).map_err(refused)?;
+        match source.header {
+            Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),
+            None => Ok(source.text.into_pyobject(py)?.into_any()),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let (name, n) = (&self.inner.robot.name, self.inner.robot.n_coordinates());
+        let how = if self.inner.is_compiled() { "compiled" } else { "by tape" };
+        let lines = self.inner.parameters.rule_lines().join("\n  ");
+        let p = self.inner.parameters.len();
+        format!("<rist.Model {name}: {n} coordinates, {p} base parameters, {how}>\n  {lines}")
+    }
+
+    fn _repr_html_(&self) -> String {
+        let rules = self.inner.parameters.rules();
+        let rows = self.inner.parameters.base.iter().zip(rules.base).map(|(b, rule)| vec![b.name.clone(), rule]);
+        let title = format!("{}: {} base parameters", self.inner.robot.name, self.inner.parameters.len());
+        html::table(&title, &["parameter", "rule"], rows)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String, Bound<'py, PyDict>))> {
+        Ok((py.import("rist")?.getattr("_model")?, self.state(py)?))
+    }
+}
+
+/// What a pickle of a model calls.
+#[pyfunction]
+pub fn _model(py: Python<'_>, path: PathBuf, text: String, options: &Bound<'_, PyDict>) -> PyResult<Model> {
+    Model::derive(py, text, path, self::options("Model", Some(options))?)
+}
+
+fn standard_names(model: &rist::Model) -> Vec<String> {
+    model.parameters.standard.iter().map(|s| s.display(&model.robot).to_string()).collect()
+}
+
+/// The least set of parameters on which the torques depend.
+#[pyclass(frozen, module = "rist")]
+pub struct BaseParameters {
+    model: Arc<rist::Model>,
+}
+
+#[pymethods]
+impl BaseParameters {
+    /// p names, in the order of the columns of `base_regressor`.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.model.parameters.base.iter().map(|b| b.name.clone()).collect()
+    }
+
+    /// SI units, one a parameter.
+    #[getter]
+    fn units(&self) -> Vec<String> {
+        self.model.regressor().parameters().iter().map(|base| Parameter::from(base).unit().to_string()).collect()
+    }
+
+    /// How each follows from the standard parameters, exact in the symbols of the description: "ZZR1 = ZZ1 + IA1 + ..".
+    #[getter]
+    fn rules(&self) -> Vec<String> {
+        self.model.parameters.rules().base
+    }
+
+    /// Standard parameters without effect on the torques, by name.
+    #[getter]
+    fn no_effect(&self) -> Vec<String> {
+        let names = standard_names(&self.model);
+        self.model.parameters.no_effect.iter().map(|&k| names[k].clone()).collect()
+    }
+
+    /// K, shape (p, p_s): X_base = K X_standard.
+    #[getter]
+    fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (base, columns) = (&self.model.parameters.base, self.model.parameters.standard.len());
+        let mut numbers = vec![0.0; base.len() * columns];
+        for (k, b) in base.iter().enumerate() {
+            b.terms.iter().for_each(|t| numbers[k * columns + t.parameter] = t.coefficient);
+        }
+        array(py, &[base.len(), columns], &numbers)
+    }
+
+    fn __len__(&self) -> usize {
+        self.model.parameters.len()
+    }
+
+    fn __repr__(&self) -> String {
+        self.model.parameters.rule_lines().join("\n")
+    }
+}

@@ -1,0 +1,89 @@
+//! `rist.validate`: an estimate and logs it was not made from -> how well it predicts.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rist::MOTION_CUTOFF;
+
+use crate::artefact::artefact;
+use crate::error::{OrError, error};
+use crate::estimate::{Estimate, Verdict};
+use crate::experiments::gains;
+use crate::keywords::Keywords;
+use crate::logs::{logs, open};
+use crate::model::Model;
+use crate::work::work;
+
+artefact! {
+    Validation,
+    rist::Validation,
+    "How well an estimate predicts logs it was not made from.",
+    /// |tau - tau_predicted| / |tau| over all joints and logs.
+    #[getter]
+    fn total(&self) -> f64 {
+        self.inner.total
+    }
+    /// One joint a row: a dict of columns (coordinate, relative, rms, unit).
+    #[getter]
+    fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (joints, table) = (&self.inner.joints, PyDict::new(py));
+        table.set_item("coordinate", joints.iter().map(|j| j.coordinate.as_str()).collect::<Vec<_>>())?;
+        table.set_item("relative", joints.iter().map(|j| j.relative).collect::<Vec<_>>())?;
+        table.set_item("rms", joints.iter().map(|j| j.rms).collect::<Vec<_>>())?;
+        table.set_item("unit", joints.iter().map(|j| j.unit.to_string()).collect::<Vec<_>>())?;
+        Ok(table)
+    }
+    /// Relative errors by log.
+    #[getter]
+    fn logs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let logs = PyDict::new(py);
+        self.inner.motions.iter().try_for_each(|m| logs.set_item(&m.name, m.relative))?;
+        Ok(logs)
+    }
+}
+
+/// Predicts logs with an estimate and compares: a Validation and a Verdict.
+///
+/// logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
+/// cutoff (Hz, 20) can be given.
+#[pyfunction]
+#[pyo3(signature = (model, estimate, logs, **options), text_signature = "(model, estimate, logs, *, gain=None, cutoff=None)")]
+pub fn validate(
+    py: Python<'_>,
+    model: &Model,
+    estimate: &Estimate,
+    logs: &Bound<'_, PyAny>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<(Validation, Verdict)> {
+    let given = Keywords::new("validate", &["gain", "cutoff"], options)?;
+    let (model, estimate, logs) = (&model.inner, &estimate.inner, self::logs(logs)?);
+    let (inner, verdict) = match &estimate.options {
+        Some(options) => {
+            if !given.given(&["gain", "cutoff"]).is_empty() {
+                return Err(error(
+                    "validate: an estimate from samples brings the cutoff and the gains that it was made with",
+                ));
+            }
+            work(py, None, |_| {
+                let logs = open(logs, model, &options.columns)?;
+                let validation = rist::validate(model, estimate, &logs)?;
+                let verdict = rist::validation_verdict(model, estimate, &logs, validation.total)?;
+                Ok((validation, verdict))
+            })?
+        }
+        None => {
+            let paths: Option<Vec<PathBuf>> = logs.iter().map(|log| log.path().map(Into::into)).collect();
+            let paths = paths
+                .ok_or_else(|| error("validate: an estimate of experiments predicts motions in files: give paths"))?;
+            let cutoff = given.get("cutoff", "a number of Hz")?.unwrap_or(MOTION_CUTOFF);
+            let gains = gains(&given, "gain", model)?;
+            work(py, None, |_| {
+                let validation = rist::validate_experiments(model, estimate, &paths, &gains, cutoff)?;
+                let verdict = rist::validation_verdict(model, estimate, &[], validation.total)?;
+                Ok((validation, verdict))
+            })?
+        }
+    };
+    Ok((Validation { inner }, Verdict { inner: verdict }))
+}
