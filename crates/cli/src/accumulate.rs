@@ -14,7 +14,7 @@ use crate::artefact::{gains, read_sums};
 use crate::failure::{Failure, print};
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
-use crate::output::{check_output, is_same, write_file};
+use rist::{check_output, is_same, write_file};
 
 /// Add logs up: triangles that rist merge, rist solve and rist compare take instead of the logs
 ///

@@ -7,7 +7,7 @@ use rist::Accumulator;
 
 use crate::artefact::read_sums;
 use crate::failure::{Failure, print};
-use crate::output::{check_output, write_file};
+use rist::{check_output, write_file};
 
 /// Say which parameters moved between sums of rist accumulate: two robots, or two days of one
 ///

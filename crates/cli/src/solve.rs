@@ -6,8 +6,8 @@ use clap::Args;
 
 use crate::artefact::read_sums;
 use crate::failure::{Failure, print};
-use crate::output::{check_output, write_file};
 use crate::verdict::refused;
+use rist::{check_output, write_file};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
 #[derive(Args)]
