@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
+use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::known_load::KnownLoad;
 use identification::model::reference::ModelReference;
@@ -38,6 +39,26 @@ pub fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> 
 pub fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
     let bytes = std::fs::read(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
     Ok(Accumulator::from_bytes(&path.display().to_string(), &bytes)?)
+}
+
+/// What `rist simulate` can simulate.
+pub enum MotionFile {
+    /// Of `rist plan`.
+    Plan(ExperimentPlan),
+    /// Of `rist excite`.
+    Motion(ExcitingMotion),
+}
+
+/// Reads a plan or a motion; refuses one that was made with another model.
+pub fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
+    let (file, text) = (path.display().to_string(), read_text(path)?);
+    // Their keys differ: the times of the blend are in every motion and in no plan.
+    if !text.lines().any(|line| line.starts_with("blend_s:")) {
+        return Ok(MotionFile::Plan(read_plan(path, model)?));
+    }
+    let motion = ExcitingMotion::from_yaml(&file, &text)?;
+    model.check(path, &motion.model)?;
+    Ok(MotionFile::Motion(motion))
 }
 
 /// Reads a known load.

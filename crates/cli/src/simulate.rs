@@ -1,28 +1,29 @@
-//! `rist simulate`: a model and a plan -> the logs its experiments would give.
+//! `rist simulate`: a model and a plan, or a motion -> the logs they would give.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::experiments::record::Record;
 use logs::Effort;
-use rist::SimulateRequest;
+use rist::{Motions, SimulateRequest};
 
-use crate::artefact::{gains, make_directory, read_estimate, read_load, read_plan};
+use crate::artefact::{MotionFile, gains, make_directory, read_estimate, read_load, read_motions};
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
 use rist::write_file;
 
-/// Simulate the experiments of a plan, in closed loop, with friction, noise and drive gains
+/// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
 ///
-/// Writes a log an experiment, validation logs of motions the plan does not have, and truth.yaml with the
-/// parameters behind them.
+/// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters behind
+/// them. The logs hold currents; that of a motion holds torques where no drive gain is known.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The plan
-    plan: PathBuf,
+    /// The plan of `rist plan`, or the motion of `rist excite`
+    #[arg(value_name = "PLAN|MOTION")]
+    motions: PathBuf,
 
     /// Directory of the logs
     #[arg(long, value_name = "DIRECTORY", default_value = "logs")]
@@ -57,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(file) => read_estimate(file, &arguments.model).map(|(estimate, model)| (Some(estimate), model))?,
         None => (None, arguments.model.derive()?),
     };
-    let plan = read_plan(&arguments.plan, &model)?;
+    let file = read_motions(&arguments.motions, &model)?;
     let request = SimulateRequest {
         validation_motions: arguments.validation,
         gains: gains(&arguments.gain, &model)?,
@@ -67,21 +68,30 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         noise_free: arguments.noise_free,
     };
     let of_user =
-        [&arguments.model.model, &arguments.plan].into_iter().chain(&arguments.load).chain(&arguments.feedforward);
+        [&arguments.model.model, &arguments.motions].into_iter().chain(&arguments.load).chain(&arguments.feedforward);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     make_directory(&arguments.out)?;
     let coordinates = model.regressor().coordinates();
+    let (motions, count, effort) = match &file {
+        MotionFile::Plan(plan) => {
+            (Motions::from(plan), format!("{} experiments", plan.experiments.len()), Effort::Current)
+        }
+        MotionFile::Motion(motion) => {
+            let is_without_gains = request.gains.is_empty() && model.drive_gains().iter().all(Option::is_none);
+            let effort = if is_without_gains { Effort::Torque } else { Effort::Current };
+            (Motions::from(motion), "1 motion".into(), effort)
+        }
+    };
     let mut write = |name: &str, record: &Record| {
-        let text = record.to_csv(coordinates, Effort::Current);
+        let text = record.to_csv(coordinates, effort);
         write_file(&arguments.out.join(format!("{name}.csv")), &text, &inputs)
     };
-    let found = rist::simulate(&model, &plan, &request, &mut write)?;
+    let found = rist::simulate(&model, motions, &request, &mut write)?;
     write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
     let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
     let with_load = if arguments.load.is_some() { ", as many with the load," } else { "" };
     print(&format!(
-        "{notes}{} experiments{with_load} and {} validation motions in {}\n",
-        plan.experiments.len(),
+        "{notes}{count}{with_load} and {} validation motions in {}\n",
         arguments.validation,
         arguments.out.display()
     ))

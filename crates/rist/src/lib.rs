@@ -7,7 +7,7 @@
 //!   examine(logs) -> Passport                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
 //!   accumulate(logs) -> Accumulator -> merge, solve, compare   (more logs than one machine holds)
-//!   excite -> check -> (the robot runs)                    (one motion, its limits proved)
+//!   excite -> check -> (the robot runs, or simulate)       (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf_joints                          (back into what simulators read)
 //! ```
@@ -79,7 +79,7 @@ pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, 
 pub use output::{check_output, is_same, write_file};
 pub use planning::{PlanRequest, Planned, plan};
 pub use samples::{Bodies, Identification, IdentifyRequest, identify};
-pub use simulation::{SimulateRequest, Simulated, simulate};
+pub use simulation::{Motions, SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use torque_difference::torque_difference;
 pub use validation::{MOTION_CUTOFF, TorqueSeries, predicted_torques, predictions, validate, validate_experiments};

@@ -1,12 +1,12 @@
-//! Simulates the experiments of a plan: the logs that they would give.
+//! Simulates the experiments of a plan, or an exciting motion: the logs that they would give.
 
 use identification::algebra::in_order::in_order;
 use identification::algebra::interruption::Interruption;
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
 use identification::experiments::candidates::MotionLimits;
+use identification::experiments::excitation::fourier_motion::FourierMotion;
 use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
-use identification::experiments::planned_experiment::PlannedExperiment;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
 use identification::experiments::ranges::{check_limits, check_samples};
 use identification::experiments::record::Record;
@@ -19,12 +19,58 @@ use identification::simulate::setup::SimulationSetup;
 use crate::error::Error;
 use crate::model::Model;
 use crate::tape_dynamics::dynamics as dynamics_of;
-use crate::{Estimate, ExperimentPlan};
+use crate::{Estimate, ExcitingMotion, ExperimentPlan};
 
-/// How the experiments of a plan are simulated.
+/// What is simulated.
+#[derive(Clone, Copy, Debug)]
+pub enum Motions<'a> {
+    /// The experiments of a plan.
+    Planned(&'a ExperimentPlan),
+    /// One motion of all joints.
+    Exciting(&'a ExcitingMotion),
+}
+
+impl<'a> From<&'a ExperimentPlan> for Motions<'a> {
+    fn from(plan: &'a ExperimentPlan) -> Motions<'a> {
+        Motions::Planned(plan)
+    }
+}
+
+impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
+    fn from(motion: &'a ExcitingMotion) -> Motions<'a> {
+        Motions::Exciting(motion)
+    }
+}
+
+impl Motions<'_> {
+    /// s.
+    fn sample_time(&self) -> f64 {
+        match self {
+            Motions::Planned(plan) => plan.sample_time_s,
+            Motions::Exciting(motion) => 1.0 / motion.rate_hz,
+        }
+    }
+
+    /// Each with its name.
+    fn ways(&self) -> Result<Vec<(&str, Way)>, Error> {
+        match self {
+            Motions::Planned(plan) => {
+                let names = plan.experiments.iter().map(|e| e.name.as_str());
+                Ok(names.zip(plan.trajectories("plan")?.into_iter().map(Way::Planned)).collect())
+            }
+            Motions::Exciting(motion) => {
+                let motion = motion.motion("motion")?;
+                check_samples(motion.duration() * motion.rate).map_err(|e| Error::new(format_args!("motion: {e}")))?;
+                Ok(vec![("motion", Way::Exciting(motion))])
+            }
+        }
+    }
+}
+
+/// How motions are simulated.
 #[derive(Clone, Debug)]
 pub struct SimulateRequest {
-    /// Number of motions for validation, which the plan does not have.
+    /// Number of motions for validation, which are not among those that are simulated.
     pub validation_motions: usize,
     /// Drive gains, by coordinate, N m/A; others as the description says, or 1.
     pub gains: Vec<(String, f64)>,
@@ -53,18 +99,19 @@ pub struct Simulated {
     pub notes: Vec<String>,
 }
 
-/// Simulates the experiments of a plan in closed loop, with friction, noise and drive gains; hands over each record
-/// with its name: those of the plan, `v01`, .. for validation, `e01_loaded`, .. with the load.
+/// Simulates motions in closed loop, with friction, noise and drive gains; hands over each record with its name: those of
+/// the plan or `motion`, `v01`, .. for validation, `e01_loaded`, .. with the load.
 ///
 /// Fails where the description has no inertial parameters or impossible ones, where a limit is out of range, and where
 /// `take` does.
-pub fn simulate(
+pub fn simulate<'a>(
     model: &Model,
-    plan: &ExperimentPlan,
+    motions: impl Into<Motions<'a>>,
     request: &SimulateRequest,
     take: &mut dyn FnMut(&str, &Record) -> Result<(), Error>,
 ) -> Result<Simulated, Error> {
-    let trajectories = plan.trajectories("plan")?;
+    let motions = motions.into();
+    let (ways, sample_time) = (motions.ways()?, motions.sample_time());
     let Some(truth) = model.described_parameters() else {
         return Err(Error::new(format_args!(
             "{}: no link has inertial parameters; give standard_parameters to simulate with",
@@ -75,19 +122,16 @@ pub fn simulate(
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
     let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
     check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
-    check_validation(&setup.limits, plan.sample_time_s, request.validation_motions).map_err(refused)?;
+    check_validation(&setup.limits, sample_time, request.validation_motions).map_err(refused)?;
     for (coordinate, gain) in &request.gains {
         setup.drives.gain[model.coordinate(coordinate)?] = *gain;
     }
     let feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
     let feedforward = feedforward.transpose()?;
-    let mut motions: Vec<Motion> =
-        plan.experiments.iter().zip(&trajectories).map(|(e, t)| Motion::of(&e.name, t, false)).collect();
-    motions.extend((0..request.validation_motions).map(|number| Motion {
-        name: format!("v{:02}", number + 1),
-        way: Way::Validation(number),
-        is_loaded: false,
-    }));
+    let validations: Vec<Way> = (0..request.validation_motions).map(Way::Validation).collect();
+    let motion = |name: String, way, is_loaded| Motion { name, way, is_loaded };
+    let mut motions: Vec<Motion> = ways.iter().map(|(name, way)| motion(name.to_string(), way, false)).collect();
+    motions.extend(validations.iter().enumerate().map(|(k, way)| motion(format!("v{:02}", k + 1), way, false)));
     let mut loaded = None;
     if let Some(load) = &request.load {
         let added = model.added_by(load)?;
@@ -95,15 +139,15 @@ pub fn simulate(
         // The load is known: the feedforward carries it.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
         loaded = Some(Run { model, setup: &setup, request, dynamics: dynamics_of(model, plus(&truth)), feedforward });
-        let name = |e: &PlannedExperiment| format!("{}_loaded", e.name);
-        motions.extend(plan.experiments.iter().zip(&trajectories).map(|(e, t)| Motion::of(&name(e), t, true)));
+        motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
     }
     let run = Run { model, setup: &setup, request, dynamics, feedforward };
     let record = |index: usize, motion: &Motion| {
         let run = loaded.as_ref().filter(|_| motion.is_loaded).unwrap_or(&run);
-        let reference = match &motion.way {
+        let reference = match motion.way {
             Way::Planned(trajectory) => trajectory.reference(),
-            Way::Validation(number) => validation_motion(&run.setup.limits, plan.sample_time_s, request.seed, *number),
+            Way::Exciting(motion) => motion.reference(),
+            Way::Validation(number) => validation_motion(&run.setup.limits, sample_time, request.seed, *number),
         };
         run.motion(&motion.name, &reference, index)
     };
@@ -144,21 +188,16 @@ fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, numbe
 /// A motion to be simulated.
 struct Motion<'a> {
     name: String,
-    way: Way<'a>,
+    way: &'a Way,
     is_loaded: bool,
 }
 
 /// Where a motion goes.
-enum Way<'a> {
-    Planned(&'a ExcitingTrajectory),
+enum Way {
+    Planned(ExcitingTrajectory),
+    Exciting(FourierMotion),
     /// One of the motions for validation, by its number.
     Validation(usize),
-}
-
-impl Motion<'_> {
-    fn of<'a>(name: &str, trajectory: &'a ExcitingTrajectory, is_loaded: bool) -> Motion<'a> {
-        Motion { name: name.into(), way: Way::Planned(trajectory), is_loaded }
-    }
 }
 
 /// What motions have in common; each has noise of its own.
