@@ -14,7 +14,7 @@ use tests::workspace;
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-const ORDERS: [(&str, &[&str]); 10] = [
+const ORDERS: [(&str, &[&str]); 11] = [
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
@@ -50,10 +50,15 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "rows",
             "estimators",
             "estimate",
+            "portrait",
             "simulate",
             "spectrum",
             "write",
         ],
+    ),
+    (
+        "crates/report",
+        &["number", "scale", "chart", "template", "joints", "motion", "parameters", "experiments", "identification"],
     ),
     (
         "crates/rist",
@@ -76,6 +81,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "source",
             "validation",
             "verdict",
+            "page",
             "write_back",
         ],
     ),
@@ -83,7 +89,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
         "crates/cli",
         &[
             "failure", "output", "verdict", "model", "artefact", "check", "convert", "doctor", "evaluate", "generate",
-            "identify", "excite", "inspect", "lint", "plan", "report", "simulate", "validate", "main",
+            "report", "identify", "excite", "inspect", "lint", "plan", "simulate", "validate", "main",
         ],
     ),
     (

@@ -6,6 +6,7 @@ use identification::estimate::held_out;
 use identification::estimate::residuals::Residuals;
 use identification::experiments::record::Record;
 use identification::model::linear_model::Model as LinearModel;
+use identification::portrait::Portrait;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
 use logs::{ColumnNames, Effort, Log, LogSource};
@@ -26,12 +27,41 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
-    let x = linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect::<Result<Vec<f64>, Error>>()?;
+    let x = values_of(&linear, estimate)?;
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
         Ok((log.name(), held_out::validate(&linear, &x, &records)?))
     };
     logs.iter().map(predict).collect()
+}
+
+/// What the estimate makes of logs, joint by joint, ready to be drawn; `None` for an estimate of experiments.
+///
+/// Fails where a log cannot be read, and where the estimate lacks a parameter.
+pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
+    let Some(options) = &estimate.options else { return Ok(None) };
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let x = values_of(&linear, estimate)?;
+    Ok(Some(identification::portrait::portrait(&linear, &x, options, logs)?))
+}
+
+/// Measured and predicted torques of logs, sample by sample, as CSV.
+///
+/// Fails for an estimate of experiments, where a log cannot be read, and where the estimate lacks a parameter.
+pub fn series(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<String, Error> {
+    let Some(options) = &estimate.options else {
+        return Err(Error::new("--series: an estimate of experiments has no series of samples; one of logs has"));
+    };
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let x = values_of(&linear, estimate)?;
+    Ok(identification::portrait::series::series(&linear, &x, options, logs)?)
+}
+
+/// What predicts torques for each column.
+fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+    linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
 /// Predicts logs with an estimate from samples.

@@ -5,6 +5,7 @@ use std::fmt;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
@@ -35,10 +36,16 @@ pub struct Estimate {
     pub total: f64,
     /// `total` on tenths of the record predicted from the others.
     pub cross_validation: Option<f64>,
+    /// The same of each tenth, in the order of time; log after log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tenths: Vec<f64>,
     /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
+    /// Combinations of parameters that the data tell least, the weakest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub directions: Vec<Direction>,
     /// Number of rows of all joints.
     pub rows: usize,
     /// Cut-off of the low-pass, Hz.
@@ -145,6 +152,7 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::directions::Direction;
     use crate::estimate::identified::Deviations;
     use crate::model::unit::Unit;
 
@@ -163,6 +171,7 @@ mod tests {
                 rows: 10,
                 held_out: None,
                 f95: None,
+                memory: None,
             }],
             condition_number: f64::INFINITY,
             rank: 1,
