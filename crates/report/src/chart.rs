@@ -121,7 +121,7 @@ impl<'a> Chart<'a> {
 
     fn drawn(&self, style: &str) -> String {
         let legend = self.legend();
-        let top = 120.0 + ROW * (1.0 + legend.rows as f64);
+        let top = 160.0 + ROW * (1.0 + legend.rows as f64);
         let height = top + self.height;
         let (x, y) = self.scales();
         let frame = Frame { x, y, top, bottom: top + self.height - BOTTOM };
@@ -202,7 +202,7 @@ impl<'a> Chart<'a> {
         let named: Vec<_> = self.layers.iter().filter(|(name, _, _)| !name.is_empty()).collect();
         let mut x = LEFT;
         for (i, (name, class, layer)) in named.iter().enumerate() {
-            let width = 330.0 + LETTER * name.chars().count() as f64;
+            let width = 420.0 + LETTER * name.chars().count() as f64;
             if i == 0 {
                 legend.rows = 1;
             } else if x + width > WIDTH {
@@ -265,7 +265,7 @@ impl Frame {
         }
         let _ =
             writeln!(s, "<text x=\"{right}\" y=\"{}\" class=\"end name\">{}</text>", below + 170.0, escaped(x_name));
-        let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 70.0, escaped(y_name));
+        let _ = writeln!(s, "<text x=\"60\" y=\"{}\" class=\"name\">{}</text>", self.top - 110.0, escaped(y_name));
     }
 
     /// Pieces of lines; a piece of one point is a dot.

@@ -97,7 +97,7 @@ struct DirectionPart {
 #[derive(Serialize)]
 struct Tenth {
     error: String,
-    bar: f64,
+    share: f64,
 }
 
 impl Page<'_> {
@@ -225,7 +225,7 @@ fn directions(estimate: &Estimate) -> Vec<DirectionPart> {
 fn tenths(estimate: &Estimate) -> Vec<Tenth> {
     let largest = estimate.tenths.iter().copied().fold(0.0, f64::max);
     let tenth =
-        |&error: &f64| Tenth { error: percent(error), bar: if largest > 0.0 { 100.0 * error / largest } else { 0.0 } };
+        |&error: &f64| Tenth { error: percent(error), share: if largest > 0.0 { error / largest } else { 0.0 } };
     estimate.tenths.iter().map(tenth).collect()
 }
 

@@ -26,13 +26,16 @@ pub fn with_interval(value: f64, half: f64) -> (String, String) {
     (format!("{value:.decimals$}"), format!("{half:.decimals$}"))
 }
 
+/// A thin blank that no line is broken at, and the sign.
+const SIGN: &str = "\u{202f}%";
+
 /// A share as per cent: `0.53 %`, `14.5 %`.
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
         x if !x.is_finite() => "-".into(),
-        x if x >= 99.95 => format!("{x:.0} %"),
-        x if x >= 9.995 => format!("{x:.1} %"),
-        x => format!("{x:.2} %"),
+        x if x >= 99.95 => format!("{x:.0}{SIGN}"),
+        x if x >= 9.995 => format!("{x:.1}{SIGN}"),
+        x => format!("{x:.2}{SIGN}"),
     }
 }
 
@@ -57,7 +60,7 @@ mod tests {
         assert_eq!(with_interval(52.3, 120.0), ("52".into(), "120".into()));
         assert_eq!(
             (percent(0.0053), percent(0.145), unit("kg m^2")),
-            ("0.53 %".into(), "14.5 %".into(), "kg m²".into())
+            ("0.53\u{202f}%".into(), "14.5\u{202f}%".into(), "kg m²".into())
         );
     }
 }
