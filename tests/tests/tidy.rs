@@ -14,7 +14,7 @@ use tests::workspace;
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-const ORDERS: [(&str, &[&str]); 10] = [
+const ORDERS: [(&str, &[&str]); 11] = [
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
@@ -50,10 +50,15 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "rows",
             "estimators",
             "estimate",
+            "portrait",
             "simulate",
             "spectrum",
             "write",
         ],
+    ),
+    (
+        "crates/report",
+        &["number", "scale", "chart", "template", "joints", "motion", "parameters", "experiments", "identification"],
     ),
     (
         "crates/rist",
@@ -80,6 +85,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "source",
             "validation",
             "verdict",
+            "page",
             "write_back",
         ],
     ),
@@ -95,6 +101,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "doctor",
             "evaluate",
             "generate",
+            "report",
             "identify",
             "accumulate",
             "merge",
@@ -104,7 +111,6 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "inspect",
             "lint",
             "plan",
-            "report",
             "simulate",
             "validate",
             "main",

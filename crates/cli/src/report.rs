@@ -1,4 +1,4 @@
-//! `rist report`: artefacts -> one page and its pictures.
+//! `rist report`: artefacts, and logs where an estimate was made from some -> one page and its pictures.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,17 @@ use clap::Args;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::experiments::experiment_plan::ExperimentPlan;
-use identification::write::html::{parameter_picture, report, torque_picture};
+use identification::model::reference::ModelReference;
+use rist::{LogSource, Model, ModelOptions, Origin, PageRequest, Portrait, Verdict};
 
 use crate::artefact::{make_directory, read_text};
 use crate::failure::Failure;
 use rist::{check_output, write_file};
 
 /// Write plan, estimate and validation as one self-contained HTML page
+///
+/// With the model of an estimate from logs, the logs are read once more: torques, residuals, their spectrum, friction and
+/// limits are drawn, and parameters have their rules and meanings.
 #[derive(Args)]
 pub struct Arguments {
     #[arg(long, value_name = "FILE")]
@@ -23,6 +27,18 @@ pub struct Arguments {
 
     #[arg(long, value_name = "FILE")]
     validation: Option<PathBuf>,
+
+    /// The description that the estimate was made with
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+
+    /// Logs to draw [default: those that the estimate was made from]
+    #[arg(long, value_name = "LOG", requires = "model")]
+    log: Vec<PathBuf>,
+
+    /// The date on the page, as you would have it
+    #[arg(long)]
+    date: Option<String>,
 
     /// The page
     #[arg(long, value_name = "FILE", default_value = "report.html")]
@@ -35,8 +51,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = |path: &PathBuf| path.display().to_string();
-    let of_user = [&arguments.plan, &arguments.estimate, &arguments.validation];
-    let inputs: Vec<&Path> = of_user.into_iter().flatten().map(PathBuf::as_path).collect();
+    let of_user = [&arguments.plan, &arguments.estimate, &arguments.validation, &arguments.model];
+    let mut inputs: Vec<&Path> = of_user.into_iter().flatten().chain(&arguments.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
     let plan = match &arguments.plan {
         Some(path) => Some(ExperimentPlan::from_yaml(&name(path), &read_text(path)?)?),
@@ -50,15 +66,89 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(Validation::from_yaml(&name(path), &read_text(path)?)?),
         None => None,
     };
+    let model = match &arguments.model {
+        Some(path) => Some(read_model(path, arguments, estimate.as_ref())?),
+        None => None,
+    };
+    let drawn = match (&model, &estimate) {
+        (Some(model), Some(estimate)) => drawn(arguments, model, estimate)?,
+        (None, Some(estimate)) => Drawn { verdict: Some(rist::estimate_verdict(estimate)), portrait: None },
+        _ => Drawn { verdict: None, portrait: None },
+    };
+    let command = command();
+    let (page, pictures) = rist::page(&PageRequest {
+        model: model.as_ref(),
+        plan: plan.as_ref(),
+        estimate: estimate.as_ref(),
+        portrait: drawn.portrait.as_ref(),
+        validation: validation.as_ref(),
+        verdict: drawn.verdict.as_ref(),
+        origin: origin(arguments.date.as_deref(), &command),
+    });
+    inputs.extend(estimate.iter().flat_map(|e| &e.logs).map(Path::new));
     if let Some(directory) = &arguments.svg {
         make_directory(directory)?;
-        if let Some(estimate) = &estimate {
-            write_file(&directory.join("parameters.svg"), &parameter_picture(estimate), &inputs)?;
-        }
-        for picture in validation.iter().flat_map(|v| &v.pictures) {
-            let file = directory.join(format!("torque_{}.svg", picture.coordinate));
-            write_file(&file, &torque_picture(picture), &inputs)?;
+        for (name, svg) in &pictures {
+            write_file(&directory.join(name), svg, &inputs)?;
         }
     }
-    Ok(write_file(&arguments.out, &report(plan.as_ref(), estimate.as_ref(), validation.as_ref()), &inputs)?)
+    Ok(write_file(&arguments.out, &page, &inputs)?)
+}
+
+/// Version and command of a page.
+pub fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
+    Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None }
+}
+
+/// The command as it was typed, for the page.
+pub fn command() -> String {
+    let quoted =
+        |word: String| match word.is_empty() || word.contains(|c: char| c.is_whitespace() || "'\"$`".contains(c)) {
+            true => format!("'{}'", word.replace('\'', "'\\''")),
+            false => word,
+        };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    ["rist".to_string()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// The model, read as it was for the estimate; refused where that was made with another.
+fn read_model(path: &Path, arguments: &Arguments, estimate: Option<&Estimate>) -> Result<Model, Failure> {
+    let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
+    let model = Model::read_with(path, &options.unwrap_or_default())?;
+    if let (Some(estimate), Some(file)) = (estimate, &arguments.estimate) {
+        let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+        model.check(file, &made_with)?;
+    }
+    Ok(model)
+}
+
+/// What the logs say.
+struct Drawn {
+    verdict: Option<Verdict>,
+    portrait: Option<Portrait>,
+}
+
+fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Drawn, Failure> {
+    let Some(options) = &estimate.options else {
+        return Ok(Drawn { verdict: Some(rist::estimate_verdict(estimate)), portrait: None });
+    };
+    let fitted: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
+    let is_of_others = !arguments.log.is_empty();
+    let paths = if is_of_others { &arguments.log } else { &fitted };
+    let open = |path: &PathBuf| match model.open_log(path, &options.columns) {
+        Ok((log, _)) => Ok(log),
+        Err(e) if is_of_others => Err(Failure::new(e)),
+        Err(e) => Err(Failure::new(format_args!(
+            "{e}\nthe estimate was made from this log; run where its name leads to it, or say where it is with --log"
+        ))),
+    };
+    let logs: Vec<LogSource> = paths.iter().map(open).collect::<Result<_, _>>()?;
+    let verdict = match is_of_others {
+        true => {
+            let total = rist::validate(model, estimate, &logs)?.total;
+            rist::validation_verdict(model, estimate, &logs, total)?
+        }
+        false => rist::fitted_verdict(model, estimate, &logs)?,
+    };
+    Ok(Drawn { verdict: Some(verdict), portrait: rist::portrait(model, estimate, &logs)? })
 }

@@ -35,18 +35,23 @@ pub struct Arguments {
     /// Write the validation as YAML
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+
+    /// Write measured and predicted torques as CSV; for an estimate from logs
+    #[arg(long, value_name = "FILE")]
+    series: Option<PathBuf>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_user = [&arguments.model.model, &arguments.estimate].into_iter().chain(&arguments.logs);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
-    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
+    arguments.out.iter().chain(&arguments.series).try_for_each(|out| check_output(out, &inputs))?;
     let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
     let place = |name: &str| std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(|name| place(name)).collect();
     for log in arguments.logs.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
         eprintln!("note: {}: the estimate was fitted to it; what it leaves there is no validation", log.display());
     }
+    let mut series = None;
     let (validation, verdict) = match &estimate.options {
         Some(options) => {
             if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
@@ -57,8 +62,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
             let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
             let validation = rist::validate(&model, &estimate, &logs)?;
+            if arguments.series.is_some() {
+                series = Some(rist::series_to_csv(
+                    &rist::predicted_torques(&model, &estimate, &logs)?,
+                    model.regressor().coordinates(),
+                ));
+            }
             let verdict = rist::validation_verdict(&model, &estimate, &logs, validation.total)?;
             (validation, verdict)
+        }
+        None if arguments.series.is_some() => {
+            return Err(Failure::new("--series: for an estimate from logs; this one is of experiments"));
         }
         None => {
             let (motions, gains) = (motions(&arguments.logs)?, gains(&arguments.gain, &model)?);
@@ -71,6 +85,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&format!("{validation}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
         write_file(out, &validation.to_yaml()?, &inputs)?;
+    }
+    if let (Some(out), Some(series)) = (&arguments.series, &series) {
+        write_file(out, series, &inputs)?;
     }
     refused(&verdict, false)
 }

@@ -6,7 +6,9 @@ use identification::estimate::held_out;
 use identification::estimate::residuals::Residuals;
 use identification::experiments::record::Record;
 use identification::model::linear_model::Model as LinearModel;
-use identification::signals::records::{Records, SourceRecords};
+use identification::portrait::Portrait;
+use identification::portrait::series::{TorqueSeries, series};
+use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
 use logs::{ColumnNames, Effort, Log, LogSource};
 
@@ -26,7 +28,7 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
-    let x = linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect::<Result<Vec<f64>, Error>>()?;
+    let x = values_of(&linear, estimate)?;
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
         Ok((log.name(), held_out::validate(&linear, &x, &records)?))
@@ -34,46 +36,33 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
     logs.iter().map(predict).collect()
 }
 
-/// The torques of a log over time, filtered as the estimate was made: rows of n joints, N m (N).
-pub struct TorqueSeries {
-    /// The log, as the user named it.
-    pub name: String,
-    /// s, one an instant.
-    pub t: Vec<f64>,
-    /// tau, an instant a row.
-    pub measured: Vec<f64>,
-    /// Y X and friction, an instant a row; not a number where a row of a joint does not count, at standstill.
-    pub predicted: Vec<f64>,
+/// What the estimate makes of logs, joint by joint, ready to be drawn; `None` for an estimate of experiments.
+///
+/// Fails where a log cannot be read, and where the estimate lacks a parameter.
+pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
+    let Some(options) = &estimate.options else { return Ok(None) };
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let x = values_of(&linear, estimate)?;
+    Ok(Some(identification::portrait::portrait(&linear, &x, options, logs)?))
 }
 
-/// The torques that an estimate from samples predicts, log by log.
+/// Measured and predicted torques of logs, sample by sample.
 ///
-/// Fails where a log cannot be read, where the estimate lacks a parameter, and for an estimate of experiments.
+/// Fails for an estimate of experiments, where a log cannot be read, and where the estimate lacks a parameter.
 pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<TorqueSeries>, Error> {
     let Some(options) = &estimate.options else {
-        return Err(Error::new(
-            "an estimate of experiments has no filter for other logs: validate predicts its motions",
-        ));
+        return Err(Error::new("an estimate of experiments has no series of samples; one of logs has"));
     };
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
-    let x = linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect::<Result<Vec<f64>, Error>>()?;
-    let predict = |log: &LogSource| {
-        let mut series = TorqueSeries { name: log.name(), t: Vec::new(), measured: Vec::new(), predicted: Vec::new() };
-        let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
-        records.each(&mut |states| {
-            let before = series.measured.len();
-            series.t.extend(&states.t);
-            series.measured.extend(&states.tau);
-            series.predicted.resize(before + states.tau.len(), f64::NAN);
-            linear.residuals(states, &x, |r, j, residual| {
-                let entry = r * states.n + j;
-                series.predicted[before + entry] = states.tau[entry] - residual;
-            });
-        })?;
-        Ok(series)
-    };
-    logs.iter().map(predict).collect()
+    let x = values_of(&linear, estimate)?;
+    Ok(series(&linear, &x, options, logs)?)
+}
+
+/// What predicts torques for each column.
+fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
+    linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
 /// Predicts logs with an estimate from samples.

@@ -1,6 +1,7 @@
 //! Whether to trust an estimate: of experiments by itself, of logs by others that it was not made from.
 
 use identification::estimate::described::described_residuals;
+use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Verdict};
 use identification::model::linear_model::Model as LinearModel;
@@ -24,6 +25,33 @@ pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
         predicted: None,
         bodies: None,
     })
+}
+
+/// Whether to trust an estimate by the logs it was fitted to, read once more.
+///
+/// Fails where a log cannot be read.
+pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
+    let Some(options) = &estimate.options else { return Ok(estimate_verdict(estimate)) };
+    let passport = examine(model, logs, options)?;
+    Ok(Verdict::of(&Evidence {
+        estimate,
+        passport: Some(&passport),
+        described: described(model, options, logs)?,
+        total: estimate.total,
+        held_out: estimate.cross_validation,
+        predicted: None,
+        bodies: None,
+    }))
+}
+
+/// Error of the description with fitted friction; `None` where it has no inertials.
+fn described(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Option<f64>, Error> {
+    let Some(described) = model.described_parameters() else { return Ok(None) };
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+    Ok(Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total))
 }
 
 /// Whether to trust an estimate, by how well it predicts logs it was not made from; empty for one of experiments, whose
@@ -50,12 +78,6 @@ pub fn validation_verdict(
     // A short log is enough to be predicted.
     passport.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
     evidence.passport = Some(&passport);
-    if let Some(described) = model.described_parameters() {
-        let couplings = options.transmission.coupled();
-        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
-        let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-        let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
-        evidence.described = Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total);
-    }
+    evidence.described = described(model, options, logs)?;
     Ok(Verdict::of(&evidence))
 }

@@ -107,6 +107,18 @@ pub struct Arguments {
     /// Write the estimate as YAML
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+
+    /// Write a page with verdict, torques, residuals, friction and parameters as HTML
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+
+    /// The date on that page, as you would have it
+    #[arg(long, requires = "report")]
+    pub date: Option<String>,
+
+    /// Write measured and predicted torques, filtered as they were fitted, as CSV
+    #[arg(long, value_name = "FILE")]
+    pub series: Option<PathBuf>,
 }
 
 /// The equations to solve.
@@ -168,6 +180,8 @@ impl Arguments {
             ("--loaded", !self.loaded.is_empty()),
             ("--write-urdf", self.write_urdf.is_some()),
             ("--write-mjcf", self.write_mjcf.is_some()),
+            ("--report", self.report.is_some()),
+            ("--series", self.series.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag).collect()
     }

@@ -4,14 +4,16 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use identification::estimate::options::Options;
+use identification::estimate::residuals::Residuals;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
-use rist::{IdentifyRequest, Model, Trust};
+use rist::{Estimate, IdentifyRequest, Model, PageRequest, Trust, Validation, Verdict};
 
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print};
+use crate::report::{command, origin};
 use crate::verdict::refused;
 use rist::{check_output, is_same, write_file};
 
@@ -70,7 +72,41 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(out) = &arguments.out {
         write_file(out, &found.estimate.to_yaml()?, &inputs(arguments))?;
     }
+    if let Some(out) = &arguments.report {
+        write_file(out, &page(arguments, &model, &found.estimate, &logs, &predictions, &verdict)?, &inputs(arguments))?;
+    }
+    if let Some(out) = &arguments.series {
+        let series = rist::predicted_torques(&model, &found.estimate, &logs)?;
+        write_file(out, rist::series_to_csv(&series, model.regressor().coordinates()), &inputs(arguments))?;
+    }
     refused(&verdict, is_withheld && writes)
+}
+
+/// The page of --report.
+fn page(
+    arguments: &Arguments,
+    model: &Model,
+    estimate: &Estimate,
+    logs: &[LogSource],
+    predictions: &[(String, Residuals)],
+    verdict: &Verdict,
+) -> Result<String, Failure> {
+    let portrait = rist::portrait(model, estimate, logs)?;
+    let (reference, method) = (model.reference.clone(), &estimate.method);
+    let of_logs =
+        |logs: &[(String, Residuals)]| Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), logs);
+    let validation = (!predictions.is_empty()).then(|| of_logs(predictions));
+    let command = command();
+    let request = PageRequest {
+        model: Some(model),
+        estimate: Some(estimate),
+        portrait: portrait.as_ref(),
+        validation: validation.as_ref(),
+        verdict: Some(verdict),
+        origin: origin(arguments.date.as_deref(), &command),
+        ..PageRequest::default()
+    };
+    Ok(rist::page(&request).0)
 }
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
@@ -143,7 +179,8 @@ fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
         }
     }
-    for out in [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf].into_iter().flatten() {
+    let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf, &arguments.report, &arguments.series];
+    for out in outputs.into_iter().flatten() {
         check_output(out, &read)?;
         read.push(out);
     }

@@ -5,6 +5,7 @@ use std::fmt;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
@@ -35,10 +36,16 @@ pub struct Estimate {
     pub total: f64,
     /// `total` on tenths of the record predicted from the others.
     pub cross_validation: Option<f64>,
+    /// The same of each tenth, in the order of time; log after log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tenths: Vec<f64>,
     /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
+    /// Combinations of parameters that the data tell least, the weakest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub directions: Vec<Direction>,
     /// Number of rows of all joints.
     pub rows: usize,
     /// Cut-off of the low-pass, Hz.
@@ -104,6 +111,17 @@ impl Estimate {
     }
 }
 
+/// Digits behind the point: five, or as many as show two digits of the deviation, or three of the value without one. The
+/// parameters of a robot below a kilogram would all be zeros otherwise.
+fn decimals(sigma: f64, value: f64) -> usize {
+    let shown = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(5.0, 9.0) as usize;
+    match (sigma > 0.0, value == 0.0) {
+        (true, _) => shown(sigma, 2.0),
+        (false, false) => shown(value, 3.0),
+        (false, true) => 5,
+    }
+}
+
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}, cut-off {:.2} Hz, {} rows", self.model, self.method, self.cutoff, self.rows)?;
@@ -118,9 +136,10 @@ impl fmt::Display for Estimate {
                 writeln!(f, "not identifiable")?;
                 continue;
             };
-            write!(f, "{value:>12.5}  {:>10.5}", p.sigma.unwrap_or(f64::NAN))?;
+            let digits = decimals(p.sigma.unwrap_or(0.0), value);
+            write!(f, "{value:>12.digits$}  {:>10.digits$}", p.sigma.unwrap_or(f64::NAN))?;
             if robust {
-                write!(f, "  {:>10.5}", p.robust_sigma.unwrap_or(f64::NAN))?;
+                write!(f, "  {:>10.digits$}", p.robust_sigma.unwrap_or(f64::NAN))?;
             }
             let status = match p.status {
                 Status::NotSignificant => "  (zero is within its 95 % interval)",
@@ -145,6 +164,7 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::directions::Direction;
     use crate::estimate::identified::Deviations;
     use crate::model::unit::Unit;
 
@@ -163,6 +183,7 @@ mod tests {
                 rows: 10,
                 held_out: None,
                 f95: None,
+                memory: None,
             }],
             condition_number: f64::INFINITY,
             rank: 1,
@@ -193,6 +214,12 @@ mod tests {
         assert!(Estimate::from_yaml("e.yaml", &other).unwrap_err().to_string().contains("ZZR1 holds"), "{other}");
         let fewer = text.replace("parameter_count: 2", "parameter_count: 3");
         assert!(Estimate::from_yaml("e.yaml", &fewer).unwrap_err().to_string().contains("2 parameters where"));
+    }
+
+    #[test]
+    fn small_robots_have_digits() {
+        let numbers = [(0.00015, 0.9), (3.2e-7, 1.5e-6), (0.0, 2.5e-6), (0.0, 0.0), (1e-30, 1.0)];
+        assert_eq!(numbers.map(|(sigma, value)| decimals(sigma, value)), [5, 8, 8, 5, 9]);
     }
 
     #[test]

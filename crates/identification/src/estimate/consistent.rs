@@ -96,10 +96,12 @@ pub fn identify_consistent(
         total: residual.total,
         // The parts left out were predicted by least squares, not by this.
         cross_validation: None,
+        tenths: Vec::new(),
         ..fit.estimate.clone()
     };
     for (joint, of_fit) in estimate.joints.iter_mut().zip(&fit.estimate.joints) {
         joint.f95 = of_fit.f95;
+        joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
         // The uncertainty is that of least squares, which the constraints can only lessen; what the data leave open

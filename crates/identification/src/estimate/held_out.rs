@@ -26,6 +26,24 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
 /// A direction that only one part shows (without that part it is weaker than [`HELD`] of its columns) keeps the value
 /// of the whole record: leaving the part out does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
+    cross_validate_by_part(model, observation, weights).0
+}
+
+/// The same, with the error of each part over all joints, in the order of time.
+pub fn cross_validate_by_part(model: &Model, observation: &Observation, weights: Weights) -> (Residuals, Vec<f64>) {
+    let mut sums = vec![Squares::default(); model.n()];
+    let mut totals = Vec::new();
+    for part in left_out(model, observation, weights) {
+        for (sum, s) in sums.iter_mut().zip(&part) {
+            *sum = Squares { torque: sum.torque + s.torque, left: sum.left + s.left, rows: sum.rows + s.rows };
+        }
+        totals.push(Residuals::new(model.regressor, part).total);
+    }
+    (Residuals::new(model.regressor, sums), totals)
+}
+
+/// The squares of each part, one a joint, under parameters from all others.
+fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
     // The weights by joint are those of the whole record: a tenth of it does not change them.
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
     let parts: Vec<Triangle> = observation.parts.iter().map(|joints| weighted(joints, &weights)).collect();
@@ -41,17 +59,18 @@ pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights
     };
     let before = sums(&mut parts.iter());
     let behind = sums(&mut parts.iter().rev());
-    let mut squares = vec![Squares::default(); model.n()];
+    let mut parts = Vec::new();
     for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&observation.parts) {
         rest.merge(behind, 1.0);
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = solve(&rest).x;
-        for (sum, triangle) in squares.iter_mut().zip(part) {
-            let (total, residual) = triangle.squares(&x);
-            *sum = Squares { torque: sum.torque + total, left: sum.left + residual, rows: sum.rows + triangle.rows };
-        }
+        let squares = |triangle: &Triangle| {
+            let (torque, left) = triangle.squares(&x);
+            Squares { torque, left, rows: triangle.rows }
+        };
+        parts.push(part.iter().map(squares).collect());
     }
-    Residuals::new(model.regressor, squares)
+    parts
 }
 
 /// Share of a column's norm with which its parameter is held.

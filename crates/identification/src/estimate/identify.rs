@@ -8,8 +8,10 @@ use logs::{Error, Log};
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
+use crate::estimate::autocorrelation::Autocorrelation;
 use crate::estimate::cross_talk::{CrossTalk, cross_talk};
-use crate::estimate::held_out::{cross_validate, residuals};
+use crate::estimate::directions::directions;
+use crate::estimate::held_out::{cross_validate_by_part, residuals};
 use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
@@ -100,10 +102,16 @@ impl Fit {
         estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
-        let held_out = cross_validate(&model, &observation, options.weights);
+        let (held_out, tenths) = cross_validate_by_part(&model, &observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {
             joint.held_out = Some(out.relative);
+        }
+        estimate.tenths = tenths;
+        estimate.directions = directions(&model, &joints, &weights, &solution, estimate.discount());
+        let autocorrelation = Autocorrelation::of_records(&model, records, &solution.x)?;
+        for (j, joint) in estimate.joints.iter_mut().enumerate() {
+            joint.memory = autocorrelation.memory(j);
         }
         of_signals(&mut estimate, &observation, options);
         estimate.model = options.model.clone();

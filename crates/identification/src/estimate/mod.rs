@@ -1,10 +1,12 @@
 //! From logs to an estimate: the solution with its intervals, held-out errors and remarks.
 
 pub mod artefact;
+pub mod autocorrelation;
 pub mod consistent;
 pub mod cross_talk;
 pub mod delay;
 pub mod described;
+pub mod directions;
 pub mod drive_gains;
 pub mod fleet;
 pub mod held_out;

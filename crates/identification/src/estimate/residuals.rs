@@ -30,6 +30,9 @@ pub struct JointResidual {
     /// Hz: 95 % of the energy of the velocity lies below.
     #[serde(default)]
     pub f95: Option<f64>,
+    /// s: time after which the residual no longer resembles itself (`estimate::autocorrelation`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub memory: Option<f64>,
 }
 
 fn torque() -> Unit {
@@ -69,6 +72,7 @@ impl Residuals {
             rows: s.rows,
             held_out: None,
             f95: None,
+            memory: None,
         };
         let (torque, left) = squares.iter().fold((0.0, 0.0), |a, s| (a.0 + s.torque, a.1 + s.left));
         Residuals { joints: squares.iter().enumerate().map(joint).collect(), total: relative(torque, left), squares }

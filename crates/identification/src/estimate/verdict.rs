@@ -8,8 +8,10 @@
 use std::fmt;
 
 use crate::estimate::artefact::Estimate;
+use crate::estimate::autocorrelation::NOISE_MEMORY;
 use crate::estimate::identified::Status;
 use crate::estimate::passport::Passport;
+use crate::estimate::passport::significant;
 
 /// Whether to use what was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -90,6 +92,12 @@ impl Verdict {
             (true, false) => (Trust::WithCare, care),
             (true, true) => (Trust::Yes, favours(evidence)),
         };
+        let reasons = match trust {
+            Trust::No => reasons,
+            _ => {
+                reasons.into_iter().chain(untold_apart(evidence.estimate)).chain(not_noise(evidence.estimate)).collect()
+            }
+        };
         Verdict { trust, found: found(evidence), next: next(evidence, trust), reasons }
     }
 }
@@ -156,6 +164,31 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
         reasons.push(format!("the condition number is {:.0}", estimate.condition_number));
     }
     reasons
+}
+
+/// A residual that resembles itself this many times as long as noise would is worth a sentence.
+const LONG: f64 = 2.0;
+
+/// What the residual's autocorrelation says, of the joint where it says most.
+fn not_noise(estimate: &Estimate) -> Option<String> {
+    let times = |memory: f64| memory * estimate.cutoff / NOISE_MEMORY;
+    let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
+    let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| estimate.cutoff > 0.0)?;
+    let name = &joint.coordinate;
+    Some(match times(memory) > LONG {
+        true => format!(
+            "what is left is not noise alone: at {name} it resembles itself {:.0} times as long as noise would, for {} s",
+            times(memory),
+            significant(memory)
+        ),
+        false => "what is left looks like noise".into(),
+    })
+}
+
+/// The weakest combination that the noise hides.
+fn untold_apart(estimate: &Estimate) -> Option<String> {
+    let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
+    open.map(|direction| direction.sentence())
 }
 
 /// The parameters of a status, at most three by name.

@@ -1,5 +1,3 @@
-//! An estimate as a page for people.
+//! Writes what was identified into the files that simulators read.
 
-pub mod html;
-pub mod svg;
 pub mod write_back;

@@ -10,6 +10,7 @@ pub(crate) mod evidence;
 pub(crate) mod exact_rank;
 pub(crate) mod field;
 pub(crate) mod interpolation;
+pub(crate) mod meaning;
 pub(crate) mod names;
 pub(crate) mod rank;
 pub(crate) mod regrouping;

@@ -1,0 +1,155 @@
+//! Whether a residual is noise: how far in time it resembles itself.
+//!
+//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2, each sum over the pairs of rows that both count, made comparable by their
+//! number. The memory is the area below rho up to its first zero. White noise behind a low-pass of cut-off f_c has
+//! rho(t) = sin(2 pi f_c t)/(2 pi f_c t) and so a memory of 0.29/f_c: a residual with a much longer one holds what the
+//! model lacks.
+//!
+//! e: N m (N); l: samples; the memory: s. Not here: what correlated residuals do to deviations
+//! (`estimators::correlated_deviation`).
+
+use logs::Error;
+
+use crate::model::linear_model::Model;
+use crate::model::states::States;
+use crate::signals::records::Records;
+
+/// Lags that are looked at.
+const LAGS: usize = 200;
+
+/// Memory of filtered white noise, in periods of the cut-off.
+pub const NOISE_MEMORY: f64 = 0.295;
+
+/// Sums of products of one residual with itself.
+#[derive(Clone, Debug)]
+struct Products {
+    /// By lag.
+    sums: Vec<f64>,
+    /// Pairs behind each sum.
+    pairs: Vec<usize>,
+}
+
+/// The autocorrelation of the residual of each joint.
+#[derive(Clone, Debug)]
+pub struct Autocorrelation {
+    joints: Vec<Products>,
+    /// s between successive rows.
+    period: f64,
+}
+
+/// The residuals of a record, joint by joint; NaN where a row does not count.
+pub fn residuals_of(model: &Model, states: &States, x: &[f64]) -> Vec<Vec<f64>> {
+    let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
+    model.residuals(states, x, |r, j, e| residuals[j][r] = e);
+    residuals
+}
+
+impl Autocorrelation {
+    /// Without a record.
+    pub fn new(joints: usize) -> Autocorrelation {
+        let none = Products { sums: vec![0.0; LAGS + 1], pairs: vec![0; LAGS + 1] };
+        Autocorrelation { joints: vec![none; joints], period: 0.0 }
+    }
+
+    /// Of records under parameters `x`.
+    ///
+    /// Fails when a record cannot be read.
+    pub fn of_records<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Autocorrelation, Error> {
+        let mut found = Autocorrelation::new(model.n());
+        records.each(&mut |states| found.add(&residuals_of(model, states, x), states.period))?;
+        Ok(found)
+    }
+
+    /// Adds the residuals of a record, one series a joint, `period` s apart; NaN where a row does not count.
+    pub fn add(&mut self, residuals: &[Vec<f64>], period: f64) {
+        self.period = period;
+        for (products, e) in self.joints.iter_mut().zip(residuals) {
+            for lag in 0..=LAGS.min(e.len().saturating_sub(1)) {
+                for (a, b) in e[lag..].iter().zip(e) {
+                    let product = a * b;
+                    if !product.is_nan() {
+                        products.sums[lag] += product;
+                        products.pairs[lag] += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    /// rho of joint j at 0, 1, .. samples, with the times, s; empty without a residual.
+    pub fn of_joint(&self, j: usize) -> Vec<(f64, f64)> {
+        let products = &self.joints[j];
+        let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
+        // Few pairs make a poor mean.
+        let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / 4;
+        if !(mean(0) > 0.0) {
+            return Vec::new();
+        }
+        (0..=LAGS).take_while(enough).map(|lag| (lag as f64 * self.period, mean(lag) / mean(0))).collect()
+    }
+
+    /// The area below rho of joint j up to its first zero or the last lag, s, by straight lines; `None` without a residual.
+    pub fn memory(&self, j: usize) -> Option<f64> {
+        let rho = self.of_joint(j);
+        if rho.len() < 2 {
+            return None;
+        }
+        let mut area = 0.0;
+        for pair in rho.windows(2) {
+            let ((t0, a), (t1, b)) = (pair[0], pair[1]);
+            if b <= 0.0 {
+                return Some(area + 0.5 * a * (t1 - t0) * a / (a - b));
+            }
+            area += 0.5 * (a + b) * (t1 - t0);
+        }
+        Some(area)
+    }
+
+    /// Half of the band within which rho of white noise stays with 95 %, for joint j.
+    pub fn band(&self, j: usize) -> f64 {
+        1.96 / (self.joints[j].pairs[0].max(1) as f64).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::signals::butterworth::Butterworth;
+
+    fn memory(e: Vec<f64>, period: f64) -> f64 {
+        let mut found = Autocorrelation::new(1);
+        found.add(&[e], period);
+        found.memory(0).unwrap()
+    }
+
+    /// The constant of filtered noise, and a process whose memory is known: below rho = a^l lies an area of -1/ln a samples.
+    #[test]
+    fn noise_and_slow_processes_have_the_memory_they_should() {
+        let mut random = Random::new(3);
+        let white: Vec<f64> = (0..40_000).map(|_| random.normal()).collect();
+        let (rate, cutoff) = (1000.0, 20.0);
+        let filter = Butterworth::low_pass(4, cutoff, rate).unwrap();
+        let filtered = filter.zero_phase(vec![white.clone()]).remove(0);
+        // The filter's edge is not a step: to a tenth.
+        let found = memory(filtered, 1.0 / rate) * cutoff;
+        assert!((found / NOISE_MEMORY - 1.0).abs() < 0.1, "{found}");
+        let a = 0.95f64;
+        let mut slow = vec![0.0];
+        white.iter().for_each(|e| slow.push(a * slow[slow.len() - 1] + e));
+        // 40000 rows hold some thousand independent ones.
+        assert!((memory(slow, 1.0) * -a.ln() - 1.0).abs() < 0.2);
+        assert!(memory(white, 1.0) < 1.0);
+    }
+
+    #[test]
+    fn rows_that_do_not_count_are_no_zeros() {
+        let e: Vec<f64> = (0..400).map(|i| if i % 10 == 9 { f64::NAN } else { 1.0 }).collect();
+        let mut found = Autocorrelation::new(2);
+        found.add(&[e, vec![f64::NAN; 400]], 0.1);
+        assert_eq!(found.of_joint(0)[2], (0.2, 1.0));
+        // A constant resembles itself up to the last lag, which is less than every tenth row away.
+        assert_eq!((found.memory(0), found.memory(1)), (Some(20.0), None));
+        assert!(found.of_joint(1).is_empty());
+    }
+}

@@ -1,0 +1,147 @@
+//! Combinations of parameters that the data hardly tell.
+//!
+//! A direction d of the parameter space, from the singular vectors of the scaled columns (`algebra::least_squares`),
+//! changes the weighted torques by |W d| per unit. Along it the estimate has the standard deviation sigma / |W d|, times
+//! the root of the discount of correlated rows. Where 1.96 of them change a parameter of the direction by more than its
+//! value, the data do not tell it along that direction.
+
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::least_squares::Solution;
+use crate::algebra::triangle::Triangle;
+use crate::estimate::identified::INTERVAL;
+use crate::model::linear_model::Model;
+use crate::model::parameter::ParameterId;
+
+/// Weakest directions that an estimate keeps.
+const KEPT: usize = 6;
+/// Share of the largest member, in scaled columns, below which a parameter is not named.
+const NAMED: f64 = 0.25;
+/// Members that are named at most.
+const MEMBERS: usize = 6;
+
+/// A combination that the data hardly tell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Direction {
+    /// How strongly the torques show it, beside the direction they show most; 0: not at all.
+    pub strength: f64,
+    /// Its parameters, the one it changes most first.
+    pub members: Vec<Member>,
+    /// Whether the data leave it open: the noise hides changes as large as the parameters themselves.
+    pub open: bool,
+}
+
+/// A parameter of a direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Member {
+    /// Identity of the parameter.
+    pub parameter: ParameterId,
+    /// Its change by one standard deviation along the direction, in its unit; relative to the others where the torques
+    /// do not show the direction at all.
+    pub change: f64,
+}
+
+/// The weakest directions of a solution, the weakest first. `joints`: its triangles; `weights`: by joint; `discount`: how
+/// many correlated rows are worth one.
+pub fn directions(
+    model: &Model,
+    joints: &[Triangle],
+    weights: &[f64],
+    solution: &Solution,
+    discount: f64,
+) -> Vec<Direction> {
+    let square = |of: &dyn Fn(&Triangle) -> f64| {
+        joints.iter().zip(weights).map(|(joint, weight)| (weight * of(joint)).powi(2)).sum::<f64>().sqrt()
+    };
+    let norms: Vec<f64> = (0..model.p()).map(|c| square(&|joint| joint.column_norm(c))).collect();
+    let sigma = (solution.variance * discount).sqrt();
+    let direction = |(strength, d): &(f64, Vec<f64>)| {
+        let shown = square(&|joint| length(joint, d));
+        let deviation = if *strength > 0.0 && shown > 0.0 { sigma / shown } else { f64::INFINITY };
+        let mut order: Vec<usize> = (0..model.p()).filter(|&c| d[c] != 0.0).collect();
+        let weight = |c: usize| (d[c] * norms[c]).abs();
+        order.sort_by(|&a, &b| weight(b).total_cmp(&weight(a)));
+        let largest = order.first().map_or(0.0, |&c| weight(c));
+        order.retain(|&c| weight(c) >= NAMED * largest);
+        order.truncate(MEMBERS);
+        let open = |&c: &usize| INTERVAL * deviation * d[c].abs() >= solution.x[c].abs();
+        let change = if deviation.is_finite() { deviation } else { 1.0 };
+        let member = |&c: &usize| Member { parameter: model.parameters[c].id.clone(), change: change * d[c] };
+        Direction {
+            strength: *strength,
+            members: order.iter().map(member).collect(),
+            open: order.iter().take(2).all(open),
+        }
+    };
+    // A column of zeros is no direction: its parameter is not identifiable by itself.
+    let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
+    solution.weak.iter().filter(shown).take(KEPT).map(direction).collect()
+}
+
+/// |R d|.
+fn length(triangle: &Triangle, d: &[f64]) -> f64 {
+    let row = |i: usize| (i..d.len()).map(|c| triangle.at(i, c) * d[c]).sum::<f64>();
+    (0..d.len()).map(|i| row(i).powi(2)).sum::<f64>().sqrt()
+}
+
+impl Direction {
+    /// What it means: `MX2 from MXR3: a change of both ..`.
+    pub fn sentence(&self) -> String {
+        let names: Vec<String> = self.members.iter().map(|m| m.parameter.to_string()).collect();
+        let also = |rest: &[String]| match rest.len() {
+            0 => String::new(),
+            _ => format!(" (with {})", rest.join(", ")),
+        };
+        match (self.open, names.as_slice()) {
+            (_, []) => String::new(),
+            (true, [one]) => format!("the data hardly show {one}: the noise hides changes as large as its value"),
+            (true, [a, b, rest @ ..]) => format!(
+                "the data cannot tell {a} from {b}{}: a combination that changes both moves no torque by more than the noise",
+                also(rest)
+            ),
+            (false, [one]) => format!("{one} is told least of all, but told"),
+            (false, [a, b, rest @ ..]) => {
+                format!("{a} and {b}{} are told least apart, but told", also(rest))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::least_squares::solve;
+    use crate::algebra::random::Random;
+    use crate::estimators::weighted::{Weights, fit};
+    use crate::rows::observation::Observation;
+    use crate::test_arm::Pendulum;
+
+    /// A pendulum that hardly leaves one angle tells its two first moments together, and not apart.
+    #[test]
+    fn what_is_not_told_apart_is_named() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let mut random = Random::new(9);
+        let mut of = |spread: f64, noise: f64| {
+            let mut states = arm.states(2000);
+            states.q.iter_mut().for_each(|q| *q = 0.5 + spread * *q);
+            let mut torque = states.clone();
+            model.rows(&states, 0..states.len(), |r, w| {
+                let clean: f64 = w.iter().zip(&arm.truth).map(|(w, x)| w * x).sum();
+                torque.tau[r] = clean + noise * random.normal();
+            });
+            let joints = Observation::of(&model, &torque, 1).joints(|_| true);
+            let (solution, weights) = fit(&joints, Weights::None);
+            directions(&model, &joints, &weights, &solution, 1.0)
+        };
+        let narrow = of(1e-4, 0.05);
+        assert!(narrow[0].open, "{narrow:?}");
+        let named: Vec<String> = narrow[0].members.iter().take(2).map(|m| m.parameter.to_string()).collect();
+        assert!(named.contains(&"MX1".into()) && named.contains(&"MY1".into()), "{named:?}");
+        assert!(narrow[0].sentence().contains("cannot tell"), "{}", narrow[0].sentence());
+        assert!(of(1.0, 1e-6).iter().all(|d| !d.open));
+        // A direction of the arm's own: one deviation along it is what the inverse says.
+        let solution = solve(&Observation::of(&model, &arm.states(500), 1).joints(|_| true)[0]);
+        assert!(solution.rank == 3);
+    }
+}

@@ -1,0 +1,114 @@
+//! Friction over speed: one point of each cell of a grid, however many samples there are, and the law beside them.
+
+use std::collections::BTreeMap;
+
+use crate::model::friction::terms::{FrictionTerm, sign};
+use crate::model::linear_model::Model;
+
+/// Cells along each axis, at least half of it once the points fill them.
+const CELLS: i64 = 48;
+/// Points of the law on each side of rest.
+const LAW: usize = 60;
+
+/// Points of a plane, thinned by a grid that grows with them.
+#[derive(Clone, Debug, Default)]
+pub struct FrictionCloud {
+    /// The first point of each cell.
+    cells: BTreeMap<(i64, i64), (f64, f64)>,
+    /// Exponents of the cells' sizes: 2^k.
+    size: (i32, i32),
+    reach: (f64, f64),
+}
+
+impl FrictionCloud {
+    /// Adds a speed, rad/s (m/s), with the torque of friction there, N m (N).
+    pub fn push(&mut self, speed: f64, torque: f64) {
+        if !(speed.is_finite() && torque.is_finite()) {
+            return;
+        }
+        let reach = (self.reach.0.max(speed.abs()), self.reach.1.max(torque.abs()));
+        if reach != self.reach {
+            self.reach = reach;
+            // The reach is both ways.
+            let exponent = |reach: f64| (2.0 * reach.max(1e-9) / CELLS as f64).log2().ceil() as i32;
+            let size = (exponent(reach.0), exponent(reach.1));
+            if size != self.size {
+                self.size = size;
+                let points: Vec<(f64, f64)> = std::mem::take(&mut self.cells).into_values().collect();
+                points.into_iter().for_each(|(x, y)| self.place(x, y));
+            }
+        }
+        self.place(speed, torque);
+    }
+
+    fn place(&mut self, x: f64, y: f64) {
+        let cell = ((x / 2f64.powi(self.size.0)).floor() as i64, (y / 2f64.powi(self.size.1)).floor() as i64);
+        self.cells.entry(cell).or_insert((x, y));
+    }
+
+    /// The points by their cells.
+    pub fn points(&self) -> Vec<(f64, f64)> {
+        self.cells.values().copied().collect()
+    }
+}
+
+/// The friction of joint j from -speed to speed; `x`: the parameters beyond the base parameters. It is that of a joint
+/// without load and without acceleration. Empty without friction.
+pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
+    let terms: Vec<FrictionTerm> = model.friction.to_vec();
+    let per_joint: usize = terms.iter().map(|t| t.parameters().len()).sum();
+    let x = &x[j * per_joint..(j + 1) * per_joint];
+    if per_joint == 0 || !(speed > 0.0) {
+        return Vec::new();
+    }
+    let at = |dq: f64| {
+        let mut torque = 0.0;
+        let mut first = 0;
+        for term in &terms {
+            // No term has more columns.
+            let mut columns = [0.0; 4];
+            let width = term.parameters().len();
+            term.fill(dq, 0.0, 0.0, sign(dq), &mut columns[..width]);
+            torque += columns[..width].iter().zip(&x[first..]).map(|(a, b)| a * b).sum::<f64>();
+            first += width;
+        }
+        (dq, torque)
+    };
+    // Dense near rest, where Stribeck's effect is; nothing at rest itself, where dry friction jumps.
+    let side = |s: f64| (1..=LAW).map(move |i| s * speed * (i as f64 / LAW as f64).powi(2));
+    side(-1.0).collect::<Vec<_>>().into_iter().rev().chain(side(1.0)).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::test_arm::Pendulum;
+
+    #[test]
+    fn a_cloud_keeps_its_outline_and_little_else() {
+        let mut random = Random::new(4);
+        let mut cloud = FrictionCloud::default();
+        for _ in 0..200_000 {
+            let speed = random.normal();
+            cloud.push(speed, 0.3 * speed + speed.signum() + 0.05 * random.normal());
+        }
+        let points = cloud.points();
+        // A line fills the cells beside it: some for each column.
+        assert!((CELLS as usize / 2..20 * CELLS as usize).contains(&points.len()), "{}", points.len());
+        assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));
+    }
+
+    #[test]
+    fn the_law_jumps_at_rest() {
+        let arm = Pendulum::new();
+        let friction = FrictionTerm::STANDARD;
+        let model = Model::new(&arm, &friction, &[]);
+        let law = law(&model, &[0.5, 2.0, 0.1], 0, 3.0);
+        let expected = [(-3.0, -3.4), (3.0, 3.6)];
+        for (found, expected) in [law[0], law[law.len() - 1]].iter().zip(expected) {
+            assert!((found.0 - expected.0).abs() < 1e-12 && (found.1 - expected.1).abs() < 1e-12, "{found:?}");
+        }
+        assert!(law.windows(2).all(|w| w[0].0 < w[1].0));
+    }
+}

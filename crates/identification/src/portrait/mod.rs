@@ -1,0 +1,227 @@
+//! What an estimate makes of logs, joint by joint, small enough to be drawn however long the logs are.
+//!
+//! Torques over time are kept as the smallest and the largest value of each of some hundred spans ([`envelope`]), friction
+//! as one point of each cell of a grid ([`friction_cloud`]), the residual also as its spectrum ([`spectrum`]) and its
+//! autocorrelation (`estimate::autocorrelation`). What a joint's torque consists of is in [`split`]; [`series`] writes
+//! measured and predicted torques sample by sample.
+
+pub mod envelope;
+pub mod friction_cloud;
+pub mod series;
+pub mod spectrum;
+pub mod split;
+
+use logs::{Error, LogSource};
+
+use crate::estimate::autocorrelation::Autocorrelation;
+use crate::estimate::options::Options;
+use crate::model::linear_model::Model;
+use crate::model::unit::Unit;
+use crate::portrait::envelope::Envelope;
+use crate::portrait::friction_cloud::FrictionCloud;
+use crate::portrait::spectrum::{Spectrum, noise_density};
+use crate::portrait::split::{JointTorque, split};
+use crate::signals::records::{Records, SourceRecords};
+
+/// s between two logs on their common axis, as a share of the logs together.
+const GAP: f64 = 0.01;
+
+/// Logs as an estimate predicts them.
+#[derive(Clone, Debug, Default)]
+pub struct Portrait {
+    /// The logs on one axis of time, one after the other.
+    pub logs: Vec<LogSpan>,
+    /// One a coordinate.
+    pub joints: Vec<JointPortrait>,
+    /// Samples behind each joint, after decimation.
+    pub samples: usize,
+}
+
+/// The place of a log on the common axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogSpan {
+    /// Name of the log, as the user gave it.
+    pub name: String,
+    /// s, from here ..
+    pub from: f64,
+    /// .. to there.
+    pub to: f64,
+}
+
+/// One joint; torques in N m (N), filtered as they were fitted.
+#[derive(Clone, Debug, Default)]
+pub struct JointPortrait {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// Unit of its torque.
+    pub unit: String,
+    /// Whether it slides.
+    pub is_prismatic: bool,
+    /// Over the common axis of time, s.
+    pub measured: Envelope,
+    /// Y X, friction and couplings.
+    pub predicted: Envelope,
+    /// Measured less predicted, of rows that count.
+    pub residual: Envelope,
+    /// Inertia, Coriolis and centrifugal, gravity, friction: over time.
+    pub parts: [Envelope; 4],
+    /// Root mean square of the parts.
+    pub part_rms: [f64; 4],
+    /// Root mean square of the measured torque.
+    pub torque_rms: f64,
+    /// Root mean square of the residual.
+    pub residual_rms: f64,
+    /// Smallest and largest position, rad (m).
+    pub position: (f64, f64),
+    /// Largest speed, rad/s (m/s).
+    pub speed: f64,
+    /// Largest acceleration, rad/s^2 (m/s^2).
+    pub acceleration: f64,
+    /// Largest measured torque.
+    pub effort: f64,
+    /// Of the residual: Hz, and N m/sqrt(Hz).
+    pub residual_spectrum: Vec<(f64, f64)>,
+    /// Of the measured torque.
+    pub torque_spectrum: Vec<(f64, f64)>,
+    /// N m/sqrt(Hz) of the measured torque far above the cut-off, where no motion is; `None` where the log has nothing
+    /// there.
+    pub noise: Option<f64>,
+    /// Of the residual: s, and rho.
+    pub autocorrelation: Vec<(f64, f64)>,
+    /// Half of the band of rho within which white noise stays with 95 %.
+    pub autocorrelation_band: f64,
+    /// Measured torque less inertia, Coriolis, centrifugal and gravity: rad/s, N m.
+    pub friction: Vec<(f64, f64)>,
+    /// The friction of the estimate: rad/s, N m.
+    pub friction_law: Vec<(f64, f64)>,
+}
+
+/// What is gathered of one joint.
+struct Gathered {
+    portrait: JointPortrait,
+    squares: [f64; 6],
+    rows: usize,
+    used: usize,
+    cloud: FrictionCloud,
+    residual_spectrum: Spectrum,
+    torque_spectrum: Spectrum,
+}
+
+/// The logs as parameters `x` of the linear model predict them. `options`: those of the estimate, with its cut-off.
+///
+/// Fails when a log cannot be read.
+pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -> Result<Portrait, Error> {
+    let mut portrait = Portrait::default();
+    let mut joints: Vec<Gathered> = (0..model.n()).map(|j| Gathered::new(model, j)).collect();
+    let mut autocorrelation = Autocorrelation::new(model.n());
+    let duration: f64 = logs.iter().map(|log| log.report().duration).sum();
+    for log in logs {
+        let from = portrait.logs.last().map_or(0.0, |span: &LogSpan| span.to + GAP * duration);
+        let records = SourceRecords::new(model.regressor, std::slice::from_ref(log), &options.preparation())?;
+        let (mut begin, mut to) = (None, from);
+        records.each(&mut |states| {
+            let Some(first) = states.t.first() else { return };
+            let shift = from - *begin.get_or_insert(*first);
+            joints.iter_mut().for_each(|joint| joint.begin(states.period));
+            let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
+            split(model, x, states, |r, torques| {
+                to = states.t[r] + shift;
+                for (j, (joint, torque)) in joints.iter_mut().zip(torques).enumerate() {
+                    joint.add(to, torque);
+                    if torque.counts {
+                        residuals[j][r] = torque.residual();
+                    }
+                }
+                portrait.samples += 1;
+            });
+            autocorrelation.add(&residuals, states.period);
+        })?;
+        portrait.logs.push(LogSpan { name: log.name(), from, to });
+    }
+    let base = model.regressor.parameters().len();
+    let noise = noise_density(options, logs)?;
+    for (j, (joint, noise)) in joints.into_iter().zip(noise).enumerate() {
+        let mut found = joint.finish();
+        found.noise = noise;
+        found.autocorrelation = autocorrelation.of_joint(j);
+        found.autocorrelation_band = autocorrelation.band(j);
+        found.friction_law = friction_cloud::law(model, &x[base..], j, found.speed);
+        portrait.joints.push(found);
+    }
+    Ok(portrait)
+}
+
+impl Gathered {
+    fn new(model: &Model, j: usize) -> Gathered {
+        let is_prismatic = model.regressor.is_prismatic(j);
+        let portrait = JointPortrait {
+            coordinate: model.regressor.coordinates()[j].clone(),
+            unit: Unit::TORQUE.along(is_prismatic).to_string(),
+            is_prismatic,
+            position: (f64::INFINITY, f64::NEG_INFINITY),
+            ..JointPortrait::default()
+        };
+        Gathered {
+            portrait,
+            squares: [0.0; 6],
+            rows: 0,
+            used: 0,
+            cloud: FrictionCloud::default(),
+            residual_spectrum: Spectrum::default(),
+            torque_spectrum: Spectrum::default(),
+        }
+    }
+
+    /// A record begins: lines are broken.
+    fn begin(&mut self, period: f64) {
+        let joint = &mut self.portrait;
+        for line in [&mut joint.measured, &mut joint.predicted, &mut joint.residual].into_iter().chain(&mut joint.parts)
+        {
+            line.interrupt();
+        }
+        self.residual_spectrum.begin(period);
+        self.torque_spectrum.begin(period);
+    }
+
+    fn add(&mut self, t: f64, torque: &JointTorque) {
+        let joint = &mut self.portrait;
+        joint.measured.push(t, torque.measured);
+        joint.predicted.push(t, torque.predicted());
+        for (k, part) in torque.parts.into_iter().enumerate() {
+            joint.parts[k].push(t, part);
+            self.squares[k] += part * part;
+        }
+        self.squares[4] += torque.measured * torque.measured;
+        self.rows += 1;
+        joint.position = (joint.position.0.min(torque.q), joint.position.1.max(torque.q));
+        joint.speed = joint.speed.max(torque.dq.abs());
+        joint.acceleration = joint.acceleration.max(torque.ddq.abs());
+        joint.effort = joint.effort.max(torque.measured.abs());
+        self.torque_spectrum.push(torque.measured);
+        if torque.counts {
+            let residual = torque.residual();
+            joint.residual.push(t, residual);
+            self.squares[5] += residual * residual;
+            self.used += 1;
+            self.cloud.push(torque.dq, torque.measured - torque.rigid());
+            self.residual_spectrum.push(residual);
+        } else {
+            joint.residual.interrupt();
+            // A gap would look like an edge; no residual is the nearest to none.
+            self.residual_spectrum.push(0.0);
+        }
+    }
+
+    fn finish(self) -> JointPortrait {
+        let rms = |square: f64, rows: usize| (square / rows.max(1) as f64).sqrt();
+        JointPortrait {
+            part_rms: std::array::from_fn(|k| rms(self.squares[k], self.rows)),
+            torque_rms: rms(self.squares[4], self.rows),
+            residual_rms: rms(self.squares[5], self.used),
+            friction: self.cloud.points(),
+            residual_spectrum: self.residual_spectrum.density(),
+            torque_spectrum: self.torque_spectrum.density(),
+            ..self.portrait
+        }
+    }
+}

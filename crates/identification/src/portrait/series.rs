@@ -1,0 +1,93 @@
+//! Measured and predicted torques sample by sample.
+
+use std::fmt::Write;
+
+use logs::{Error, LogSource};
+
+use crate::estimate::options::Options;
+use crate::model::linear_model::Model;
+use crate::signals::records::{Records, SourceRecords};
+
+/// The torques of a log over time, filtered and decimated as for the fit: rows of n joints, N m (N).
+#[derive(Clone, Debug, PartialEq)]
+pub struct TorqueSeries {
+    /// The log, as the user named it.
+    pub name: String,
+    /// s of the log's clock, one an instant.
+    pub t: Vec<f64>,
+    /// tau, an instant a row.
+    pub measured: Vec<f64>,
+    /// W X, an instant a row; not a number where a joint stands still, whose row does not count.
+    pub predicted: Vec<f64>,
+}
+
+/// The series of logs under parameters `x`.
+///
+/// Fails when a log cannot be read.
+pub fn series(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -> Result<Vec<TorqueSeries>, Error> {
+    let of_log = |log: &LogSource| {
+        let mut series = TorqueSeries { name: log.name(), t: Vec::new(), measured: Vec::new(), predicted: Vec::new() };
+        let records = SourceRecords::new(model.regressor, std::slice::from_ref(log), &options.preparation())?;
+        records.each(&mut |states| {
+            let before = series.measured.len();
+            series.t.extend(&states.t);
+            series.measured.extend(&states.tau);
+            series.predicted.resize(before + states.tau.len(), f64::NAN);
+            model.residuals(states, x, |r, j, residual| {
+                let entry = r * states.n + j;
+                series.predicted[before + entry] = states.tau[entry] - residual;
+            });
+        })?;
+        Ok(series)
+    };
+    logs.iter().map(of_log).collect()
+}
+
+/// The series as CSV: `log`, `t`, and for each coordinate `measured_` and `predicted_`, which is empty where the row does
+/// not count.
+pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String {
+    let mut text = "log,t".to_string();
+    // A String never fails to grow.
+    coordinates.iter().for_each(|name| write!(text, ",measured_{name},predicted_{name}").unwrap_or_default());
+    text.push('\n');
+    for one in series {
+        let (name, n) = (quoted(&one.name), coordinates.len());
+        let rows = one.t.iter().zip(one.measured.chunks(n).zip(one.predicted.chunks(n)));
+        for (t, (measured, predicted)) in rows {
+            let _ = write!(text, "{name},{t:.6}");
+            for (measured, predicted) in measured.iter().zip(predicted) {
+                let _ = write!(text, ",{measured:.6e},");
+                if predicted.is_finite() {
+                    let _ = write!(text, "{predicted:.6e}");
+                }
+            }
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// A field of CSV.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A name with a comma stays one field; what does not count is an empty one.
+    #[test]
+    fn rows_have_their_fields() {
+        let (measured, predicted) = (vec![1.0, 2.0, 3.0, 4.0], vec![1.5, f64::NAN, 2.5, 4.5]);
+        let one = TorqueSeries { name: "a,\"b\"".into(), t: vec![0.0, 0.1], measured, predicted };
+        let text = series_to_csv(&[one], &["q1".into(), "q2".into()]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "log,t,measured_q1,predicted_q1,measured_q2,predicted_q2");
+        assert_eq!(lines[1], "\"a,\"\"b\"\"\",0.000000,1.000000e0,1.500000e0,2.000000e0,");
+        assert_eq!(lines.len(), 3);
+    }
+}

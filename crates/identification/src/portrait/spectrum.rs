@@ -1,0 +1,139 @@
+//! The spectrum of a signal, averaged over short stretches, and the noise of measured torques.
+//!
+//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2 with Hann's window h over stretches of [`STRETCH`] samples
+//! that overlap by half, averaged [Welch 1967]. What is given is sqrt(S), in the unit of the signal by sqrt(Hz).
+
+use std::sync::Arc;
+
+use logs::{Error, Log, LogSource};
+use realfft::{RealFftPlanner, RealToComplex};
+
+use crate::estimate::options::Options;
+
+/// Samples of a stretch.
+const STRETCH: usize = 256;
+
+/// The noise is looked for above this multiple of the cut-off.
+const ABOVE: f64 = 2.0;
+/// Bins there without which nothing can be said.
+const FEWEST: usize = 8;
+
+/// A spectrum that is being averaged.
+pub struct Spectrum {
+    transform: Arc<dyn RealToComplex<f64>>,
+    window: Vec<f64>,
+    held: Vec<f64>,
+    sums: Vec<f64>,
+    stretches: usize,
+    period: f64,
+}
+
+impl Default for Spectrum {
+    fn default() -> Spectrum {
+        let turn = |i: usize| std::f64::consts::TAU * i as f64 / STRETCH as f64;
+        Spectrum {
+            transform: RealFftPlanner::<f64>::new().plan_fft_forward(STRETCH),
+            window: (0..STRETCH).map(|i| 0.5 - 0.5 * turn(i).cos()).collect(),
+            held: Vec::new(),
+            sums: vec![0.0; STRETCH / 2 + 1],
+            stretches: 0,
+            period: 0.0,
+        }
+    }
+}
+
+impl Spectrum {
+    /// A record begins, of samples `period` s apart.
+    pub fn begin(&mut self, period: f64) {
+        self.held.clear();
+        self.period = period;
+    }
+
+    /// The next sample.
+    pub fn push(&mut self, value: f64) {
+        self.held.push(value);
+        if self.held.len() < STRETCH {
+            return;
+        }
+        let mean = self.held.iter().sum::<f64>() / STRETCH as f64;
+        let mut input: Vec<f64> = self.held.iter().zip(&self.window).map(|(e, h)| (e - mean) * h).collect();
+        let mut output = self.transform.make_output_vec();
+        // Both buffers have the length of the plan.
+        if self.transform.process(&mut input, &mut output).is_ok() {
+            for (sum, bin) in self.sums.iter_mut().zip(&output) {
+                *sum += bin.norm_sqr();
+            }
+            self.stretches += 1;
+        }
+        self.held.drain(..STRETCH / 2);
+    }
+
+    /// Hz and the root of the density, without the mean; empty where no stretch was long enough.
+    pub fn density(&self) -> Vec<(f64, f64)> {
+        let power: f64 = self.window.iter().map(|h| h * h).sum();
+        let scale = 2.0 * self.period / (power * self.stretches.max(1) as f64);
+        let hertz = |k: usize| k as f64 / (STRETCH as f64 * self.period);
+        let bins = if self.stretches == 0 { 0 } else { self.sums.len() };
+        (1..bins).map(|k| (hertz(k), (scale * self.sums[k]).sqrt())).collect()
+    }
+}
+
+/// The root of the density of each measured torque above twice the cut-off, N m/sqrt(Hz), by its median; `None` where the
+/// rate of the log leaves no room there. It is noise where the driver has not filtered the torques.
+///
+/// Fails where a log does not fit the transmission.
+pub fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {
+    let cutoff = options.signal.cutoff.unwrap_or(0.0);
+    let mut spectra: Vec<Spectrum> = Vec::new();
+    let mut add = |log: &Log| -> Result<(), Error> {
+        for part in log.segments() {
+            let torques = options.transmission.apply(&part)?.tau;
+            spectra.resize_with(torques.len(), Spectrum::default);
+            for (spectrum, torque) in spectra.iter_mut().zip(&torques) {
+                spectrum.begin(log.report.period);
+                torque.iter().for_each(|tau| spectrum.push(*tau));
+            }
+        }
+        Ok(())
+    };
+    for log in logs {
+        match log {
+            LogSource::Held(log) => add(log)?,
+            LogSource::Streamed(stream) => stream.each(&mut add)?,
+        }
+    }
+    let level = |spectrum: &Spectrum| {
+        let mut above: Vec<f64> =
+            spectrum.density().into_iter().filter(|(hz, _)| *hz > ABOVE * cutoff).map(|(_, root)| root).collect();
+        above.sort_by(f64::total_cmp);
+        (above.len() >= FEWEST).then(|| above[above.len() / 2]).filter(|level| *level > 0.0)
+    };
+    Ok(spectra.iter().map(level).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+
+    /// White noise of variance s^2 has the density 2 s^2 T, and a sine its peak at its place.
+    #[test]
+    fn noise_is_flat_and_a_sine_is_a_peak() {
+        let mut random = Random::new(2);
+        let (period, sigma) = (0.002, 0.3);
+        let mut spectrum = Spectrum::default();
+        spectrum.begin(period);
+        (0..100_000).for_each(|_| spectrum.push(sigma * random.normal()));
+        let expected = (2.0 * sigma * sigma * period).sqrt();
+        // Some eight hundred stretches: a bin is known to 1/sqrt(800) of its square; the first holds less by the mean.
+        for (hz, root) in &spectrum.density()[1..127] {
+            assert!((root / expected - 1.0).abs() < 0.1, "{hz} {root} {expected}");
+        }
+        spectrum.begin(period);
+        (0..100_000).for_each(|i| spectrum.push(5.0 * (std::f64::consts::TAU * 50.0 * period * i as f64).sin()));
+        let density = spectrum.density();
+        let peak = density.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        assert!((peak.0 - 50.0).abs() < 2.0, "{peak:?}");
+        assert!(Spectrum::default().density().is_empty());
+    }
+}

@@ -1,0 +1,120 @@
+//! What a torque consists of, sample by sample.
+//!
+//! ```text
+//! gravity  Y(q, 0, 0) X        Coriolis and centrifugal  Y(q, dq, 0) X - Y(q, 0, 0) X
+//! inertia  Y(q, dq, ddq) X - Y(q, dq, 0) X               friction  the columns beyond the base parameters
+//! ```
+//! A rotor inertia that is estimated beside the friction counts as inertia; what a coupled motor adds counts as friction.
+
+use crate::model::friction::terms::FrictionTerm;
+use crate::model::linear_model::Model;
+use crate::model::states::States;
+
+/// Words for the parts, in their order.
+pub const PARTS: [&str; 4] = ["inertia", "Coriolis and centrifugal", "gravity", "friction"];
+
+/// One joint at one instant; N m (N), rad (m) and its rates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointTorque {
+    /// Position.
+    pub q: f64,
+    /// Velocity.
+    pub dq: f64,
+    /// Acceleration.
+    pub ddq: f64,
+    /// The torque of the log.
+    pub measured: f64,
+    /// Inertia, Coriolis and centrifugal, gravity, friction.
+    pub parts: [f64; 4],
+    /// Whether the row counts: a joint at standstill may hold by stiction.
+    pub counts: bool,
+}
+
+impl JointTorque {
+    /// The torque of the parameters.
+    pub fn predicted(&self) -> f64 {
+        self.parts.iter().sum()
+    }
+
+    /// Measured less predicted.
+    pub fn residual(&self) -> f64 {
+        self.measured - self.predicted()
+    }
+
+    /// The torque without friction.
+    pub fn rigid(&self) -> f64 {
+        self.parts[..3].iter().sum()
+    }
+}
+
+/// The torques of a record under parameters `x`: `take(r, joints)`.
+pub fn split(model: &Model, x: &[f64], states: &States, mut take: impl FnMut(usize, &[JointTorque])) {
+    let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
+    let rotor = rotor_columns(model);
+    let (mut inputs, mut y) = (vec![0.0; 6 * n], vec![0.0; 2 * n * base]);
+    let mut torques = vec![JointTorque::default(); n];
+    let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
+    model.rows(states, 0..states.len(), |r, w| {
+        let at = r * n..(r + 1) * n;
+        // At rest, and with the velocities alone.
+        inputs[..n].copy_from_slice(&states.q[at.clone()]);
+        inputs[3 * n..4 * n].copy_from_slice(&states.q[at.clone()]);
+        inputs[4 * n..5 * n].copy_from_slice(&states.dq[at]);
+        model.regressor.fill_many(&inputs, &mut y);
+        for (j, torque) in torques.iter_mut().enumerate() {
+            let row = |y: &[f64]| product(&y[j * base..(j + 1) * base], &x[..base]);
+            let (rest, coasting) = (row(&y[..n * base]), row(&y[n * base..]));
+            let w = &w[j * p..(j + 1) * p];
+            let (whole, beside) = (product(&w[..base], &x[..base]), product(&w[base..], &x[base..]));
+            let turned = rotor[j].map_or(0.0, |c| w[c] * x[c]);
+            let i = r * n + j;
+            *torque = JointTorque {
+                q: states.q[i],
+                dq: states.dq[i],
+                ddq: states.ddq[i],
+                measured: states.tau[i],
+                parts: [whole - coasting + turned, coasting - rest, rest, beside - turned],
+                counts: states.used[i],
+            };
+        }
+        take(r, &torques);
+    });
+}
+
+/// The column of a rotor inertia among the friction of each joint.
+fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
+    let per_joint: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
+    let before = |i: usize| model.friction[..i].iter().map(|t| t.parameters().len()).sum::<usize>();
+    let rotor = model.friction.iter().position(|t| *t == FrictionTerm::Rotor).map(before);
+    let base = model.regressor.parameters().len();
+    (0..model.n()).map(|j| rotor.map(|c| base + j * per_joint + c)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+
+    /// The parts of a pendulum are those of its equation, and their sum is W X.
+    #[test]
+    fn the_parts_of_a_pendulum() {
+        let arm = Pendulum::new();
+        let friction = [FrictionTerm::Viscous, FrictionTerm::Rotor];
+        let model = Model::new(&arm, &friction, &[]);
+        let states = arm.states(50);
+        let [zz, mx, my] = arm.truth;
+        let (fv, ia) = (0.4, 0.07);
+        let mut count = 0;
+        split(&model, &[zz, mx, my, fv, ia], &states, |r, torques| {
+            let (q, dq, ddq) = (states.q[r], states.dq[r], states.ddq[r]);
+            let expected = [(zz + ia) * ddq, 0.0, 9.81 * (mx * q.cos() - my * q.sin()), fv * dq];
+            for (part, expected) in torques[0].parts.iter().zip(expected) {
+                // Sums of three products of numbers below fifty.
+                assert!((part - expected).abs() < 1e-12, "{part} {expected}");
+            }
+            assert!((torques[0].predicted() - torques[0].measured - ia * ddq - fv * dq).abs() < 1e-12);
+            count += 1;
+        });
+        assert_eq!(count, 50);
+    }
+}

@@ -1,0 +1,87 @@
+//! What a base parameter means, in words, as far as its rule says it: `first moment of forearm along x, with what wrist_1
+//! to tool add to it`.
+//!
+//! A base parameter is its own standard parameter and multiples of others. Those of its own link are named one by one;
+//! of other links only which they are: how much of each is what the rule says.
+
+use robot::{Inertial, LinkId, Robot, StandardParameter};
+
+use crate::base::base_parameters::BaseParameters;
+
+impl BaseParameters {
+    /// What base parameter k of `robot` means, in words.
+    pub fn meaning(&self, robot: &Robot, k: usize) -> String {
+        let base = &self.base[k];
+        let own = self.standard[base.column];
+        let mut text = plain(robot, own);
+        let others: Vec<(StandardParameter, f64)> =
+            base.terms.iter().skip(1).map(|t| (self.standard[t.parameter], t.coefficient)).collect();
+        let same = others.iter().filter(|(p, _)| p.link == own.link);
+        let same: Vec<String> = same.map(|&(p, factor)| joined(own.inertial, p.inertial, factor)).collect();
+        if !same.is_empty() {
+            text += &format!(", {}", same.join(", "));
+        }
+        let mut links: Vec<LinkId> = others.iter().map(|(p, _)| p.link).filter(|link| *link != own.link).collect();
+        links.sort_unstable_by_key(|link| link.0);
+        links.dedup();
+        if !links.is_empty() {
+            let adds = if links.len() == 1 { "adds" } else { "add" };
+            text += &format!(", with what {} {adds} to it", listed(robot, &links));
+        }
+        text
+    }
+}
+
+/// What a standard parameter is: `moment of inertia of forearm about x`.
+pub(crate) fn plain(robot: &Robot, parameter: StandardParameter) -> String {
+    let link = called(robot, parameter.link);
+    match parameter.inertial {
+        Inertial::M => format!("mass of {link}"),
+        Inertial::Ia => format!("rotor inertia of the motor of {}", robot.link(parameter.link).joint.name),
+        inertial if inertial.is_first_moment() => format!("first moment of {link} along {}", axis(inertial)),
+        Inertial::Xx | Inertial::Yy | Inertial::Zz => {
+            format!("moment of inertia of {link} about {}", axis(parameter.inertial))
+        }
+        Inertial::Xy => format!("product of inertia of {link}, x with y"),
+        Inertial::Xz => format!("product of inertia of {link}, x with z"),
+        _ => format!("product of inertia of {link}, y with z"),
+    }
+}
+
+fn axis(inertial: Inertial) -> &'static str {
+    match inertial {
+        Inertial::Xx | Inertial::Mx => "x",
+        Inertial::Yy | Inertial::My => "y",
+        _ => "z",
+    }
+}
+
+/// Another parameter of the same link.
+fn joined(own: Inertial, other: Inertial, factor: f64) -> String {
+    let is_moment = |i: Inertial| matches!(i, Inertial::Xx | Inertial::Yy | Inertial::Zz);
+    match other {
+        Inertial::Ia => "with its rotor".into(),
+        other if is_moment(own) && is_moment(other) && factor == -1.0 => format!("less that about {}", axis(other)),
+        other if is_moment(own) && is_moment(other) && factor == 1.0 => format!("with that about {}", axis(other)),
+        other => format!("with its {}", other.letters()),
+    }
+}
+
+fn called(robot: &Robot, link: LinkId) -> String {
+    let name = &robot.link(link).name;
+    if name.chars().all(|c| c.is_ascii_digit()) { format!("link {name}") } else { name.clone() }
+}
+
+/// `a`, `a and b`, `a to d` where they follow one another, `a, b and 4 more`.
+fn listed(robot: &Robot, links: &[LinkId]) -> String {
+    let name = |i: usize| called(robot, links[i]);
+    let last = links.len() - 1;
+    let in_a_row = links.windows(2).all(|pair| robot.link(pair[1]).antecedent == Some(pair[0]));
+    match links.len() {
+        1 => name(0),
+        2 => format!("{} and {}", name(0), name(1)),
+        _ if in_a_row => format!("{} to {}", name(0), name(last)),
+        3 => format!("{}, {} and {}", name(0), name(1), name(2)),
+        _ => format!("{}, {} and {} more", name(0), name(1), links.len() - 2),
+    }
+}

@@ -1,0 +1,122 @@
+//! A plan and a validation, for the page.
+
+use identification::estimate::validation::Validation;
+use identification::experiments::experiment_plan::ExperimentPlan;
+use serde::Serialize;
+
+use crate::chart::Chart;
+use crate::joints::Figure;
+use crate::number::{percent, significant};
+
+/// A plan of experiments.
+#[derive(Serialize)]
+pub struct PlanPart {
+    summary: String,
+    open: String,
+    rows: Vec<Experiment>,
+}
+
+#[derive(Serialize)]
+struct Experiment {
+    name: String,
+    kind: String,
+    fast: String,
+    slow: String,
+    centre: String,
+    rank: usize,
+    gain: String,
+}
+
+/// The plan in words and rows.
+pub fn plan(plan: &ExperimentPlan) -> PlanPart {
+    let row = |e: &identification::experiments::planned_experiment::PlannedExperiment| Experiment {
+        name: e.name.clone(),
+        kind: e.kind.clone(),
+        fast: e.fast.clone(),
+        slow: e.slow.join(", "),
+        centre: e.centre.iter().map(|q| format!("{q:.2}")).collect::<Vec<_>>().join(", "),
+        rank: e.rank,
+        gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
+    };
+    let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
+    PlanPart {
+        summary: format!(
+            "{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
+             size (D-efficiency); its condition number is {:.1}, and no plan has less than {:.1}.",
+            plan.experiments.len(),
+            plan.candidates,
+            plan.rank,
+            plan.parameters.len(),
+            percent(plan.d_efficiency_at_least),
+            plan.cond_fro,
+            plan.cond_fro_at_least
+        ),
+        open: open.join(", "),
+        rows: plan.experiments.iter().map(row).collect(),
+    }
+}
+
+/// A validation.
+#[derive(Serialize)]
+pub struct ValidationPart {
+    summary: String,
+    rows: Vec<JointRow>,
+    motions: Vec<(String, String)>,
+    charts: Vec<Figure>,
+    has_rigid: bool,
+    has_white: bool,
+}
+
+#[derive(Serialize)]
+struct JointRow {
+    name: String,
+    error: String,
+    rigid: String,
+    rms: String,
+    not_white: String,
+}
+
+/// The validation in words, rows and charts.
+pub fn validation(validation: &Validation) -> ValidationPart {
+    let or = |x: Option<f64>| x.map_or("-".into(), percent);
+    let row = |j: &identification::estimate::validation::JointValidation| JointRow {
+        name: j.coordinate.clone(),
+        error: percent(j.relative),
+        rigid: or(j.relative_rigid),
+        rms: format!("{} {}", significant(j.rms, 3), j.unit),
+        not_white: or(j.not_white),
+    };
+    ValidationPart {
+        summary: format!(
+            "{} that the estimate was not made from {} predicted with an error of {}; low-pass {} Hz.",
+            match validation.motions.len() {
+                1 => "1 motion".into(),
+                n => format!("{n} motions"),
+            },
+            if validation.motions.len() == 1 { "is" } else { "are" },
+            percent(validation.total),
+            significant(validation.cutoff_hz, 3)
+        ),
+        rows: validation.joints.iter().map(row).collect(),
+        motions: validation.motions.iter().map(|m| (m.name.clone(), percent(m.relative))).collect(),
+        charts: pictures(validation)
+            .into_iter()
+            .map(|(_, chart)| Figure { caption: String::new(), svg: chart.svg() })
+            .collect(),
+        has_rigid: validation.joints.iter().any(|j| j.relative_rigid.is_some()),
+        has_white: validation.joints.iter().any(|j| j.not_white.is_some()),
+    }
+}
+
+/// Measured and predicted torque of each joint in the first motion: figure 2(a-c) of the paper.
+pub fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
+    let picture = |p: &identification::estimate::validation::TorquePicture| {
+        let points = |y: &[f64]| p.t.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
+        let chart = Chart::new(format!("Torque of {}", p.coordinate), ("time, s", &format!("{}, N m", p.coordinate)))
+            .with_zero()
+            .line("measured", "a", &points(&p.measured))
+            .line("predicted", "b", &points(&p.predicted));
+        (format!("torque_{}", p.coordinate), chart)
+    };
+    validation.pictures.iter().map(picture).collect()
+}

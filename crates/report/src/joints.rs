@@ -1,0 +1,206 @@
+//! The joints: what each torque is made of, what is left of it, and whether that is noise.
+
+use identification::estimate::artefact::Estimate;
+use identification::estimate::autocorrelation::NOISE_MEMORY;
+use identification::estimate::identified::INTERVAL;
+use identification::portrait::split::PARTS;
+use identification::portrait::{JointPortrait, Portrait};
+use serde::Serialize;
+
+use crate::chart::Chart;
+use crate::number::{percent, significant};
+
+/// A joint of the page.
+#[derive(Serialize)]
+pub struct Joint {
+    name: String,
+    /// Of the portrait's logs.
+    relative: String,
+    rms: String,
+    held_out: String,
+    memory: String,
+    /// Shares of the parts, each with its word, in per cent of their sum.
+    shares: Vec<Share>,
+    charts: Vec<Figure>,
+}
+
+#[derive(Serialize)]
+struct Share {
+    name: &'static str,
+    class: &'static str,
+    percent: f64,
+    text: String,
+}
+
+/// A chart with its caption.
+#[derive(Serialize)]
+pub struct Figure {
+    pub caption: String,
+    pub svg: String,
+}
+
+const CLASSES: [&str; 4] = ["a", "b", "c", "d"];
+
+/// The joints of a portrait; `estimate`: for errors on parts left out and the cut-off.
+pub fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
+    portrait.joints.iter().map(|joint| one(joint, portrait, estimate)).collect()
+}
+
+fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) -> Joint {
+    let of_estimate = estimate.and_then(|e| e.joints.iter().find(|j| j.coordinate == joint.coordinate));
+    let sum: f64 = joint.part_rms.iter().sum();
+    let share = |(k, rms): (usize, &f64)| Share {
+        name: PARTS[k],
+        class: CLASSES[k],
+        percent: if sum > 0.0 { 100.0 * rms / sum } else { 0.0 },
+        text: format!("{} {}", significant(*rms, 3), joint.unit),
+    };
+    let memory = of_estimate.and_then(|j| j.memory);
+    Joint {
+        name: joint.coordinate.clone(),
+        relative: if joint.torque_rms > 0.0 { percent(joint.residual_rms / joint.torque_rms) } else { "-".into() },
+        rms: format!("{} {}", significant(joint.residual_rms, 3), joint.unit),
+        held_out: of_estimate.and_then(|j| j.held_out).map_or("-".into(), percent),
+        memory: memory.map_or("-".into(), |memory| likeness(memory, estimate.map_or(0.0, |e| e.cutoff))),
+        shares: joint.part_rms.iter().enumerate().map(share).collect(),
+        charts: charts(joint, portrait, memory, estimate.map_or(0.0, |e| e.cutoff)),
+    }
+}
+
+/// How long a residual resembles itself, beside noise behind the same filter.
+fn likeness(memory: f64, cutoff: f64) -> String {
+    let seconds = format!("{} s", significant(memory, 2));
+    match memory * cutoff / NOISE_MEMORY {
+        _ if cutoff == 0.0 => seconds,
+        times if times < 1.5 => format!("{seconds}, as noise"),
+        times => format!("{seconds}, {times:.1} × noise"),
+    }
+}
+
+/// The charts of a joint by their file names, for a folder of pictures.
+pub fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
+    let cutoff = estimate.map_or(0.0, |e| e.cutoff);
+    let named = |joint| {
+        let charts = drawn(joint, portrait, None, cutoff).into_iter();
+        charts.map(|(name, _, chart)| (format!("{name}_{}", joint.coordinate), chart)).collect::<Vec<_>>()
+    };
+    portrait.joints.iter().flat_map(named).collect()
+}
+
+fn charts(joint: &JointPortrait, portrait: &Portrait, memory: Option<f64>, cutoff: f64) -> Vec<Figure> {
+    let figure = |(_, caption, chart): (&str, String, Chart)| Figure { caption, svg: chart.svg() };
+    drawn(joint, portrait, memory, cutoff).into_iter().map(figure).collect()
+}
+
+/// File name, caption and chart.
+fn drawn<'a>(
+    joint: &'a JointPortrait,
+    portrait: &'a Portrait,
+    memory: Option<f64>,
+    cutoff: f64,
+) -> Vec<(&'static str, String, Chart<'a>)> {
+    let (name, unit) = (&joint.coordinate, joint.unit.as_str());
+    let speed = if joint.is_prismatic { "speed, m/s" } else { "speed, rad/s" };
+    let borders: Vec<f64> = portrait.logs.iter().skip(1).map(|log| log.from).collect();
+    let over_time =
+        |title: &str| Chart::new(format!("{title} of {name}"), ("time, s", unit)).with_zero().borders(borders.clone());
+    let band = INTERVAL * joint.residual_rms;
+    let mut charts = vec![
+        (
+            "torque",
+            "Torque".to_string(),
+            over_time("Torque").envelope("measured", "a", &joint.measured).envelope("predicted", "b", &joint.predicted),
+        ),
+        (
+            "residual",
+            format!("What is left, with its 95 % band of ±{} {unit}", significant(band, 2)),
+            over_time("Residual").band("95 % of it", -band, band).envelope(
+                "measured − predicted",
+                "d",
+                &joint.residual,
+            ),
+        ),
+    ];
+    let mut split = over_time("Parts of the torque");
+    for (k, part) in joint.parts.iter().enumerate() {
+        split = split.envelope(PARTS[k], CLASSES[k], part);
+    }
+    charts.push(("parts", "What the torque is made of".into(), split));
+    charts.push(("friction", friction_caption(joint), friction(joint, name, unit, speed)));
+    if !joint.residual_spectrum.is_empty() {
+        charts.push(("spectrum", spectrum_caption(joint, unit), spectrum(joint, name, unit, cutoff)));
+    }
+    if joint.autocorrelation.len() > 1 {
+        let (caption, chart) = autocorrelation(joint, name, memory, cutoff);
+        charts.push(("autocorrelation", caption, chart));
+    }
+    charts
+}
+
+fn friction<'a>(joint: &'a JointPortrait, name: &str, unit: &str, speed: &str) -> Chart<'a> {
+    let law = &joint.friction_law;
+    let middle = law.iter().position(|p| p.0 > 0.0).unwrap_or(law.len());
+    let pieces = vec![law[..middle].to_vec(), law[middle..].to_vec()];
+    let chart = Chart::new(format!("Friction of {name}"), (speed, unit)).with_zero().dots("data", "a", &joint.friction);
+    if law.is_empty() { chart } else { chart.pieces("law", "b", pieces) }
+}
+
+fn friction_caption(joint: &JointPortrait) -> String {
+    match joint.friction_law.is_empty() {
+        true => "Measured torque less inertia and gravity; no friction is in the model".into(),
+        false => "Friction: measured torque less inertia and gravity".into(),
+    }
+}
+
+fn spectrum<'a>(joint: &JointPortrait, name: &str, unit: &str, cutoff: f64) -> Chart<'a> {
+    let density = format!("{unit}/√Hz");
+    let shown = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        // Beyond the cut-off there is what the filter leaves.
+        points.iter().copied().filter(|p| cutoff == 0.0 || p.0 <= 1.3 * cutoff).collect()
+    };
+    let residual = shown(&joint.residual_spectrum);
+    let mut chart = Chart::new(format!("Spectrum of {name}"), ("frequency, Hz", &density))
+        .logarithmic()
+        .line("torque", "a", &shown(&joint.torque_spectrum))
+        .line("what is left", "d", &residual);
+    if let (Some(level), Some(first), Some(last)) = (joint.noise, residual.first(), residual.last()) {
+        chart = chart.line("noise", "c", &[(first.0, level), (last.0, level)]);
+    }
+    chart
+}
+
+fn spectrum_caption(joint: &JointPortrait, unit: &str) -> String {
+    match joint.noise {
+        Some(level) => format!(
+            "Spectrum; the noise is that of the torque far above the cut-off, {} {unit}/√Hz",
+            significant(level, 2)
+        ),
+        None => "Spectrum; the log holds nothing above the cut-off that would show its noise".into(),
+    }
+}
+
+fn autocorrelation<'a>(joint: &JointPortrait, name: &str, memory: Option<f64>, cutoff: f64) -> (String, Chart<'a>) {
+    let band = joint.autocorrelation_band;
+    let found = &joint.autocorrelation;
+    let mut chart = Chart::new(format!("Autocorrelation of {name}"), ("lag, s", ""))
+        .with_zero()
+        .band("95 % of white noise", -band, band)
+        .line("what is left", "d", found);
+    let mut caption = "How far what is left resembles itself".to_string();
+    if cutoff > 0.0 {
+        let filtered = |t: f64| {
+            let x = std::f64::consts::TAU * cutoff * t;
+            if x == 0.0 { 1.0 } else { x.sin() / x }
+        };
+        let noise: Vec<(f64, f64)> = found.iter().map(|p| (p.0, filtered(p.0))).collect();
+        chart = chart.line("filtered noise", "c", &noise);
+        if let Some(memory) = memory {
+            let times = memory * cutoff / NOISE_MEMORY;
+            caption += &match times < 1.5 {
+                true => format!(": {} s, not longer than noise behind the filter", significant(memory, 2)),
+                false => format!(": {} s, {times:.1} times as long as noise behind the filter", significant(memory, 2)),
+            };
+        }
+    }
+    (caption, chart)
+}

@@ -1,0 +1,18 @@
+//! Pages for people: one file of HTML each, which loads nothing.
+//!
+//! [`identification::Page`] tells an identification: its verdict, what each joint's torque is made of and what is left of
+//! it, the parameters with their meaning, the motion against the limits, the plan and the validation where there are some.
+//! The text stands in `templates/`; charts are SVG of our own ([`chart`]). A page changes with nothing but its content: no
+//! clock is read, the date is what the caller gives.
+
+#![warn(missing_docs)]
+
+pub mod chart;
+mod experiments;
+pub mod identification;
+mod joints;
+mod motion;
+pub mod number;
+mod parameters;
+pub mod scale;
+mod template;

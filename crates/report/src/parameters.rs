@@ -1,0 +1,186 @@
+//! The table of parameters: grouped by link, each with its interval, what it means and what the description says.
+
+use std::collections::BTreeMap;
+
+use identification::estimate::artefact::Estimate;
+use identification::estimate::identified::{INTERVAL, Identified, Status};
+use identification::model::parameter::{CouplingParameter, FrictionParameter, ParameterId};
+use modeling::BaseParameters;
+use robot::Robot;
+use robot::value::CoordinateId;
+use serde::Serialize;
+
+use crate::number::{percent, significant, unit, with_interval};
+
+/// The robot behind an estimate.
+#[derive(Clone, Copy)]
+pub struct Subject<'a> {
+    /// The description.
+    pub robot: &'a Robot,
+    /// Its base parameters.
+    pub parameters: &'a BaseParameters,
+    /// The base parameters by the inertials of the description, in their order; `None` where it has none.
+    pub described: Option<&'a [f64]>,
+}
+
+/// The parameters of one link.
+#[derive(Serialize)]
+pub struct Group {
+    title: String,
+    rows: Vec<Row>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    order: usize,
+    name: String,
+    value: String,
+    half: String,
+    unit: String,
+    /// For sorting: numbers that a script reads.
+    number: f64,
+    /// |value| in standard deviations; 0 where it is not identifiable.
+    deviations: f64,
+    /// Its length of 100.
+    bar: f64,
+    relative: String,
+    described: String,
+    /// How far the description is from the estimate, standard deviations.
+    off: Option<f64>,
+    meaning: String,
+    rule: String,
+    status: &'static str,
+    is_doubtful: bool,
+}
+
+/// Standard deviations at which a bar of significance is full.
+const FULL: f64 = 50.0;
+
+/// The parameters of an estimate by link.
+pub fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<Group> {
+    let told: BTreeMap<String, Told> = subject.map(told).unwrap_or_default();
+    let mut groups: Vec<Group> = Vec::new();
+    for (order, parameter) in estimate.parameters.iter().enumerate() {
+        let title = title(&parameter.id, subject, &told);
+        let row = row(order, parameter, &told);
+        match groups.iter_mut().find(|group| group.title == title) {
+            Some(group) => group.rows.push(row),
+            None => groups.push(Group { title, rows: vec![row] }),
+        }
+    }
+    groups
+}
+
+/// What the description says of a base parameter.
+struct Told {
+    link: String,
+    meaning: String,
+    rule: String,
+    described: Option<f64>,
+}
+
+fn told(subject: Subject) -> BTreeMap<String, Told> {
+    let Subject { robot, parameters, described } = subject;
+    let rules = parameters.rules();
+    let one = |(k, base): (usize, &modeling::BaseParameter)| {
+        let told = Told {
+            link: link_title(robot, parameters.standard[base.column].link),
+            meaning: parameters.meaning(robot, k),
+            rule: if base.terms.len() > 1 { rules.base[k].clone() } else { String::new() },
+            described: described.map(|values| values[k]),
+        };
+        (base.name.clone(), told)
+    };
+    parameters.base.iter().enumerate().map(one).collect()
+}
+
+fn link_title(robot: &Robot, link: robot::LinkId) -> String {
+    let link = robot.link(link);
+    match link.joint.name == link.name || link.joint.name.is_empty() {
+        true => link.name.clone(),
+        false => format!("{} (joint {})", link.name, link.joint.name),
+    }
+}
+
+/// The group of a parameter: its link, and for friction that of its joint.
+fn title(id: &ParameterId, subject: Option<Subject>, told: &BTreeMap<String, Told>) -> String {
+    let label = match id {
+        ParameterId::Base(name) => match told.get(&id.to_string()) {
+            Some(told) => return told.link.clone(),
+            None => &name.label,
+        },
+        ParameterId::Friction(_, label) | ParameterId::Coupling(_, label) | ParameterId::DriveGain(label) => label,
+    };
+    let of_label = |subject: Subject| {
+        let robot = subject.robot;
+        let is_meant = |name: &str| identification::model::label::Label::of_coordinate(name) == *label;
+        let k = robot.coordinates.iter().position(|c| is_meant(&c.name))?;
+        Some(link_title(robot, robot.joint_of(CoordinateId(k))?))
+    };
+    subject.and_then(of_label).unwrap_or_else(|| match id {
+        ParameterId::Base(_) => format!("link {}", label.to_string().trim_start_matches('_')),
+        _ => format!("joint {}", label.to_string().trim_start_matches('_')),
+    })
+}
+
+fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> Row {
+    let name = parameter.id.to_string();
+    let told = told.get(&name);
+    let sigma = parameter.largest_sigma();
+    let (value, half) = match parameter.value {
+        Some(value) => with_interval(value, if sigma.is_finite() { INTERVAL * sigma } else { 0.0 }),
+        None => ("not identifiable".into(), String::new()),
+    };
+    let number = parameter.value.unwrap_or(0.0);
+    let deviations = if sigma > 0.0 && sigma.is_finite() { number.abs() / sigma } else { 0.0 };
+    let described = told.and_then(|told| told.described);
+    let off = described.zip(parameter.value).map(|(d, value)| (d - value).abs() / sigma);
+    Row {
+        order,
+        value,
+        half,
+        unit: unit(&parameter.unit.to_string()),
+        number,
+        deviations,
+        bar: (100.0 * deviations / FULL).min(100.0),
+        relative: parameter.relative_sigma.map_or(String::new(), |x| percent(0.01 * x)),
+        described: described.map_or(String::new(), |x| significant(x, 3)),
+        off: off.filter(|off| off.is_finite()),
+        meaning: told.map_or_else(|| meaning(&parameter.id), |told| told.meaning.clone()),
+        rule: told.map_or(String::new(), |told| told.rule.clone()),
+        status: match parameter.status {
+            Status::Identified => "",
+            Status::NotSignificant => "zero is inside its interval",
+            Status::Weak => "weak: little motion decides it",
+            Status::NotIdentifiable => "the data say nothing about it",
+        },
+        is_doubtful: parameter.status != Status::Identified,
+        name,
+    }
+}
+
+/// What a parameter means that no rule tells.
+fn meaning(id: &ParameterId) -> String {
+    use FrictionParameter::*;
+    let text = match id {
+        ParameterId::Base(name) if name.absorbs => "inertial parameter into which others are put together",
+        ParameterId::Base(_) => "inertial parameter",
+        ParameterId::DriveGain(_) => "torque per unit of current",
+        ParameterId::Coupling(CouplingParameter::Rotor, _) => "rotor inertia of the coupled motor",
+        ParameterId::Coupling(CouplingParameter::Viscous, _) => "viscous friction of the coupled motor",
+        ParameterId::Coupling(CouplingParameter::Coulomb, _) => "Coulomb friction of the coupled motor",
+        ParameterId::Friction(friction, _) => match friction {
+            Viscous => "viscous friction: grows with the speed",
+            Coulomb => "Coulomb friction: turns with the direction",
+            Offset => "offset of the torque: sensor, or friction that differs by direction",
+            ViscousForward => "viscous friction forward",
+            CoulombForward => "Coulomb friction forward",
+            ViscousBackward => "viscous friction backward",
+            CoulombBackward => "Coulomb friction backward",
+            Stribeck | StribeckForward | StribeckBackward => "friction near rest beyond Coulomb's",
+            Load | LoadForward | LoadBackward => "Coulomb friction per unit of torque",
+            Rotor => "rotor inertia of the motor",
+        },
+    };
+    text.into()
+}

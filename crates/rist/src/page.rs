@@ -1,0 +1,43 @@
+//! The page of an identification: whatever there is of it, as one file of HTML.
+
+use identification::portrait::Portrait;
+use report::identification::{Page, Subject};
+
+pub use report::identification::Origin;
+
+use crate::model::Model;
+use crate::{Estimate, ExperimentPlan, Validation, Verdict};
+
+/// What the page tells; each part is left out where it is not given.
+#[derive(Clone, Copy, Default)]
+pub struct PageRequest<'a> {
+    /// The robot, for rules, meanings, limits and the values of the description.
+    pub model: Option<&'a Model>,
+    /// The experiments that were planned.
+    pub plan: Option<&'a ExperimentPlan>,
+    /// The parameters.
+    pub estimate: Option<&'a Estimate>,
+    /// What they make of logs: [`crate::portrait`].
+    pub portrait: Option<&'a Portrait>,
+    /// How well they predict others.
+    pub validation: Option<&'a Validation>,
+    /// Whether to trust them.
+    pub verdict: Option<&'a Verdict>,
+    /// Date, version and command.
+    pub origin: Origin<'a>,
+}
+
+/// The page, and its charts as files of SVG by name.
+pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
+    let described = request.model.and_then(Model::described_parameters);
+    let subject = request.model.map(|model| Subject {
+        robot: &model.robot,
+        parameters: &model.parameters,
+        described: described.as_deref(),
+    });
+    let path = request.model.map(|model| model.path.display().to_string());
+    let PageRequest { plan, estimate, portrait, validation, verdict, origin, .. } = *request;
+    let origin = Origin { model: path.as_deref(), ..origin };
+    let page = Page { subject, plan, estimate, portrait, validation, verdict, origin };
+    (page.html(), page.pictures())
+}
