@@ -204,7 +204,7 @@ fn unlike_parts_are_refused() {
     refused(&here, &["accumulate", &other, "a.csv", "--like", "a.tri", "--out", "x.tri"], &["a.tri: the sums are of"]);
 }
 
-/// A fleet of two joints, a tenth of it changed: the robots are found, and hardly another is named.
+/// A fleet of three joints, a fifth of it changed: the robots are found, and hardly another is named.
 #[test]
 fn changed_robots_are_found() {
     let model = Model::read(tests::workspace().join("tests/data/robots/r3g.yaml")).unwrap();
