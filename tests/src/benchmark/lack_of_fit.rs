@@ -17,7 +17,7 @@ use identification::model::friction::terms::sign;
 use identification::model::regressor::Regressor;
 use identification::simulate::dynamics::Dynamics;
 use logs::{Effort, Log, LogReport};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
 use robot::RotorInertia;
 
 use crate::tape_robot::TapeRobot;
@@ -129,10 +129,14 @@ impl LackOfFit {
         let mut y = vec![0.0; 6 * base];
         for i in 0..rows() {
             let [q, dq, ddq] = motion.at(i as f64 * PERIOD);
+            // A drive logs the mean of its torque: the share of the time that the joint moved forward.
+            const PARTS: usize = 16;
+            let parts = (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
+            let direction = parts.fold([0.0; 6], |sum, v| std::array::from_fn(|k| sum[k] + sign(v[k]) / PARTS as f64));
             Regressor::fill(&self.robot, &q, &dq, &ddq, &mut y);
             let torque = |k: usize| {
                 let rigid: f64 = y[k * base..][..base].iter().zip(&self.robot.truth).map(|(y, x)| y * x).sum();
-                rigid + VISCOUS[k] * dq[k] + COULOMB[k] * sign(dq[k]) + OFFSET[k]
+                rigid + VISCOUS[k] * dq[k] + COULOMB[k] * direction[k] + OFFSET[k]
             };
             clean.push(&q, &dq, &std::array::from_fn(torque));
         }
@@ -142,7 +146,7 @@ impl LackOfFit {
     /// The robot under its controller.
     fn closed_loop(&self, motion: &FourierMotion, truth: Truth) -> Clean {
         let (mut clean, mut bristle) = (Clean::new(), [0.0; 6]);
-        let [mut q, mut dq, _] = motion.at(0.0);
+        let [mut q, mut dq, mut ddq] = motion.at(0.0);
         let mut before = None;
         let held = PERIOD / HELD as f64;
         let h = held / STEPS as f64;
@@ -160,37 +164,45 @@ impl LackOfFit {
                 clean.push(&q, &dq, &mean);
             }
             before = Some(u);
+            // Inertia and bias in the middle of what is to come; only friction changes faster.
+            let middle = |x: &[f64; 6], dx: &[f64; 6]| std::array::from_fn(|k| x[k] + 0.5 * held * dx[k]);
+            let held = Held::new(&self.robot, &middle(&q, &dq), &middle(&dq, &ddq), u);
+            let start = dq;
             for _ in 0..STEPS {
                 // The midpoint rule; a bristle follows the velocity of the step exactly.
-                let first = self.acceleration(&q, &dq, &u, truth, &mut bristle, 0.5 * h);
+                let first = held.acceleration(&dq, truth, &mut bristle, 0.5 * h);
                 let half: [f64; 6] = std::array::from_fn(|k| dq[k] + 0.5 * h * first[k]);
-                let there = std::array::from_fn(|k| q[k] + 0.5 * h * dq[k]);
-                let second = self.acceleration(&there, &half, &u, truth, &mut bristle, 0.5 * h);
+                let second = held.acceleration(&half, truth, &mut bristle, 0.5 * h);
                 for k in 0..6 {
                     q[k] += h * half[k];
                     dq[k] += h * second[k];
                 }
             }
+            ddq = std::array::from_fn(|k| (dq[k] - start[k]) / (STEPS as f64 * h));
         }
         clean
     }
+}
+
+/// The robot under a torque that is held.
+struct Held {
+    inertia: Cholesky<f64, Const<6>>,
+    /// u - h, N m.
+    net: [f64; 6],
+}
+
+impl Held {
+    fn new(robot: &TapeRobot, q: &[f64; 6], dq: &[f64; 6], u: [f64; 6]) -> Held {
+        let (a, bias) = dynamics(robot, q, dq);
+        let inertia = SMatrix::<f64, 6, 6>::from_row_slice(&a).cholesky();
+        let inertia = inertia.unwrap_or_else(|| panic!("the inertia matrix of a robot is positive definite"));
+        Held { inertia, net: std::array::from_fn(|k| u[k] - bias[k] - OFFSET[k]) }
+    }
 
     /// A^-1 (u - h - friction), the bristles moved on by `step` s.
-    fn acceleration(
-        &self,
-        q: &[f64; 6],
-        dq: &[f64; 6],
-        u: &[f64; 6],
-        truth: Truth,
-        bristle: &mut [f64; 6],
-        step: f64,
-    ) -> [f64; 6] {
-        let (a, bias) = dynamics(&self.robot, q, dq);
-        let net = |k: usize| u[k] - bias[k] - friction(truth, k, dq[k], &mut bristle[k], step) - OFFSET[k];
-        let net: Vec<f64> = (0..6).map(net).collect();
-        let solved = DMatrix::from_row_slice(6, 6, &a).cholesky().map(|c| c.solve(&DVector::from_vec(net)));
-        let solved = solved.unwrap_or_else(|| panic!("the inertia matrix of a robot is positive definite"));
-        std::array::from_fn(|k| solved[k])
+    fn acceleration(&self, dq: &[f64; 6], truth: Truth, bristle: &mut [f64; 6], step: f64) -> [f64; 6] {
+        let net = SVector::from_fn(|k, _| self.net[k] - friction(truth, k, dq[k], &mut bristle[k], step));
+        self.inertia.solve(&net).into()
     }
 }
 

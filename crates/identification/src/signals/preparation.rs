@@ -2,6 +2,7 @@
 
 use logs::{Error, Log};
 
+use crate::model::friction::terms::FrictionTerm;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
@@ -16,6 +17,8 @@ pub struct Preparation {
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,
+    /// Friction terms whose columns are made before the filter; the terms linear in the motion are none.
+    pub friction: Vec<FrictionTerm>,
     /// How fast the motion of everything that is fitted together is, where it was looked at.
     pub content: Option<FrequencyContent>,
 }
@@ -105,7 +108,8 @@ fn states_of(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) ->
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
         return Err(Error::at(&log.name, 0, message));
     }
-    let states = preparation.transmission.apply(log)?.states(&preparation.signal, preparation.content.as_ref())?;
+    let signals = preparation.transmission.apply(log)?;
+    let states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
     let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD));
     if !finite {
         return Err(Error::at(

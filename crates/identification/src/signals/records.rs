@@ -71,8 +71,9 @@ impl<'a> SourceRecords<'a> {
             LogSource::Streamed(stream) => {
                 let stream = Stream::new(stream, &preparation);
                 let samples = stream.log.report().kept / stream.preparation.signal.decimate.unwrap_or(1);
-                // q, dq, ddq, torque, direction, and whether it counts.
-                let numbers = samples * (6 * regressor.coordinates().len() + 1);
+                // q, dq, ddq, torque, direction, whether it counts, and friction.
+                let friction: usize = preparation.friction.iter().map(|term| term.parameters().len()).sum();
+                let numbers = samples * ((6 + friction) * regressor.coordinates().len() + 1);
                 if numbers > left {
                     return Ok(Source::Streamed(stream));
                 }
