@@ -48,7 +48,7 @@ const AS_GOOD: f64 = 1.01;
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
     let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
-    for share in [0.01, 0.03, 0.1] {
+    for share in [0.003, 0.01, 0.03, 0.1] {
         out.push(vec![Viscous, SmoothCoulomb(share * fastest), Offset]);
         out.push(vec![Viscous, Coulomb, Offset, Stribeck(share * fastest)]);
     }

@@ -63,7 +63,7 @@ impl Default for Signal {
 }
 
 /// Cut-off of the velocity that tells reversals, over that of the torques.
-pub const REVERSAL: f64 = 5.0;
+pub const REVERSAL: f64 = 10.0;
 
 impl Signal {
     /// Keep every n-th sample: n.
