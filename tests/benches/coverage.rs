@@ -72,7 +72,7 @@ fn one(robot: &LackOfFit, truth: &[f64], what: Truth, draw: u64) -> Found {
     Found {
         residual: estimate.total,
         error: of(&|p| p.value.unwrap_or(f64::NAN)).iter().zip(truth).map(|(x, t)| x - t).collect(),
-        white: of(&|p| p.sigma.unwrap_or(f64::NAN)),
-        sigma: of(&|p| p.largest_sigma()),
+        white: of(&|p| p.white_sigma.unwrap_or(f64::NAN)),
+        sigma: of(&|p| p.sigma_or_infinity()),
     }
 }

@@ -14,8 +14,8 @@ use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
-use crate::estimators::correlated_deviation::robust;
 use crate::estimators::huber::{Reweighted, reweighted};
+use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation};
 use crate::estimators::weighted::fit;
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
@@ -93,9 +93,9 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        let influence = |j: usize, e: f64| by_rows.as_ref().map_or(e, |found| found.influence(j, e));
-        let sigma = robust(&model, records, &solution, &weights, &influence)?.sigma;
-        let mut estimate = report(&model, &joints, &observation, &solution, &sigma);
+        let deviation =
+            replicate_deviation(&model, records, &observation, &solution, &weights, by_rows.as_ref())?;
+        let mut estimate = report(&model, &joints, &observation, &solution, &deviation);
         estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
@@ -109,8 +109,11 @@ impl Fit {
         estimate.method = options.weights.method().into();
         estimate.logs = logs;
         if options.covariance {
-            let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
-            estimate.covariance = (0..model.p()).map(row).collect();
+            // The correlations of white noise, and the deviations to believe.
+            let (sigma, white) = (deviation.sigma(), &deviation.white);
+            let share = |c: usize| if white[c] > 0.0 { sigma[c] / white[c] } else { 0.0 };
+            let entry = |i: usize, j: usize| share(i) * share(j) * solution.variance * solution.inverse[(i, j)];
+            estimate.covariance = (0..model.p()).map(|i| (0..model.p()).map(|j| entry(i, j)).collect()).collect();
         }
         Ok(Fit { estimate, observation, solution, weights })
     }
@@ -173,22 +176,23 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The estimate of a solution: values with their white and robust deviations, residuals, remarks.
+/// The estimate of a solution: values with their deviations, residuals, remarks.
 fn report(
     model: &Model,
     joints: &[Triangle],
     observation: &Observation,
     solution: &Solution,
-    robust: &[f64],
+    deviation: &ReplicateDeviation,
 ) -> Estimate {
+    let sigma = deviation.sigma();
     let still = little_motion(model, observation);
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] {
             return Identified::unidentifiable(id, unit, solution.x[c]);
         }
-        let white = (solution.variance * solution.inverse[(c, c)]).sqrt();
-        let deviations = Deviations { white, robust: Some(robust[c]), weak: weak(parameter, &still) };
+        let (sigma, white) = (sigma[c], Some(deviation.white[c]));
+        let deviations = Deviations { sigma, white, weak: weak(parameter, &still) };
         Identified::new(id, unit, solution.x[c], deviations)
     };
     let residuals = residuals(model, joints, &solution.x);

@@ -45,7 +45,7 @@ pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
 /// A sentence on viscous friction that is negative beyond doubt: three standard deviations.
 pub fn driving(parameter: &Identified) -> Option<String> {
     let is_viscous = matches!(parameter.id, ParameterId::Friction(friction, _) if friction.is_viscous());
-    let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.largest_sigma());
+    let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.sigma_or_infinity());
     (is_viscous && is_negative).then(|| {
         format!(
             "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \

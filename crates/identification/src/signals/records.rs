@@ -19,7 +19,7 @@ pub trait Records {
 
     /// Contiguous parts that a record is kept in, for leaving parts out.
     fn parts(&self) -> usize {
-        10
+        20
     }
 }
 

@@ -18,7 +18,7 @@ pub fn torque_picture(picture: &TorquePicture) -> String {
 /// The table of parameters with their intervals: figure 2(d).
 pub fn parameter_picture(estimate: &Estimate) -> String {
     let row = |p: &'_ Identified| -> (String, String, Option<(f64, f64)>, &'static str) {
-        let sigma = p.robust_sigma.into_iter().chain(p.sigma).fold(0.0, f64::max);
+        let sigma = p.sigma.unwrap_or(0.0);
         let remark = match p.status {
             Status::NotSignificant => "zero is inside",
             Status::Weak => "weak",
