@@ -131,7 +131,8 @@ impl LackOfFit {
             let [q, dq, ddq] = motion.at(i as f64 * PERIOD);
             // A drive logs the mean of its torque: the share of the time that the joint moved forward.
             const PARTS: usize = 16;
-            let parts = (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
+            let parts =
+                (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
             let direction = parts.fold([0.0; 6], |sum, v| std::array::from_fn(|k| sum[k] + sign(v[k]) / PARTS as f64));
             Regressor::fill(&self.robot, &q, &dq, &ddq, &mut y);
             let torque = |k: usize| {
@@ -152,13 +153,11 @@ impl LackOfFit {
         let h = held / STEPS as f64;
         for i in 0..rows() * HELD {
             let [qr, dqr, ddqr] = motion.at(i as f64 * held);
-            let asked: [f64; 6] =
-                std::array::from_fn(|k| ddqr[k] + 400.0 * (qr[k] - q[k]) + 40.0 * (dqr[k] - dq[k]));
+            let asked: [f64; 6] = std::array::from_fn(|k| ddqr[k] + 400.0 * (qr[k] - q[k]) + 40.0 * (dqr[k] - dq[k]));
             let (a, bias) = dynamics(&self.nominal, &q, &dq);
             let friction = |k: usize| VISCOUS[k] * dqr[k] + COULOMB[k] * (dqr[k] / 0.05).tanh();
-            let u: [f64; 6] = std::array::from_fn(|k| {
-                (0..6).map(|c| a[6 * k + c] * asked[c]).sum::<f64>() + bias[k] + friction(k)
-            });
+            let u: [f64; 6] =
+                std::array::from_fn(|k| (0..6).map(|c| a[6 * k + c] * asked[c]).sum::<f64>() + bias[k] + friction(k));
             if i % HELD == 0 {
                 let mean = before.map_or(u, |b: [f64; 6]| std::array::from_fn(|k| 0.5 * (b[k] + u[k])));
                 clean.push(&q, &dq, &mean);

@@ -97,7 +97,8 @@ fn estimators_against_the_bound() {
         tallies[3].add(&huber.x, &arm.truth, &bound, &sigma(huber));
         let observation = Observation::of(&model, &slow, 20);
         let (ols, weights) = fit(&observation.joints(|_| true), Weights::Joint);
-        let wide = replicate_deviation(&model, std::slice::from_ref(&slow), &observation, &ols, &weights, None).unwrap();
+        let wide =
+            replicate_deviation(&model, std::slice::from_ref(&slow), &observation, &ols, &weights, None).unwrap();
         tallies[4].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[5].add(&ols.x, &arm.truth, &bound, &wide.sigma());
     }

@@ -63,7 +63,7 @@ impl Estimate {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
 
-    /// How many samples are worth one: the median of (sigma / white sigma)^2, at least 1.
+    /// By how much variances of white noise are too small: the median of (sigma / white sigma)^2, at least 1.
     pub fn discount(&self) -> f64 {
         let ratio = |p: &Identified| Some((p.sigma? / p.white_sigma?).powi(2)).filter(|r| r.is_finite());
         let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();

@@ -151,7 +151,10 @@ mod tests {
         assert_eq!(of(0.51).status, Status::Identified);
         assert_eq!(of(0.52).status, Status::NotSignificant);
         assert_eq!(of(0.2).relative_sigma, Some(20.0));
-        assert_eq!((of(0.1).widened(0.6).status, of(0.1).widened(0.6).white_sigma), (Status::NotSignificant, Some(0.05)));
+        assert_eq!(
+            (of(0.1).widened(0.6).status, of(0.1).widened(0.6).white_sigma),
+            (Status::NotSignificant, Some(0.05))
+        );
         assert_eq!(of(0.1).with_value(0.1).status, Status::NotSignificant);
         assert_eq!(found(0.0, Deviations::white(0.1)).relative_sigma, None);
     }

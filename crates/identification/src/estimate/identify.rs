@@ -48,6 +48,8 @@ pub struct Fit {
     pub solution: Solution,
     /// 1 / standard deviation of the residual, one a joint; ones for OLS.
     pub weights: Vec<f64>,
+    /// The deviations of the values by what they allow for.
+    pub deviation: ReplicateDeviation,
 }
 
 impl Fit {
@@ -93,8 +95,7 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        let deviation =
-            replicate_deviation(&model, records, &observation, &solution, &weights, by_rows.as_ref())?;
+        let deviation = replicate_deviation(&model, records, &observation, &solution, &weights, by_rows.as_ref())?;
         let mut estimate = report(&model, &joints, &observation, &solution, &deviation);
         estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
@@ -115,7 +116,7 @@ impl Fit {
             let entry = |i: usize, j: usize| share(i) * share(j) * solution.variance * solution.inverse[(i, j)];
             estimate.covariance = (0..model.p()).map(|i| (0..model.p()).map(|j| entry(i, j)).collect()).collect();
         }
-        Ok(Fit { estimate, observation, solution, weights })
+        Ok(Fit { estimate, observation, solution, weights, deviation })
     }
 }
 

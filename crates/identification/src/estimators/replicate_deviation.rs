@@ -59,6 +59,14 @@ impl ReplicateDeviation {
         let both = self.by_part.iter().zip(&self.by_speed);
         both.zip(&self.white).map(|((part, speed), white)| part.max(*speed).max(*white)).collect()
     }
+
+    /// How many correlated samples are worth one: the median of the variance by parts over that of white noise, at least 1.
+    pub fn correlated(&self) -> f64 {
+        let ratio = |(part, white): (&f64, &f64)| Some((part / white).powi(2)).filter(|r| r.is_finite());
+        let mut ratios: Vec<f64> = self.by_part.iter().zip(&self.white).filter_map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
+    }
 }
 
 /// From the rows of a fit (reweighted where `reweighted` says how), its solution and its weights by joint.
@@ -200,8 +208,8 @@ impl Whole {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::estimators::loss::Loss;
     use crate::estimators::huber::reweighted;
+    use crate::estimators::loss::Loss;
     use crate::estimators::weighted::{Weights, fit};
     use crate::model::friction::terms::FrictionTerm;
     use crate::model::states::States;
@@ -293,8 +301,7 @@ mod tests {
         let found = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();
         let records = records.as_slice();
         let (solution, weights) = (&found.solution, &found.weights);
-        let robust =
-            replicate_deviation(&model, records, &found.observation, solution, weights, Some(&found)).unwrap();
+        let robust = replicate_deviation(&model, records, &found.observation, solution, weights, Some(&found)).unwrap();
         for c in 0..3 {
             assert!(robust.sigma()[c] < 0.5 * plain.sigma()[c], "{robust:?} {plain:?}");
         }
