@@ -8,7 +8,7 @@
 //! |---|---|
 //! | bias | largest abs(mean error) of a parameter, in bounds; without any, about 2.3 / sqrt(draws) by chance |
 //! | RMSE | root mean square error over draws and parameters, in bounds |
-//! | white, robust | share of the 95 % intervals (x +- 1.96 sigma) that hold the truth, by either sigma |
+//! | white, robust | share of the 95 % intervals (x +- 1.96 sigma) that hold the truth, by the sigma of white noise and by the one to believe |
 //!
 //! The bound is that of white torque noise, (sum_j W_j' W_j / sigma_j^2)^-1/2, at noise-free states of every sample.
 //!
@@ -76,8 +76,8 @@ impl Found {
 
     fn of_fit(estimator: &'static str, condition: impl Into<String>, fit: &Fit) -> Found {
         let parameters = &fit.estimate.parameters;
-        let white = parameters.iter().filter_map(|p| p.sigma).collect();
-        let robust = parameters.iter().filter_map(|p| p.robust_sigma).collect();
+        let white = parameters.iter().filter_map(|p| p.white_sigma).collect();
+        let robust = parameters.iter().filter_map(|p| p.sigma).collect();
         Found { white, robust, ..Found::new(estimator, condition, &fit.solution.x) }
     }
 

@@ -119,3 +119,25 @@ fn a_load_between_two_logs() {
     let typo = rist(&here, &["identify", &arm(), "log.csv", "--loaded", "loaded.csv", "--loaded-link", "hand"]);
     assert!(typo.code == Some(2) && typo.err.contains("upper arm, forearm"), "{}", typo.err);
 }
+
+/// Counts of an encoder in place of an angle: no sine can be taken of them, and nothing would be identifiable.
+#[test]
+fn counts_of_an_encoder_are_refused() {
+    let here = folder("counts");
+    let robot = model("planar2r_vertical.yaml");
+    let rows = log_of(&robot, &Random(44).physical_parameters(&robot), &rubbed);
+    for per_radian in [2e4, 1e9] {
+        let counts = rows.iter().map(|row| {
+            let mut cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+            cells[2] *= per_radian;
+            cells[4] *= per_radian;
+            cells.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(",")
+        });
+        write_log(&here, &counts.collect::<Vec<_>>());
+        let run = rist(&here, &["identify", &arm(), "log.csv"]);
+        assert_eq!(run.code, Some(2), "{}", run.out);
+        for word in ["log.csv", "q2 is at", "thousand turns", "counts of an encoder", "divide the column"] {
+            assert!(run.err.contains(word), "{per_radian}: no `{word}` in {}", run.err);
+        }
+    }
+}

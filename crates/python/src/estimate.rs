@@ -175,16 +175,16 @@ impl Estimate {
         self.numbers(py, |p| p.value)
     }
 
-    /// Standard deviations for white noise, in the units of the values.
+    /// Standard deviations, in the units of the values: those to believe.
     #[getter]
     fn sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         self.numbers(py, |p| p.sigma)
     }
 
-    /// Standard deviations that allow for residuals that stay the same for a while.
+    /// What the standard deviations would be if the model were exact and the noise white.
     #[getter]
-    fn robust_sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.numbers(py, |p| p.robust_sigma)
+    fn white_sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.numbers(py, |p| p.white_sigma)
     }
 
     /// What each value is worth: "identified", "not_significant", "weak" or "not_identifiable".
@@ -199,14 +199,14 @@ impl Estimate {
         self.inner.parameters.iter().map(word).collect()
     }
 
-    /// A dict of columns (name, value, sigma, robust_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it.
+    /// A dict of columns (name, value, sigma, white_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it.
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let table = PyDict::new(py);
         table.set_item("name", self.names())?;
         table.set_item("value", self.values(py)?)?;
         table.set_item("sigma", self.sigma(py)?)?;
-        table.set_item("robust_sigma", self.robust_sigma(py)?)?;
+        table.set_item("white_sigma", self.white_sigma(py)?)?;
         table.set_item("unit", self.units())?;
         table.set_item("status", self.status())?;
         Ok(table)
@@ -366,13 +366,13 @@ impl Estimate {
                 p.id.to_string(),
                 number(p.value),
                 number(p.sigma),
-                number(p.robust_sigma),
+                number(p.white_sigma),
                 p.unit.to_string(),
                 status.into(),
             ]
         };
         let rows = self.inner.parameters.iter().zip(self.status()).map(row);
-        let head = ["parameter", "value", "sigma", "robust", "unit", "status"];
+        let head = ["parameter", "value", "sigma", "white", "unit", "status"];
         let title = format!("{}: {}", self.inner.model, self.inner.method);
         html::table(&title, &head, rows) + &html::text(&self.verdict.to_string())
     }

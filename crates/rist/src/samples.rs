@@ -11,7 +11,7 @@ use identification::estimate::options::Options;
 use identification::estimate::passport::{Passport, passport};
 use identification::estimate::remarks::outgrown;
 use identification::estimate::rotors::rotors;
-use identification::estimate::selection::{FrictionSelection, friction_candidates, select_friction};
+use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Verdict};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::model::linear_model::Model as LinearModel;
@@ -111,11 +111,11 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     };
 
     // The rows, once more with each friction model where that is to be chosen.
-    let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let friction = match request.find_friction {
-        true => Some(found_friction(model, &records, &mut options)?),
+        true => Some(found_friction(model, logs, &mut options)?),
         false => None,
     };
+    let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
     let passport = passport(regressor, &records, &suspects, described.as_deref())?;
@@ -207,11 +207,13 @@ fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Resu
     Ok(delay)
 }
 
-fn found_friction(model: &Model, records: &SourceRecords, options: &mut Options) -> Result<FrictionSelection, Error> {
+fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
     let couplings = options.transmission.coupled();
-    let seen = Observation::of_records(&LinearModel::new(model.regressor(), &[], &couplings), records, None)?;
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let seen = Observation::of_records(&LinearModel::new(model.regressor(), &[], &couplings), &records, None)?;
     let candidates = friction_candidates(seen.speed.iter().copied().fold(0.0, f64::max));
-    let selection = select_friction(model.regressor(), records, options, &candidates)?;
+    let records = SourceRecords::new(model.regressor(), logs, &preparation(options, &candidates))?;
+    let selection = select_friction(model.regressor(), &records, options, &candidates)?;
     options.friction = selection.candidates[selection.chosen].terms.clone();
     Ok(selection)
 }

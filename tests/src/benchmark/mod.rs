@@ -8,6 +8,7 @@ pub mod dataset;
 pub mod filtered_estimation;
 pub mod fleet;
 pub mod gain_monte_carlo;
+pub mod lack_of_fit;
 pub mod monte_carlo;
 pub mod plans;
 pub mod robots;

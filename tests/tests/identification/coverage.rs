@@ -7,9 +7,9 @@ use identification::estimate::consistent::identity_map;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use identification::estimators::consistent::{Prior, consistent};
-use identification::estimators::correlated_deviation::robust;
 use identification::estimators::huber::reweighted;
 use identification::estimators::loss::Loss;
+use identification::estimators::replicate_deviation::replicate_deviation;
 use identification::estimators::weighted::{Weights, fit};
 use identification::model::friction::terms::sign;
 use identification::model::linear_model::Model;
@@ -88,16 +88,19 @@ fn estimators_against_the_bound() {
         tallies[1].add(&huber.x, &arm.truth, &bound, &sigma(&huber));
         let (ols, _) = solve(&spikes, Weights::None);
         let found = reweighted(&model, std::slice::from_ref(&spikes), &ols, Loss::Huber).unwrap();
-        let (huber, influence) = (&found.solution, |j: usize, e: f64| found.influence(j, e));
-        let wide = robust(&model, std::slice::from_ref(&spikes), huber, &found.weights, &influence).unwrap();
-        let ratio = (0..3).map(|c| (wide.sigma[c] / sigma(huber)[c]).powi(2)).sum::<f64>() / 3.0;
+        let (huber, weights) = (&found.solution, &found.weights);
+        let records = std::slice::from_ref(&spikes);
+        let wide = replicate_deviation(&model, records, &found.observation, huber, weights, Some(&found)).unwrap();
+        let ratio = (0..3).map(|c| (wide.by_part[c] / sigma(huber)[c]).powi(2)).sum::<f64>() / 3.0;
         ratios += ratio / 300.0;
         tallies[2].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
         tallies[3].add(&huber.x, &arm.truth, &bound, &sigma(huber));
-        let (ols, weights) = solve(&slow, Weights::Joint);
-        let wide = robust(&model, std::slice::from_ref(&slow), &ols, &weights, &|_, e| e).unwrap();
+        let observation = Observation::of(&model, &slow, 20);
+        let (ols, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let wide =
+            replicate_deviation(&model, std::slice::from_ref(&slow), &observation, &ols, &weights, None).unwrap();
         tallies[4].add(&ols.x, &arm.truth, &bound, &sigma(&ols));
-        tallies[5].add(&ols.x, &arm.truth, &bound, &wide.sigma);
+        tallies[5].add(&ols.x, &arm.truth, &bound, &wide.sigma());
     }
     let names = [
         "OLS, white",

@@ -5,6 +5,7 @@
 mod broken_logs;
 mod coverage;
 mod experiments;
+mod lack_of_fit;
 mod log_files;
 mod log_formats;
 mod measured;

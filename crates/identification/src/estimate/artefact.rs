@@ -70,9 +70,9 @@ impl Estimate {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
 
-    /// How many correlated samples are worth one: the median of (robust sigma / white sigma)^2, at least 1.
+    /// By how much variances of white noise are too small: the median of (sigma / white sigma)^2, at least 1.
     pub fn discount(&self) -> f64 {
-        let ratio = |p: &Identified| Some((p.robust_sigma? / p.sigma?).powi(2)).filter(|r| r.is_finite());
+        let ratio = |p: &Identified| Some((p.sigma? / p.white_sigma?).powi(2)).filter(|r| r.is_finite());
         let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();
         ratios.sort_by(f64::total_cmp);
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
@@ -103,7 +103,7 @@ impl Estimate {
                 return Err(at(message.into()));
             }
         }
-        let numbers = |p: &Identified| [p.value, p.sigma, p.robust_sigma, p.used_for_prediction];
+        let numbers = |p: &Identified| [p.value, p.sigma, p.white_sigma, p.used_for_prediction];
         match estimate.parameters.iter().find(|p| numbers(p).into_iter().flatten().any(|x| !x.is_finite())) {
             Some(p) => Err(at(format!("{} holds what is no number: make the file again", p.id))),
             None => Ok(estimate),
@@ -127,9 +127,7 @@ impl fmt::Display for Estimate {
         writeln!(f, "{}: {}, cut-off {:.2} Hz, {} rows", self.model, self.method, self.cutoff, self.rows)?;
         let names: Vec<String> = self.parameters.iter().map(|p| p.id.to_string()).collect();
         let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(9);
-        let robust = self.parameters.iter().any(|p| p.robust_sigma.is_some());
-        write!(f, "{:<width$}  {:>12}  {:>10}", "parameter", "value", "sigma")?;
-        writeln!(f, "{}  {:>9}  unit", if robust { "      robust" } else { "" }, "sigma %")?;
+        writeln!(f, "{:<width$}  {:>12}  {:>10}  {:>9}  unit", "parameter", "value", "sigma", "sigma %")?;
         for (p, name) in self.parameters.iter().zip(&names) {
             write!(f, "{name:<width$}  ")?;
             let Some(value) = p.value else {
@@ -138,9 +136,6 @@ impl fmt::Display for Estimate {
             };
             let digits = decimals(p.sigma.unwrap_or(0.0), value);
             write!(f, "{value:>12.digits$}  {:>10.digits$}", p.sigma.unwrap_or(f64::NAN))?;
-            if robust {
-                write!(f, "  {:>10.digits$}", p.robust_sigma.unwrap_or(f64::NAN))?;
-            }
             let status = match p.status {
                 Status::NotSignificant => "  (zero is within its 95 % interval)",
                 Status::Weak => "  (weak: little motion decides it)",

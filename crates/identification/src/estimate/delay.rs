@@ -90,8 +90,20 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     let away = search(0.0, true)?.1 > model.p();
     let mut residual = |delay: f64| search(delay, away).map(|found| found.0);
     let residual_without = residual(0.0)?;
-    let mut best = (0.0, residual_without);
-    // Downhill from no delay, to both sides: the residual has one valley, and most delays are short.
+    let mut best = downhill(&mut residual, residual_without)?;
+    let found = golden_section(&mut residual, best.0 - STEP, best.0 + STEP)?;
+    if found.1 < best.1 {
+        best = found;
+    }
+    // The finer search reaches one step beyond the last of the grid.
+    let at_the_end = best.0.abs() > LONGEST + 0.9 * STEP;
+    Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
+}
+
+/// The best of a grid of delays, and its residual: downhill from no delay, to both sides. The residual has one valley, and
+/// most delays are short.
+fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) -> Result<(f64, f64), Error> {
+    let mut best = (0.0, without);
     for direction in [STEP, -STEP] {
         let mut steps = 1;
         while f64::from(steps) * STEP <= LONGEST {
@@ -105,10 +117,17 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             steps += 1;
         }
     }
-    // Golden section around the best of the grid.
-    let width = STEP;
+    Ok(best)
+}
+
+/// The lowest residual of a valley between a and b, to a tenth of a millisecond: c and d divide the interval by the
+/// golden section, and the side of the higher one goes.
+fn golden_section(
+    residual: &mut impl FnMut(f64) -> Result<f64, Error>,
+    mut a: f64,
+    mut b: f64,
+) -> Result<(f64, f64), Error> {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (best.0 - width, best.0 + width);
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
     let (mut fc, mut fd) = (residual(c)?, residual(d)?);
     while b - a > 1e-4 {
@@ -123,13 +142,7 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
         }
     }
     let middle = 0.5 * (a + b);
-    let last = residual(middle)?;
-    if last < best.1 {
-        best = (middle, last);
-    }
-    // The finer search reaches one step beyond the last of the grid.
-    let at_the_end = best.0.abs() > LONGEST + 0.9 * STEP;
-    Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
+    Ok((middle, residual(middle)?))
 }
 
 #[cfg(test)]

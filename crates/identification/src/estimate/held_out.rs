@@ -21,7 +21,7 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
     Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
 }
 
-/// Leaves out each part of the record in turn and predicts it from the others.
+/// Leaves out each tenth of the record in turn and predicts it from the others: two of the parts that it is kept in.
 ///
 /// A direction that only one part shows (without that part it is weaker than [`HELD`] of its columns) keeps the value
 /// of the whole record: leaving the part out does not test it.
@@ -46,7 +46,8 @@ pub fn cross_validate_by_part(model: &Model, observation: &Observation, weights:
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
     // The weights by joint are those of the whole record: a tenth of it does not change them.
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
-    let parts: Vec<Triangle> = observation.parts.iter().map(|joints| weighted(joints, &weights)).collect();
+    let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(merged).collect();
+    let parts: Vec<Triangle> = tenths.iter().map(|joints| weighted(joints, &weights)).collect();
     // Without a part, its neighbours before and behind it remain.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
@@ -59,8 +60,8 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     };
     let before = sums(&mut parts.iter());
     let behind = sums(&mut parts.iter().rev());
-    let mut parts = Vec::new();
-    for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&observation.parts) {
+    let mut left_out = Vec::new();
+    for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&tenths) {
         rest.merge(behind, 1.0);
         rest.merge(&held(&rest, &whole.x), 1.0);
         let x = solve(&rest).x;
@@ -68,9 +69,19 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
             let (torque, left) = triangle.squares(&x);
             Squares { torque, left, rows: triangle.rows }
         };
-        parts.push(part.iter().map(squares).collect());
+        left_out.push(part.iter().map(squares).collect());
     }
-    parts
+    left_out
+}
+
+/// Parts as one.
+fn merged(parts: &[Vec<Triangle>]) -> Vec<Triangle> {
+    let mut parts = parts.iter().cloned();
+    let mut joints = parts.next().unwrap_or_default();
+    for part in parts {
+        joints.iter_mut().zip(&part).for_each(|(sum, triangle)| sum.merge(triangle, 1.0));
+    }
+    joints
 }
 
 /// Share of a column's norm with which its parameter is held.

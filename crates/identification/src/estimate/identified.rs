@@ -18,12 +18,12 @@ pub struct Identified {
     pub unit: Unit,
     /// `None` where the data do not determine it.
     pub value: Option<f64>,
-    /// Standard deviation for white noise, in the unit of the value.
+    /// Standard deviation, in the unit of the value: the one to believe.
     pub sigma: Option<f64>,
-    /// Standard deviation that allows for residuals that stay the same for a while.
-    #[serde(default)]
-    pub robust_sigma: Option<f64>,
-    /// 100 sigma / |value|, the larger sigma of the two, %.
+    /// What it would be if the model were exact and the noise white; it never is in a robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub white_sigma: Option<f64>,
+    /// 100 sigma / |value|, %.
     #[serde(rename = "relative_sigma_percent", alias = "relative_sigma")]
     pub relative_sigma: Option<f64>,
     /// Whether the value can be used.
@@ -48,34 +48,29 @@ pub enum Status {
     NotIdentifiable,
 }
 
-/// Standard deviations of a value, by what they allow for.
+/// What is known of the error of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations {
-    /// White noise.
-    pub white: f64,
-    /// Residuals that stay the same for a while.
-    pub robust: Option<f64>,
+    /// The standard deviation to believe.
+    pub sigma: f64,
+    /// What white noise alone would leave of it, where that was looked at beside.
+    pub white: Option<f64>,
     /// Whether little motion decides the value.
     pub weak: bool,
 }
 
 impl Deviations {
-    /// Deviations that allow for white noise alone.
-    pub fn white(white: f64) -> Deviations {
-        Deviations { white, robust: None, weak: false }
-    }
-
-    /// The larger of the two.
-    fn largest(&self) -> f64 {
-        self.white.max(self.robust.unwrap_or(0.0))
+    /// A standard deviation that allows for white noise, and nothing beside it.
+    pub fn white(sigma: f64) -> Deviations {
+        Deviations { sigma, white: None, weak: false }
     }
 }
 
 impl Identified {
     /// A value with its deviations; decides the relative deviation and the status.
     pub fn new(id: ParameterId, unit: Unit, value: f64, deviations: Deviations) -> Identified {
-        let relative = 100.0 * deviations.largest() / value.abs();
-        let status = if value.abs() <= INTERVAL * deviations.largest() {
+        let relative = 100.0 * deviations.sigma / value.abs();
+        let status = if value.abs() <= INTERVAL * deviations.sigma {
             Status::NotSignificant
         } else if deviations.weak {
             Status::Weak
@@ -86,8 +81,8 @@ impl Identified {
             id,
             unit,
             value: Some(value),
-            sigma: Some(deviations.white),
-            robust_sigma: deviations.robust,
+            sigma: Some(deviations.sigma),
+            white_sigma: deviations.white,
             relative_sigma: relative.is_finite().then_some(relative),
             status,
             used_for_prediction: None,
@@ -96,9 +91,9 @@ impl Identified {
 
     /// A parameter that the data do not determine; `used_for_prediction`: what it is beside the others of a solution.
     pub fn unidentifiable(id: ParameterId, unit: Unit, used_for_prediction: f64) -> Identified {
-        let (value, sigma, robust_sigma, relative_sigma) = (None, None, None, None);
+        let (value, sigma, white_sigma, relative_sigma) = (None, None, None, None);
         let (status, used_for_prediction) = (Status::NotIdentifiable, Some(used_for_prediction));
-        Identified { id, unit, value, sigma, robust_sigma, relative_sigma, status, used_for_prediction }
+        Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
     /// What predicts torques: the value, or what stands for it where there is none.
@@ -119,26 +114,25 @@ impl Identified {
         }
     }
 
-    /// The same where each deviation is at least this one; nothing where it is not identifiable.
+    /// The same with a standard deviation of at least this; nothing where it is not identifiable.
     pub fn widened(self, deviation: f64) -> Identified {
         match (self.value, self.deviations()) {
             (Some(value), Some(found)) => {
-                let white = found.white.max(deviation);
-                let robust = found.robust.map(|robust| robust.max(deviation));
-                Identified::new(self.id, self.unit, value, Deviations { white, robust, ..found })
+                let sigma = found.sigma.max(deviation);
+                Identified::new(self.id, self.unit, value, Deviations { sigma, ..found })
             }
             _ => self,
         }
     }
 
-    /// The largest of its standard deviations; infinite where it has none.
-    pub fn largest_sigma(&self) -> f64 {
-        self.deviations().map_or(f64::INFINITY, |d| d.largest())
+    /// Its standard deviation; infinite where it has none.
+    pub fn sigma_or_infinity(&self) -> f64 {
+        self.sigma.unwrap_or(f64::INFINITY)
     }
 
     fn deviations(&self) -> Option<Deviations> {
         let weak = self.status == Status::Weak;
-        Some(Deviations { white: self.sigma?, robust: self.robust_sigma, weak })
+        Some(Deviations { sigma: self.sigma?, white: self.white_sigma, weak })
     }
 }
 
@@ -150,22 +144,24 @@ mod tests {
         Identified::new("FV1".parse().unwrap(), Unit::VISCOUS, value, deviations)
     }
 
-    /// One limit of significance, whichever deviation is the larger.
+    /// One limit of significance: that of the deviation to believe.
     #[test]
-    fn the_larger_deviation_decides() {
-        let of = |white, robust| found(1.0, Deviations { white, robust, weak: false });
-        assert_eq!(of(0.51, None).status, Status::Identified);
-        assert_eq!(of(0.52, None).status, Status::NotSignificant);
-        assert_eq!(of(0.1, Some(0.6)).status, Status::NotSignificant);
-        assert_eq!(of(0.1, Some(0.2)).relative_sigma, Some(20.0));
-        assert_eq!(of(0.1, None).widened(0.6).status, Status::NotSignificant);
-        assert_eq!(of(0.1, None).with_value(0.1).status, Status::NotSignificant);
+    fn the_deviation_decides() {
+        let of = |sigma| found(1.0, Deviations { sigma, white: Some(0.05), weak: false });
+        assert_eq!(of(0.51).status, Status::Identified);
+        assert_eq!(of(0.52).status, Status::NotSignificant);
+        assert_eq!(of(0.2).relative_sigma, Some(20.0));
+        assert_eq!(
+            (of(0.1).widened(0.6).status, of(0.1).widened(0.6).white_sigma),
+            (Status::NotSignificant, Some(0.05))
+        );
+        assert_eq!(of(0.1).with_value(0.1).status, Status::NotSignificant);
         assert_eq!(found(0.0, Deviations::white(0.1)).relative_sigma, None);
     }
 
     #[test]
     fn weak_stays_weak_and_unidentifiable_gets_no_value() {
-        let weak = found(1.0, Deviations { white: 0.1, robust: None, weak: true });
+        let weak = found(1.0, Deviations { sigma: 0.1, white: None, weak: true });
         assert_eq!((weak.status, weak.clone().with_value(2.0).status), (Status::Weak, Status::Weak));
         let open = Identified::unidentifiable("FV1".parse().unwrap(), Unit::VISCOUS, 2.0);
         let other = open.clone().with_value(3.0);

@@ -16,8 +16,8 @@ use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
-use crate::estimators::correlated_deviation::robust;
 use crate::estimators::huber::{Reweighted, reweighted};
+use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, white_deviation};
 use crate::estimators::weighted::fit;
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
@@ -54,6 +54,8 @@ pub struct Fit {
     pub solution: Solution,
     /// 1 / standard deviation of the residual, one a joint; ones for OLS.
     pub weights: Vec<f64>,
+    /// The deviations of the values by what they allow for.
+    pub deviation: ReplicateDeviation,
 }
 
 impl Fit {
@@ -96,8 +98,8 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        let influence = |j: usize, e: f64| by_rows.as_ref().map_or(e, |found| found.influence(j, e));
-        let sigma = robust(&model, records, &solution, &weights, &influence)?.sigma;
+        let deviation = replicate_deviation(&model, records, &observation, &solution, &weights, by_rows.as_ref())?;
+        let sigma = deviation.sigma();
         let mut estimate = report(&model, &joints, &observation, &solution, &sigma);
         estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
         estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
@@ -118,16 +120,18 @@ impl Fit {
         estimate.method = options.weights.method().into();
         estimate.logs = logs;
         if options.covariance {
-            estimate.covariance = covariance(&solution);
+            estimate.covariance = covariance(&solution, &sigma);
         }
-        Ok(Fit { estimate, observation, solution, weights })
+        Ok(Fit { estimate, observation, solution, weights, deviation })
     }
 }
 
-/// sigma_i sigma_j rho_ij for white noise, row by row.
-pub(super) fn covariance(solution: &Solution) -> Vec<Vec<f64>> {
-    let p = solution.x.len();
-    (0..p).map(|i| (0..p).map(|j| solution.variance * solution.inverse[(i, j)]).collect()).collect()
+/// sigma_i sigma_j rho_ij, row by row: the correlations of white noise, and the deviations to believe.
+pub(super) fn covariance(solution: &Solution, sigma: &[f64]) -> Vec<Vec<f64>> {
+    let white = white_deviation(solution);
+    let share = |c: usize| if white[c] > 0.0 { sigma[c] / white[c] } else { 0.0 };
+    let entry = |i: usize, j: usize| share(i) * share(j) * solution.variance * solution.inverse[(i, j)];
+    (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// How fast the joints moved, and the options with the cut-off that follows from it.
@@ -187,22 +191,23 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The estimate of a solution: values with their white and robust deviations, residuals, remarks.
+/// The estimate of a solution: values with the deviation to believe and that of white noise, residuals, remarks.
 pub(super) fn report(
     model: &Model,
     joints: &[Triangle],
     observation: &Observation,
     solution: &Solution,
-    robust: &[f64],
+    sigma: &[f64],
 ) -> Estimate {
+    let white = white_deviation(solution);
     let still = little_motion(model, observation);
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] {
             return Identified::unidentifiable(id, unit, solution.x[c]);
         }
-        let white = (solution.variance * solution.inverse[(c, c)]).sqrt();
-        let deviations = Deviations { white, robust: Some(robust[c]), weak: weak(parameter, &still) };
+        let (sigma, white) = (sigma[c], Some(white[c]));
+        let deviations = Deviations { sigma, white, weak: weak(parameter, &still) };
         Identified::new(id, unit, solution.x[c], deviations)
     };
     let residuals = residuals(model, joints, &solution.x);

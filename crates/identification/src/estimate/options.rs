@@ -62,6 +62,7 @@ impl Options {
         if !self.friction.iter().any(|term| term.is_dry()) {
             signal.standstill.get_or_insert(0.0);
         }
-        Preparation { transmission: self.transmission.clone(), signal, content: None }
+        let friction = self.friction.iter().copied().filter(|term| term.is_bent()).collect();
+        Preparation { transmission: self.transmission.clone(), signal, friction, content: None }
     }
 }

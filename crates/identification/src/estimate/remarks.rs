@@ -45,7 +45,7 @@ pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
 /// A sentence on viscous friction that is negative beyond doubt: three standard deviations.
 pub fn driving(parameter: &Identified) -> Option<String> {
     let is_viscous = matches!(parameter.id, ParameterId::Friction(friction, _) if friction.is_viscous());
-    let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.largest_sigma());
+    let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.sigma_or_infinity());
     (is_viscous && is_negative).then(|| {
         format!(
             "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \
@@ -70,68 +70,94 @@ pub fn outgrown((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
     })
 }
 
-/// Sentences on missing and on weak directions.
+/// Sentences on missing and on weak directions, on rows that were left out, and on the range of joints.
 pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
-    let mut out = Vec::new();
-    let missing: Vec<usize> = (0..model.p()).filter(|&c| !solution.determined[c]).collect();
-    let alone: Vec<usize> = missing.iter().copied().filter(|&c| solution.inverse[(c, c)] == 0.0).collect();
-    for &c in &alone {
-        let name = &model.parameters[c].id;
-        out.push(format!("{name} is not identifiable: no row depends on it{}", because(model, observation, &[c])));
-    }
+    let mut out = alone(model, observation, solution);
     if solution.rank < model.p() {
-        for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
-            let members = members(model, direction);
-            if members.len() < 2 {
-                continue;
-            }
-            let names = combination(model, direction, &members);
-            let why = because(model, observation, &members);
-            let sentence = format!(
-                "not identifiable one by one, only together: a change along {names} leaves every torque as it is{why}"
-            );
-            if !out.contains(&sentence) {
-                out.push(sentence);
-            }
-        }
-    } else if solution.condition_number > ILL_CONDITIONED
-        && let Some((ratio, direction)) = solution.weak.first()
-    {
+        out.extend(together(model, observation, solution));
+    } else {
+        out.extend(weakest(model, observation, solution));
+    }
+    out.extend(at_rest(model, observation));
+    out.extend(far(model, observation));
+    out.extend(hardly_moving(model, observation));
+    out
+}
+
+/// Columns that are zero in all rows.
+fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
+    let is_alone = |c: &usize| !solution.determined[*c] && solution.inverse[(*c, *c)] == 0.0;
+    let sentence = |c: usize| {
+        let name = &model.parameters[c].id;
+        format!("{name} is not identifiable: no row depends on it{}", because(model, observation, &[c]))
+    };
+    (0..model.p()).filter(is_alone).map(sentence).collect()
+}
+
+/// Directions v with W v = 0, of more than one column.
+fn together(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
+    let mut out = Vec::new();
+    for (_, direction) in solution.weak.iter().take(model.p() - solution.rank) {
         let members = members(model, direction);
+        if members.len() < 2 {
+            continue;
+        }
         let names = combination(model, direction, &members);
         let why = because(model, observation, &members);
-        out.push(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio));
-    }
-    let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
-    let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
-    if !at_rest.is_empty() {
-        out.push(format!(
-            "rows left out because the joint stands still and stiction is not in the model: {}",
-            at_rest.join(", ")
-        ));
-    }
-    let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
-    for (_, (name, range)) in coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k)) {
-        let far = range.0.abs().max(range.1.abs());
-        if far > FAR {
-            out.push(format!(
-                "{name} reaches {far:.1} rad, more than two turns: if its column is in degrees, say so in its header (q1_deg)"
-            ));
-        }
-    }
-    let still = little_motion(model, observation);
-    for (k, &(low, high)) in observation.range.iter().enumerate() {
-        if still[k] {
-            let (name, unit) = (&model.regressor.coordinates()[k], unit(model, k));
-            out.push(format!(
-                "joint {} ({name}) moves {:.3} {unit} at up to {:.3} {unit}/s only: its parameters are not identifiable from this log, errors of the model decide them",
-                k + 1,
-                high - low,
-                observation.speed[k]
-            ));
+        let sentence = format!(
+            "not identifiable one by one, only together: a change along {names} leaves every torque as it is{why}"
+        );
+        if !out.contains(&sentence) {
+            out.push(sentence);
         }
     }
     out
+}
+
+/// The direction v of least |W v|, where the condition number is large.
+fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Option<String> {
+    let (ratio, direction) = solution.weak.first().filter(|_| solution.condition_number > ILL_CONDITIONED)?;
+    let members = members(model, direction);
+    let names = combination(model, direction, &members);
+    let why = because(model, observation, &members);
+    Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
+}
+
+/// Rows without an equation.
+fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
+    let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
+    let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
+    (!at_rest.is_empty()).then(|| {
+        format!("rows left out because the joint stands still and stiction is not in the model: {}", at_rest.join(", "))
+    })
+}
+
+/// Angles beyond what an arm turns.
+fn far(model: &Model, observation: &Observation) -> Vec<String> {
+    let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
+    let turning = coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k));
+    let far = turning.map(|(_, (name, range))| (name, range.0.abs().max(range.1.abs()))).filter(|(_, far)| *far > FAR);
+    let sentence = |(name, far): (&String, f64)| {
+        format!(
+            "{name} reaches {far:.1} rad, more than two turns: if its column is in degrees, say so in its header (q1_deg)"
+        )
+    };
+    far.map(sentence).collect()
+}
+
+/// Joints that hardly move.
+fn hardly_moving(model: &Model, observation: &Observation) -> Vec<String> {
+    let still = little_motion(model, observation);
+    let sentence = |(k, &(low, high)): (usize, &(f64, f64))| {
+        let (name, unit) = (&model.regressor.coordinates()[k], unit(model, k));
+        format!(
+            "joint {} ({name}) moves {:.3} {unit} at up to {:.3} {unit}/s only: its parameters are not identifiable from this log, errors of the model decide them",
+            k + 1,
+            high - low,
+            observation.speed[k]
+        )
+    };
+    observation.range.iter().enumerate().filter(|(k, _)| still[*k]).map(sentence).collect()
 }
 
 /// The parameters that make up a direction, the largest first, at most six.

@@ -16,6 +16,7 @@ use crate::model::friction::terms::FrictionTerm;
 use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
+use crate::signals::preparation::Preparation;
 use crate::signals::records::Records;
 
 /// One friction model and what it reached.
@@ -48,14 +49,25 @@ const AS_GOOD: f64 = 1.01;
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
     let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
-    for share in [0.01, 0.03, 0.1] {
+    for share in [0.003, 0.01, 0.03, 0.1] {
         out.push(vec![Viscous, SmoothCoulomb(share * fastest), Offset]);
         out.push(vec![Viscous, Coulomb, Offset, Stribeck(share * fastest)]);
     }
     out
 }
 
-/// Compares friction models on records; everything else as in `options`.
+/// The preparation of records that hold the columns of every candidate.
+pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Preparation {
+    let mut preparation = options.preparation();
+    for &term in candidates.iter().flatten().filter(|term| term.is_bent()) {
+        if !preparation.friction.contains(&term) {
+            preparation.friction.push(term);
+        }
+    }
+    preparation
+}
+
+/// Compares friction models on records, which [`preparation`] made; everything else as in `options`.
 ///
 /// Fails when a record cannot be read, and without candidates.
 pub fn select_friction<R: Records + ?Sized>(
@@ -144,7 +156,7 @@ mod tests {
         let options = Options { signal, ..Options::default() };
         let plain = log(|dq, _| 0.3 * dq + 0.5 * dq.signum());
         let select = |log: Log| {
-            let records = states(&arm, &log, &options.preparation()).unwrap();
+            let records = states(&arm, &log, &preparation(&options, &candidates)).unwrap();
             select_friction(&arm, records.as_slice(), &options, &candidates).unwrap()
         };
         let chosen = select(plain);

@@ -35,14 +35,14 @@ pub struct Reweighted {
     pub loss: Loss,
     /// s_j.
     scales: Vec<f64>,
-    /// mean w / mean psi'.
-    slope: f64,
+    /// mean w / mean psi': a residual e counts slope w e in the scores of the solution.
+    pub slope: f64,
 }
 
 impl Reweighted {
-    /// Influence of a residual of joint j in the scores of the solution: psi(u) s_j mean w / mean psi'.
-    pub fn influence(&self, j: usize, e: f64) -> f64 {
-        self.slope * self.loss.weight(e / self.scales[j]) * e
+    /// w(u) of a residual of joint j.
+    pub fn weight(&self, j: usize, e: f64) -> f64 {
+        self.loss.weight(e / self.scales[j])
     }
 }
 

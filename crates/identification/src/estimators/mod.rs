@@ -10,4 +10,5 @@ pub mod essential;
 pub mod huber;
 pub mod loss;
 pub mod payload;
+pub mod replicate_deviation;
 pub mod weighted;

@@ -5,7 +5,6 @@
 //!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 
-use crate::model::friction::terms::sign;
 #[cfg(doc)]
 use crate::model::parameter::CouplingParameter;
 
@@ -21,9 +20,9 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// The direction in which the motor turns: sign(dq_m + c dq_k).
-    pub fn direction(&self, dq_motor: f64, dq_joint: f64) -> f64 {
-        sign(dq_motor + self.ratio * dq_joint)
+    /// The speed of the motor behind its gear: dq_m + c dq_k.
+    pub fn speed(&self, dq_motor: f64, dq_joint: f64) -> f64 {
+        dq_motor + self.ratio * dq_joint
     }
 
     /// The three columns of [`CouplingParameter::ALL`] in the row of the joint, and in that of the motor; `motor` is the

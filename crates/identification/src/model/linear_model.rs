@@ -71,6 +71,7 @@ impl<'a> Model<'a> {
     pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let mut w = vec![0.0; n * p];
+        let filtered = states.filtered(self.friction);
         let together = TOGETHER.min(range.len()).max(1);
         let mut inputs = vec![0.0; together * 3 * n];
         let mut y = vec![0.0; together * n * base];
@@ -83,14 +84,14 @@ impl<'a> Model<'a> {
             }
             self.regressor.fill_many(&inputs[..count * 3 * n], &mut y[..count * n * base]);
             for i in 0..count {
-                self.fill(states, first + i, &y[i * n * base..][..n * base], &mut w);
+                self.fill(states, &filtered, first + i, &y[i * n * base..][..n * base], &mut w);
                 take(first + i, &mut w);
             }
         }
     }
 
     /// The rows of sample r from its regressor `y`.
-    fn fill(&self, states: &States, r: usize, y: &[f64], w: &mut [f64]) {
+    fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let at = r * n..(r + 1) * n;
         let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
@@ -101,9 +102,12 @@ impl<'a> Model<'a> {
             let row = &mut w[j * p..(j + 1) * p];
             row[..base].copy_from_slice(&y[j * base..(j + 1) * base]);
             let mut c = base + j * per_joint;
-            for term in self.friction {
+            for (term, filtered) in self.friction.iter().zip(filtered) {
                 let width = term.parameters().len();
-                term.fill(dq[j], ddq[j], tau[j], direction[j], &mut row[c..c + width]);
+                match filtered {
+                    Some(columns) => row[c..c + width].copy_from_slice(&columns[(r * n + j) * width..][..width]),
+                    None => term.fill(dq[j], ddq[j], tau[j], direction[j], &mut row[c..c + width]),
+                }
                 c += width;
             }
         }
@@ -117,6 +121,7 @@ impl<'a> Model<'a> {
     /// `layout` says; the torque is one of them. Rows of joints at standstill are filled like the others.
     pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
         let n = self.n();
+        let filtered = states.filtered(self.friction);
         let mut block = RowBlock::new(self.layout.entries);
         let mut inputs = Vec::with_capacity(BLOCK_ROWS * 3 * n);
         for first in range.clone().step_by(BLOCK_ROWS) {
@@ -133,7 +138,7 @@ impl<'a> Model<'a> {
             for (g, r) in (first..first + block.rows).step_by(8).enumerate() {
                 let group = block.group(g);
                 let lanes = (range.end - r).min(8);
-                (0..lanes).for_each(|lane| self.fill_lane(states, r + lane, group, lane));
+                (0..lanes).for_each(|lane| self.fill_lane(states, &filtered, r + lane, group, lane));
                 for eight in &mut group[..self.layout.entries] {
                     eight.0[lanes..].fill(0.0);
                 }
@@ -143,18 +148,21 @@ impl<'a> Model<'a> {
     }
 
     /// Friction, couplings and torques of sample r.
-    fn fill_lane(&self, states: &States, r: usize, group: &mut [Eight], lane: usize) {
+    fn fill_lane(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, group: &mut [Eight], lane: usize) {
         let n = self.n();
         let at = r * n..(r + 1) * n;
         let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
         let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
         for (j, joint) in self.layout.joints.iter().enumerate() {
             let mut place = joint.friction;
-            for term in self.friction {
+            for (term, filtered) in self.friction.iter().zip(filtered) {
                 // No term has more columns.
                 let mut columns = [0.0; 4];
                 let width = term.parameters().len();
-                term.fill(dq[j], ddq[j], tau[j], direction[j], &mut columns[..width]);
+                match filtered {
+                    Some(all) => columns[..width].copy_from_slice(&all[(r * n + j) * width..][..width]),
+                    None => term.fill(dq[j], ddq[j], tau[j], direction[j], &mut columns[..width]),
+                }
                 for x in &columns[..width] {
                     group[place].0[lane] = *x;
                     place += 1;

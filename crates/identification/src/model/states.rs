@@ -1,5 +1,16 @@
 //! Samples of one record, ready for the regressor.
 
+use crate::model::friction::terms::FrictionTerm;
+
+/// The columns of a friction term behind the filter of the torques.
+#[derive(Clone, Debug)]
+pub struct FilteredFriction {
+    /// The term.
+    pub term: FrictionTerm,
+    /// Sample by sample, joint by joint, as many as the term has parameters.
+    pub columns: Vec<f64>,
+}
+
 /// Samples ready for the regressor: row r of each n-column array is one instant.
 #[derive(Clone, Debug, Default)]
 pub struct States {
@@ -19,6 +30,8 @@ pub struct States {
     pub direction: Vec<f64>,
     /// Directions of coupled motors, one a coupling.
     pub motor_direction: Vec<f64>,
+    /// Columns of friction that were filtered as a whole; a term that is not here is one of `dq` and `direction`.
+    pub friction: Vec<FilteredFriction>,
     /// Whether the row of joint j at sample r counts.
     pub used: Vec<bool>,
     /// Cut-offs in force, Hz; 0: none.
@@ -35,6 +48,12 @@ impl States {
     /// Number of instants.
     pub fn len(&self) -> usize {
         self.t.len()
+    }
+
+    /// The filtered columns of each of these terms, where there are some.
+    pub fn filtered(&self, terms: &[FrictionTerm]) -> Vec<Option<&[f64]>> {
+        let of = |term: &FrictionTerm| self.friction.iter().find(|f| f.term == *term).map(|f| f.columns.as_slice());
+        terms.iter().map(of).collect()
     }
 
     /// Whether there is no instant.

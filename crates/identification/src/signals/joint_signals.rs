@@ -6,21 +6,22 @@
 //! to the first order [Gautier 1997]. Where a joint stands still its row is dropped: stiction is
 //! not in the model.
 //!
-//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the signs go
-//! through it too. On measured robots this lowers the residual by 3 to 17 % for the same columns.
+//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the columns go
+//! through it too, made of a velocity that a wider filter passed (`reversals`).
 //!
 //! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
 
 use logs::{Effort, Error, Log, Window};
 
 use crate::model::coupling::Coupling;
-use crate::model::friction::terms::sign;
-use crate::model::states::States;
+use crate::model::friction::terms::{FrictionTerm, sign};
+use crate::model::states::{FilteredFriction, States};
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::resample::{interpolate, uniform_clock};
-use crate::signals::signal_options::{Signal, Velocity};
+use crate::signals::reversals::{columns, directions};
+use crate::signals::signal_options::{REVERSAL, Signal, Velocity};
 use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
 
@@ -72,93 +73,199 @@ impl<'a> JointSignals<'a> {
         Ok(t)
     }
 
-    /// Filters, differentiates and decimates; `content`: of all that is fitted together, where it was looked at.
+    /// Filters, differentiates and decimates; `friction`: terms whose columns are made before the filter; `content`: of
+    /// all that is fitted together, where it was looked at.
     ///
     /// Fails when a cut-off is not below half the rate, or a measured signal is asked for that is not there.
-    pub fn states(mut self, signal: &Signal, content: Option<&FrequencyContent>) -> Result<States, Error> {
+    pub fn states(
+        mut self,
+        signal: &Signal,
+        friction: &[FrictionTerm],
+        content: Option<&FrequencyContent>,
+    ) -> Result<States, Error> {
         let t = self.on_clock(signal)?;
-        let at = |message: String| Error::at(&self.log.name, 0, message);
         let period = step(&t);
         if let Some(dq) = self.dq.as_ref().filter(|_| signal.velocity != Velocity::Differentiated) {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
         }
         let content = content.cloned().unwrap_or_else(|| cutoff::rule(&self.q, period));
-        let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(content.cutoff) };
-        let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
-        let filter = |cutoff: f64| -> Result<Option<Butterworth>, Error> {
-            if signal.order == 0 {
-                return Ok(None);
-            }
-            let rate = 1.0 / period;
-            Butterworth::low_pass(signal.order, cutoff, rate).map(Some).ok_or_else(|| {
-                at(format!("a low-pass of order {} at {cutoff} Hz: the order is 1 to 20 and the cut-off between 0 and half the rate, {:.3} Hz", signal.order, 0.5 * rate))
-            })
-        };
-        let (low, low_effort) = (filter(cutoff)?, filter(effort_cutoff)?);
-        let pass = |f: &Option<Butterworth>, x: Vec<Vec<f64>>| match f {
-            Some(f) => f.zero_phase(x),
-            None => x,
-        };
-        let decimate = signal.decimation(cutoff, period);
+        let filters =
+            Filters::new(signal, content.cutoff, period).map_err(|message| Error::at(&self.log.name, 0, message))?;
+        let decimate = signal.decimation(filters.cutoff, period);
         let differentiated = self.dq.is_none() || signal.velocity == Velocity::Differentiated;
-        let border = signal.border_of(cutoff, differentiated);
+        let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(self.log, &t, border, signal.window, decimate);
-        let rows = |x: &[Vec<f64>]| chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect::<Vec<f64>>();
-        let derivative =
-            |wish: Velocity, measured: Option<Vec<Vec<f64>>>, of: &[Vec<f64>], name: &str| match (wish, measured) {
-                (Velocity::Measured, None) => {
-                    Err(at(format!("the log has no measured {name}; differentiate it instead")))
-                }
-                (Velocity::Differentiated, _) | (_, None) => Ok(of.iter().map(|x| gradient(x, &t)).collect()),
-                (_, Some(x)) => Ok(pass(&low, x)),
-            };
+        let (log, n) = (self.log, self.log.coordinates.len());
+        // Friction that grows with the torque needs it twice.
+        let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(self.tau.clone()));
+        let tau = std::mem::take(&mut self.tau);
         // Each series goes as soon as its samples are chosen.
-        let torques = |tau: Vec<Vec<f64>>| rows(&pass(&low_effort, tau));
-        let motion = |q: Vec<Vec<f64>>, dq: Option<Vec<Vec<f64>>>, ddq: Option<Vec<Vec<f64>>>| {
-            let q = pass(&low, q);
-            let still: Vec<bool> = match signal.standstill {
-                None => {
-                    let still: Vec<Vec<bool>> = q.iter().map(|q| standstill(q, period)).collect();
-                    chosen.iter().flat_map(|&r| still.iter().map(move |still| still[r])).collect()
-                }
-                Some(_) => Vec::new(),
-            };
-            let dq = derivative(signal.velocity, dq, &q, "velocity")?;
-            let q = rows(&q);
-            let ddq = rows(&derivative(signal.acceleration, ddq, &dq, "acceleration")?);
-            let turning =
-                |c: &Coupling| dq[c.motor].iter().zip(&dq[c.joint]).map(|(&m, &k)| c.direction(m, k)).collect();
-            let turning: Vec<Vec<f64>> = self.couplings.iter().map(turning).collect();
-            let direction: Vec<Vec<f64>> = dq.iter().map(|v| v.iter().map(|&v| sign(v)).collect()).collect();
-            let dq = rows(&dq);
-            let smooth = |x: Vec<Vec<f64>>| if signal.filtered_sign { pass(&low_effort, x) } else { x };
-            let (direction, motor_direction) = (rows(&smooth(direction)), rows(&smooth(turning)));
-            let used = match signal.standstill {
-                Some(speed) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
-                None => still.iter().map(|still| !still).collect(),
-            };
-            Ok(States { q, dq, ddq, direction, motor_direction, used, ..States::default() })
-        };
-        let (q, dq, ddq, tau) = (self.q, self.dq, self.ddq, self.tau);
+        let torques = |tau: Vec<Vec<f64>>| chosen_rows(&chosen, &filters.effort.pass(tau));
+        let of_motion = Filtering { signal, filters: &filters, friction, load, t: &t, period, chosen: &chosen };
         let (motion, tau) = match t.len() < PARALLEL {
-            true => (motion(q, dq, ddq), torques(tau)),
+            true => (of_motion.motion(self), torques(tau)),
             false => std::thread::scope(|scope| {
                 let torques = scope.spawn(|| torques(tau));
-                let motion = motion(q, dq, ddq);
+                let motion = of_motion.motion(self);
                 // Nothing in it can fail; where it does, so does this.
                 (motion, torques.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause)))
             }),
         };
         Ok(States {
-            n: self.log.coordinates.len(),
+            n,
             t: chosen.iter().map(|&r| t[r]).collect(),
             tau,
-            cutoff,
-            effort_cutoff,
+            cutoff: filters.cutoff,
+            effort_cutoff: filters.effort_cutoff,
             period: period * decimate as f64,
             f95: content.f95,
-            ..motion?
+            ..motion.map_err(|message| Error::at(&log.name, 0, message))?
         })
+    }
+}
+
+/// A low-pass, or none.
+struct Pass(Option<Butterworth>);
+
+impl Pass {
+    fn new(order: usize, cutoff: f64, period: f64) -> Result<Pass, String> {
+        let rate = 1.0 / period;
+        match order {
+            0 => Ok(Pass(None)),
+            _ => Butterworth::low_pass(order, cutoff, rate).map(|f| Pass(Some(f))).ok_or_else(|| {
+                format!("a low-pass of order {order} at {cutoff} Hz: the order is 1 to 20 and the cut-off between 0 and half the rate, {:.3} Hz", 0.5 * rate)
+            }),
+        }
+    }
+
+    fn pass(&self, x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        match &self.0 {
+            Some(f) => f.zero_phase(x),
+            None => x,
+        }
+    }
+}
+
+/// The low-passes of a log.
+struct Filters {
+    /// Of positions and velocities.
+    motion: Pass,
+    /// Of torques, and of the columns of friction.
+    effort: Pass,
+    /// Of the velocity that those columns are made of.
+    reversal: Pass,
+    /// Hz; 0: none.
+    cutoff: f64,
+    effort_cutoff: f64,
+}
+
+impl Filters {
+    /// `rule`: the cut-off where the options name none, Hz.
+    fn new(signal: &Signal, rule: f64, period: f64) -> Result<Filters, String> {
+        let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(rule) };
+        let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
+        let pass = |cutoff: f64| Pass::new(signal.order, cutoff, period);
+        let (motion, effort) = (pass(cutoff)?, pass(effort_cutoff)?);
+        // Where the rate does not allow for it, the velocity stays as it was measured.
+        let wide = signal.reversal_cutoff.unwrap_or(REVERSAL * effort_cutoff);
+        let reversal = if wide < 0.45 / period { pass(wide)? } else { Pass(None) };
+        Ok(Filters { motion, effort, reversal, cutoff, effort_cutoff })
+    }
+}
+
+/// Samples of each series in turn, sample by sample.
+fn chosen_rows(chosen: &[usize], x: &[Vec<f64>]) -> Vec<f64> {
+    chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect()
+}
+
+/// What the motion of a log goes through.
+struct Filtering<'a> {
+    signal: &'a Signal,
+    filters: &'a Filters,
+    friction: &'a [FrictionTerm],
+    /// Torques by the filter of reversals, where a term needs them.
+    load: Option<Vec<Vec<f64>>>,
+    t: &'a [f64],
+    period: f64,
+    chosen: &'a [usize],
+}
+
+impl Filtering<'_> {
+    /// q, dq, ddq, directions, friction columns, and which rows count.
+    fn motion(&self, signals: JointSignals) -> Result<States, String> {
+        let JointSignals { q, dq, ddq, couplings, .. } = signals;
+        let signal = self.signal;
+        // Without a filter the direction is the sign at the sample.
+        let rounded = signal.filtered_sign && signal.order > 0;
+        let wide = match (&dq, signal.velocity) {
+            _ if !rounded => None,
+            (None, _) | (_, Velocity::Differentiated) => Some(q.iter().map(|q| gradient(q, self.t)).collect()),
+            (Some(dq), _) => Some(dq.clone()),
+        };
+        let wide = wide.map(|v| self.filters.reversal.pass(v));
+        let q = self.filters.motion.pass(q);
+        let still = signal.standstill.is_none().then(|| {
+            let still: Vec<Vec<bool>> = q.iter().map(|q| standstill(q, self.period)).collect();
+            self.chosen.iter().flat_map(|&r| still.iter().map(move |still| !still[r])).collect()
+        });
+        let dq = self.derivative(signal.velocity, dq, &q, "velocity")?;
+        let q = chosen_rows(self.chosen, &q);
+        let ddq = chosen_rows(self.chosen, &self.derivative(signal.acceleration, ddq, &dq, "acceleration")?);
+        let states = match &wide {
+            Some(wide) => self.rounded(wide, &couplings),
+            None => self.signs(&dq, &couplings),
+        };
+        let dq = chosen_rows(self.chosen, &dq);
+        let used = match (signal.standstill, still) {
+            (Some(speed), _) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
+            (None, still) => still.unwrap_or_default(),
+        };
+        Ok(States { q, dq, ddq, used, ..states })
+    }
+
+    /// The measured signal through the filter, or the slope of another.
+    fn derivative(
+        &self,
+        wish: Velocity,
+        measured: Option<Vec<Vec<f64>>>,
+        of: &[Vec<f64>],
+        name: &str,
+    ) -> Result<Vec<Vec<f64>>, String> {
+        match (wish, measured) {
+            (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
+            (Velocity::Differentiated, _) | (_, None) => Ok(of.iter().map(|x| gradient(x, self.t)).collect()),
+            (_, Some(x)) => Ok(self.filters.motion.pass(x)),
+        }
+    }
+
+    /// Directions and friction columns of a velocity that is hardly filtered, through the filter of the torques.
+    fn rounded(&self, wide: &[Vec<f64>], couplings: &[Coupling]) -> States {
+        let rounded = |x: Vec<Vec<f64>>| chosen_rows(self.chosen, &self.filters.effort.pass(x));
+        let motor = |c: &Coupling| {
+            let speeds = wide[c.motor].iter().zip(&wide[c.joint]);
+            directions(&speeds.map(|(&m, &k)| c.speed(m, k)).collect::<Vec<f64>>())
+        };
+        let none = Vec::new();
+        let of_term = |&term: &FrictionTerm| {
+            let torque = |j: usize| self.load.as_ref().map_or(&none, |load| &load[j]);
+            let of_joint = |(j, v): (usize, &Vec<f64>)| columns(term, v, torque(j));
+            FilteredFriction { term, columns: rounded(wide.iter().enumerate().flat_map(of_joint).collect()) }
+        };
+        States {
+            direction: rounded(wide.iter().map(|v| directions(v)).collect()),
+            motor_direction: rounded(couplings.iter().map(motor).collect()),
+            friction: self.friction.iter().map(of_term).collect(),
+            ..States::default()
+        }
+    }
+
+    /// The signs of the velocities at the samples.
+    fn signs(&self, dq: &[Vec<f64>], couplings: &[Coupling]) -> States {
+        let motor = |c: &Coupling| dq[c.motor].iter().zip(&dq[c.joint]).map(|(&m, &k)| sign(c.speed(m, k))).collect();
+        let direction: Vec<Vec<f64>> = dq.iter().map(|v| v.iter().map(|&v| sign(v)).collect()).collect();
+        let motors: Vec<Vec<f64>> = couplings.iter().map(motor).collect();
+        let (direction, motor_direction) = (chosen_rows(self.chosen, &direction), chosen_rows(self.chosen, &motors));
+        States { direction, motor_direction, ..States::default() }
     }
 }
 

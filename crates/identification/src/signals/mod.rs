@@ -6,6 +6,7 @@ pub mod joint_signals;
 pub mod preparation;
 pub mod records;
 pub mod resample;
+pub mod reversals;
 pub mod signal_options;
 pub mod standstill;
 pub mod transmission;

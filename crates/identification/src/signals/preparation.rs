@@ -2,6 +2,7 @@
 
 use logs::{Error, Log};
 
+use crate::model::friction::terms::FrictionTerm;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
@@ -16,6 +17,8 @@ pub struct Preparation {
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,
+    /// Friction terms whose columns are made before the filter; the terms linear in the motion are none.
+    pub friction: Vec<FrictionTerm>,
     /// How fast the motion of everything that is fitted together is, where it was looked at.
     pub content: Option<FrequencyContent>,
 }
@@ -98,6 +101,27 @@ pub(crate) fn states_or_none(
 /// Larger than any signal of a robot in any unit; squares of larger numbers would overflow.
 const ABSURD: f64 = 1e100;
 
+/// rad: a thousand turns. A joint between links is stopped by its cables after a few, and a rotor before its gear turns
+/// some hundred times as far; a wheel that went farther starts anew without loss, since only its angle within a turn
+/// moves torques. From 2^27 rad on the generated sine would be no number.
+const NO_ANGLE: f64 = 1000.0 * std::f64::consts::TAU;
+
+/// Refuses what cannot be the angle of a joint: the counts of an encoder.
+fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<(), Error> {
+    for (k, q) in q.iter().enumerate().filter(|(k, _)| !regressor.is_prismatic(*k)) {
+        if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > NO_ANGLE) {
+            let (row, name) = (log.rows.get(r).copied().unwrap_or(0), &log.coordinates[k]);
+            let message = format!(
+                "row {row}: {name} is at {angle:.1} rad, more than a thousand turns, where the angle of a joint in rad is \
+                 expected: these are probably counts of an encoder; divide the column by the counts of a radian of the \
+                 joint, and where a joint does turn so far subtract whole turns"
+            );
+            return Err(Error::at(&log.name, 0, message));
+        }
+    }
+    Ok(())
+}
+
 /// The states of a log without gaps; none where nothing is left between the ends and the window.
 fn states_of(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -> Result<States, Error> {
     let n = regressor.coordinates().len();
@@ -105,7 +129,9 @@ fn states_of(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) ->
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
         return Err(Error::at(&log.name, 0, message));
     }
-    let states = preparation.transmission.apply(log)?.states(&preparation.signal, preparation.content.as_ref())?;
+    let signals = preparation.transmission.apply(log)?;
+    check_angles(regressor, log, &signals.q)?;
+    let states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
     let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD));
     if !finite {
         return Err(Error::at(

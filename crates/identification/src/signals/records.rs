@@ -20,7 +20,7 @@ pub trait Records {
 
     /// Contiguous parts that a record is kept in, for leaving parts out.
     fn parts(&self) -> usize {
-        10
+        20
     }
 }
 
@@ -72,8 +72,9 @@ impl<'a> SourceRecords<'a> {
             LogSource::Streamed(stream) => {
                 let stream = Stream::new(stream, &preparation);
                 let samples = stream.log.report().kept / stream.preparation.signal.decimate.unwrap_or(1);
-                // q, dq, ddq, torque, direction, and whether it counts.
-                let numbers = samples * (6 * regressor.coordinates().len() + 1);
+                // q, dq, ddq, torque, direction, whether it counts, and friction.
+                let friction: usize = preparation.friction.iter().map(|term| term.parameters().len()).sum();
+                let numbers = samples * ((6 + friction) * regressor.coordinates().len() + 1);
                 if numbers > left {
                     return Ok(Source::Streamed(stream));
                 }
@@ -213,7 +214,9 @@ mod tests {
             for (a, b) in streamed.parameters.iter().zip(&held.parameters) {
                 // The filter has forgotten its start to a part in 1e12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
-                assert!((a.sigma.unwrap() / b.sigma.unwrap() - 1.0).abs() < 1e-9);
+                assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
+                // The parts that are its replicates are those of the blocks: some fifty draws beside twenty.
+                assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total / held.total - 1.0).abs() < 1e-9);
         }

@@ -34,9 +34,11 @@ pub struct Signal {
     pub standstill: Option<f64>,
     /// Time by which the torques lag the positions, s.
     pub delay: f64,
-    /// Pass sign(dq) through the filter of the torques before it becomes a column: the torques'
-    /// jumps at reversals are rounded by their filter, and so are the column's.
+    /// Make the columns of dry friction of a velocity of its own cut-off, and pass them through the filter of the torques:
+    /// the torques' jumps at reversals are rounded by their filter, and so are the columns'.
     pub filtered_sign: bool,
+    /// Cut-off of that velocity, Hz; by default [`REVERSAL`] times that of the torques.
+    pub reversal_cutoff: Option<f64>,
 }
 
 impl Default for Signal {
@@ -55,9 +57,13 @@ impl Default for Signal {
             standstill: None,
             delay: 0.0,
             filtered_sign: true,
+            reversal_cutoff: None,
         }
     }
 }
+
+/// Cut-off of the velocity that tells reversals, over that of the torques.
+pub const REVERSAL: f64 = 10.0;
 
 impl Signal {
     /// Keep every n-th sample: n.

@@ -136,12 +136,13 @@ impl Pair<'_> {
     fn differences(&self, a: &Solved, b: &Solved) -> ComparedRobot {
         let columns = &self.ours.1.settings().columns;
         let (mut parameters, mut open) = (Vec::new(), Vec::new());
+        let sigma = [a, b].map(|solved| solved.sigma(1.0));
         for (c, column) in columns.iter().enumerate() {
             if !(a.solution.determined[c] && b.solution.determined[c]) {
                 open.push(column.name.clone());
                 continue;
             }
-            let (one, other) = (a.sigma(c).powi(2), b.sigma(c).powi(2));
+            let [one, other] = [0, 1].map(|k: usize| sigma[k][c].powi(2));
             let freedom = (one + other).powi(2) / (one * one / a.freedom() + other * other / b.freedom());
             let sigma = (one + other).sqrt();
             let difference = a.solution.x[c] - b.solution.x[c];

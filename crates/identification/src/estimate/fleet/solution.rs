@@ -1,8 +1,8 @@
 //! From sums to an estimate: what `identify` finds in the same logs, without their rows.
 //!
-//! Values, white deviations, residuals and the error on left-out blocks are those of `estimate::identify`. The other
-//! deviation comes from the blocks (`estimators::block_deviation`) instead of from residuals sample by sample, and reaches as
-//! far as Student's t of its degrees of freedom: 1.96 of it hold 95 %. Not here, since it needs the rows: residuals that
+//! Values, residuals and the error on left-out blocks are those of `estimate::identify`. The deviation comes from the blocks
+//! (`estimators::block_deviation`) instead of from residuals sample by sample, and reaches as far as Student's t of its
+//! degrees of freedom: 1.96 of it hold 95 %; it is at least that of white noise. Not here, since it needs the rows: residuals that
 //! move with another joint, rows that do not fit.
 
 use logs::Error;
@@ -18,6 +18,7 @@ use crate::estimate::identified::INTERVAL;
 use crate::estimate::identify::{AT_REST, covariance, of_signals, report};
 use crate::estimate::remarks::driving;
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
+use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::fit;
 use crate::model::linear_model::Model;
 use crate::rows::observation::Observation;
@@ -49,9 +50,10 @@ impl Solved {
         Ok(Solved { observation, joints, solution, deviation })
     }
 
-    /// The larger of the white deviation and that of the blocks.
-    pub(super) fn sigma(&self, c: usize) -> f64 {
-        (self.solution.variance * self.solution.inverse[(c, c)]).sqrt().max(self.deviation.sigma[c])
+    /// The larger of the deviation of white noise and `reach` times that of the blocks, one a parameter.
+    pub(super) fn sigma(&self, reach: f64) -> Vec<f64> {
+        let both = white_deviation(&self.solution).into_iter().zip(&self.deviation.sigma);
+        both.map(|(white, blocks)| white.max(reach * blocks)).collect()
     }
 
     /// Degrees of freedom of the deviations.
@@ -71,7 +73,7 @@ impl Accumulator {
         let model = Model::new(&columns, &options.friction, &couplings);
         let solved = Solved::of(self)?;
         let reach = if solved.deviation.blocks > 1 { reach(0.05, solved.freedom()) / INTERVAL } else { 0.0 };
-        let sigma: Vec<f64> = solved.deviation.sigma.iter().map(|sigma| reach * sigma).collect();
+        let sigma = solved.sigma(reach);
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let held_out = cross_validate(&model, &solved.observation, options.weights);
@@ -91,12 +93,12 @@ impl Accumulator {
         estimate.method = format!("{}, from sums", options.weights.method());
         estimate.logs = self.logs().into_iter().map(|log| log.name.clone()).collect();
         if options.covariance {
-            estimate.covariance = covariance(&solved.solution);
+            estimate.covariance = covariance(&solved.solution, &sigma);
         }
         Ok(estimate)
     }
 
-    /// What the robust deviations stand on.
+    /// What the deviations stand on.
     fn replicates_in_words(&self, blocks: usize) -> String {
         let logs = self.logs().len();
         let of = match (logs, self.replicates().len()) {
@@ -108,6 +110,6 @@ impl Accumulator {
             (logs, _) => format!("{blocks} blocks of {logs} logs"),
         };
         let warning = if blocks < FEW_BLOCKS { ", which are few: more logs make it surer" } else { "" };
-        format!("the robust deviation is that between {of}{warning}")
+        format!("the deviation is that between {of}{warning}")
     }
 }

@@ -83,26 +83,15 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
     for step in 0..STEPS {
         last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
-        // tr J_j C J_j' of the rows of joint j: a share of the unknowns, which they add up to.
-        let used: Vec<f64> = (0..n)
-            .map(|j| {
-                let rows = linearised(&joints[j], j, &unknown, &x, g[j], noise[j]);
-                rows.iter().map(|(row, _)| variance(row, &last)).sum()
-            })
-            .collect();
+        let used = used(joints, &unknown, &x, &g, &noise, &last);
         // A gain changes by at most half in one step: it keeps its sign.
         let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
         let length = if change > 0.5 { 0.5 / change } else { 1.0 };
         x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
         unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
         noise = noises(&x, &g, &|j| used[j]);
-        let in_sigmas = |c: usize| last.x[c].abs() / last.inverse[(c, c)].sqrt();
-        let size = (0..p + unknown.len())
-            .filter(|&c| last.determined[c] && last.inverse[(c, c)] > 0.0)
-            .map(in_sigmas)
-            .fold(0.0, f64::max);
         // A millionth of every standard deviation changes nothing; 1e-10 is rounding where there is no noise.
-        if size < 1e-6 || change < 1e-10 {
+        if in_sigmas(&last) < 1e-6 || change < 1e-10 {
             steps = Some(step + 1);
             break;
         }
@@ -129,6 +118,28 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
         steps,
         condition_number: last.condition_number,
     })
+}
+
+/// tr J_j C J_j' of the rows of each joint j: a share of the unknowns, which they add up to.
+fn used(
+    joints: &[JointEquations],
+    unknown: &[usize],
+    x: &[f64],
+    g: &[f64],
+    noise: &[f64],
+    step: &Solution,
+) -> Vec<f64> {
+    let of_joint = |j: usize| {
+        let rows = linearised(&joints[j], j, unknown, x, g[j], noise[j]);
+        rows.iter().map(|(row, _)| variance(row, step)).sum()
+    };
+    (0..joints.len()).map(of_joint).collect()
+}
+
+/// The largest |step_c| / sqrt(C_cc) of what the equations determine.
+fn in_sigmas(step: &Solution) -> f64 {
+    let determined = (0..step.x.len()).filter(|&c| step.determined[c] && step.inverse[(c, c)] > 0.0);
+    determined.map(|c| step.x[c].abs() / step.inverse[(c, c)].sqrt()).fold(0.0, f64::max)
 }
 
 /// Refuses currents of which nothing says what torque they are.

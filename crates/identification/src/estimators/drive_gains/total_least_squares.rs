@@ -41,6 +41,13 @@ fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
     Some(v.iter().zip(scale).map(|(v, s)| v * s).collect())
 }
 
+/// G_c^-1/2 of each column c, G_c = sum over its rows of 1 - |Q_r|^2; `column`: that of a row.
+fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: usize) -> Vec<f64> {
+    let left = |r: usize| 1.0 - basis.row(r).norm_squared();
+    let of_column = |c: usize| (0..basis.nrows()).filter(|&r| column(r) == c).map(left).sum::<f64>();
+    (0..columns).map(|c| 1.0 / of_column(c).max(1e-12).sqrt()).collect()
+}
+
 /// (gains, parameters); an expected gain counts as free.
 ///
 /// `None` when there are fewer equations than unknowns or no direction singles itself out.
@@ -83,17 +90,11 @@ pub fn gains_by_total_least_squares(
     let tolerance = RANK * svd.singular_values.max();
     let basis = range(&svd, tolerance)?;
     let rest = &noisy - &basis * (basis.transpose() * &noisy);
-    let left = |r: usize| 1.0 - basis.row(r).norm_squared();
-    let column = |j: usize| unknown.iter().position(|&u| u == j).unwrap_or(unknown.len());
-    let scale: Vec<f64> = (0..currents)
-        .map(|c| match scaling {
-            Scaling::None => 1.0,
-            Scaling::Noise => {
-                let g: f64 = (0..count).filter(|&r| column(place[r].0) == c).map(left).sum();
-                1.0 / g.max(1e-12).sqrt()
-            }
-        })
-        .collect();
+    let column = |r: usize| unknown.iter().position(|&u| u == place[r].0).unwrap_or(unknown.len());
+    let scale: Vec<f64> = match scaling {
+        Scaling::None => vec![1.0; currents],
+        Scaling::Noise => noise_scale(&basis, column, currents),
+    };
     let direction = least_direction(&rest, &scale)?;
     // The exact columns explain what the noisy ones leave in this direction.
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());

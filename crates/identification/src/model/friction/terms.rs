@@ -98,6 +98,12 @@ impl FrictionTerm {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
 
+    /// Whether its columns are neither linear in the motion nor the direction alone, so that they must be made before the
+    /// filter of the torques and go through it.
+    pub fn is_bent(self) -> bool {
+        matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
+    }
+
     /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
     /// or that sign after the filter of the torques, between -1 and 1.
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {

@@ -1,0 +1,315 @@
+//! Standard deviations to believe where the model does not explain everything.
+//!
+//! x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, the rows weighted. White noise gives s^2 A^-1. What a model leaves
+//! unexplained is not white, and most of it is no noise: it is the same wherever the robot is in the same state. Rows that
+//! share one error are a cluster, whose sum of h counts as one draw,
+//!   var x = f sum_g S_g^2,   S_g = (A - k A_g)^-1 W_g' e_g,   A_g = W_g' W_g      [Liang, Zeger 1986]
+//! The fit has hidden the share A^-1 A_g of the error of cluster g. k undoes that: with k = 1, x - S_g is the fit without
+//! the cluster and f = (G - 1) / G, the jackknife; (1 - A^-1 A_g / 2)^-1 is (1 - A^-1 A_g)^(-1/2) to the second order,
+//! which for errors of equal strength leaves no bias with f = 1 [Bell, McCaffrey 2002].
+//!
+//! | clusters | hold | k, f |
+//! |---|---|---|
+//! | the parts of the record, a twentieth of it each | noise that stays the same for a while, and drift | 19/20, (G - 1)/G |
+//! | rows of a joint whose speed is of one octave, below 1/16 to 1 of its largest | friction of another law, hysteresis where a joint turns, ripple, play: they are the same at every pass | 1/2, 1 |
+//!
+//! Drifts outlast the parts, so that the estimate on the wide side is taken there; a twentieth of a part stays, lest a
+//! direction that one part alone shows have no value. The sigma is the largest of both and of that of white noise. Where
+//! noise is all there is, the three are estimates of one figure. Their largest exceeds it by what the 1.96 of an interval
+//! lacks at so few draws. Measured: `tests/benches/coverage.rs`.
+//!
+//! An error that looks like a column of W cannot be seen here: a wrong gain, a wrong gravity, friction that grows with
+//! the speed in another way over the whole range.
+
+use logs::Error;
+use nalgebra::{DMatrix, DVector};
+
+use crate::algebra::least_squares::Solution;
+use crate::algebra::triangle::Triangle;
+use crate::algebra::vector::dot;
+use crate::estimators::huber::Reweighted;
+use crate::model::linear_model::Model;
+use crate::rows::observation::{Observation, weighted};
+use crate::signals::records::Records;
+
+/// Upper ends of the bands of speed, shares of the joint's largest; the last has none.
+const BANDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
+
+/// k of the parts of the record, and of the bands.
+const PART: f64 = 0.95;
+const BAND: f64 = 0.5;
+
+/// Below this share of its diagonal, what is left of A is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// The deviations of the parameters by what they allow for; zero where the data determine nothing.
+#[derive(Clone, Debug)]
+pub struct ReplicateDeviation {
+    /// White noise.
+    pub white: Vec<f64>,
+    /// The parts of the record as replicates.
+    pub by_part: Vec<f64>,
+    /// The bands of speed of each joint as replicates.
+    pub by_speed: Vec<f64>,
+}
+
+impl ReplicateDeviation {
+    /// The largest, one a parameter.
+    pub fn sigma(&self) -> Vec<f64> {
+        let both = self.by_part.iter().zip(&self.by_speed);
+        both.zip(&self.white).map(|((part, speed), white)| part.max(*speed).max(*white)).collect()
+    }
+
+    /// How many correlated samples are worth one: the median of the variance by parts over that of white noise, at least 1.
+    pub fn correlated(&self) -> f64 {
+        let ratio = |(part, white): (&f64, &f64)| Some((part / white).powi(2)).filter(|r| r.is_finite());
+        let mut ratios: Vec<f64> = self.by_part.iter().zip(&self.white).filter_map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
+    }
+}
+
+/// From the rows of a fit (reweighted where `reweighted` says how), its solution and its weights by joint.
+///
+/// Fails when a record cannot be read.
+pub fn replicate_deviation<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    observation: &Observation,
+    solution: &Solution,
+    weights: &[f64],
+    reweighted: Option<&Reweighted>,
+) -> Result<ReplicateDeviation, Error> {
+    let whole = Whole::new(&weighted(&observation.joints(|_| true), weights));
+    // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
+    let slope = reweighted.map_or(1.0, |found| found.slope);
+    let root = |variance: Vec<f64>| variance.into_iter().map(|v| slope * v.sqrt()).collect::<Vec<f64>>();
+    let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
+    let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
+    let count = parts.len() as f64;
+    let by_part = root(whole.variance(&parts, PART).into_iter().map(|v| v * (count - 1.0) / count).collect());
+    let weight = |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.weight(j, e));
+    let by_speed = root(whole.variance(&bands(model, records, observation, solution, &weight)?, BAND));
+    Ok(ReplicateDeviation { white: white_deviation(solution), by_part, by_speed })
+}
+
+/// s sqrt(A^-1_cc): what white noise alone would leave.
+pub fn white_deviation(solution: &Solution) -> Vec<f64> {
+    (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
+}
+
+/// Rows that share one error.
+struct Cluster {
+    /// The columns that are not zero in them.
+    columns: Vec<usize>,
+    /// A row, its entries of these columns.
+    row: Vec<f64>,
+    /// A_g and W_g' e_g of these columns.
+    gram: DMatrix<f64>,
+    score: DVector<f64>,
+}
+
+impl Cluster {
+    fn new(columns: &[usize]) -> Cluster {
+        let m = columns.len();
+        Cluster { columns: columns.to_vec(), row: vec![0.0; m], gram: DMatrix::zeros(m, m), score: DVector::zeros(m) }
+    }
+
+    /// The rows behind a triangle: R'R and R'(z - R x).
+    fn of(rows: &Triangle, x: &[f64]) -> Cluster {
+        let p = rows.columns();
+        let r = upper(rows);
+        let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
+        Cluster { columns: (0..p).collect(), row: Vec::new(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
+    }
+
+    /// A row with its weight and its residual.
+    fn add(&mut self, row: &[f64], weight: f64, residual: f64) {
+        self.row.iter_mut().zip(&self.columns).for_each(|(entry, &column)| *entry = row[column]);
+        for (b, entry) in self.row.iter().enumerate() {
+            let weighed = weight * entry;
+            self.score[b] += weighed * residual;
+            let column = &mut self.gram.as_mut_slice()[b * self.row.len()..][..=b];
+            column.iter_mut().zip(&self.row).for_each(|(sum, other)| *sum += weighed * other);
+        }
+    }
+}
+
+/// One cluster for each joint and band of its speed.
+fn bands<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    observation: &Observation,
+    solution: &Solution,
+    weight: &dyn Fn(usize, f64) -> f64,
+) -> Result<Vec<Cluster>, Error> {
+    let (n, p) = (model.n(), model.p());
+    let of_joint = |j: usize| (0..=BANDS.len()).map(move |_| Cluster::new(&model.layout.joints[j].columns));
+    let mut clusters: Vec<Cluster> = (0..n).flat_map(of_joint).collect();
+    records.each(&mut |states| {
+        model.rows(states, 0..states.len(), |r, w| {
+            for j in (0..n).filter(|&j| states.used[r * n + j]) {
+                let row = &w[j * p..(j + 1) * p];
+                let residual = states.tau[r * n + j] - dot(row, &solution.x);
+                let speed = states.dq[r * n + j].abs();
+                let band = BANDS.iter().take_while(|&&end| speed > end * observation.speed[j]).count();
+                clusters[j * (BANDS.len() + 1) + band].add(row, weight(j, residual), residual);
+            }
+        });
+    })?;
+    for cluster in &mut clusters {
+        cluster.gram.fill_lower_triangle_with_upper_triangle();
+    }
+    Ok(clusters)
+}
+
+fn upper(rows: &Triangle) -> DMatrix<f64> {
+    let p = rows.columns();
+    DMatrix::from_fn(p, p, |i, j| if i <= j { rows.at(i, j) } else { 0.0 })
+}
+
+/// A of all rows, its columns scaled to unit norm.
+struct Whole {
+    scale: Vec<f64>,
+    gram: DMatrix<f64>,
+}
+
+impl Whole {
+    fn new(rows: &Triangle) -> Whole {
+        let p = rows.columns();
+        let norm = |c: usize| rows.column_norm(c);
+        let scale: Vec<f64> = (0..p).map(|c| if norm(c) > 0.0 { 1.0 / norm(c) } else { 0.0 }).collect();
+        let r = upper(rows);
+        let r = DMatrix::from_fn(p, p, |i, j| r[(i, j)] * scale[j]);
+        Whole { gram: r.tr_mul(&r), scale }
+    }
+
+    /// sum_g S_g^2, one a parameter.
+    fn variance(&self, clusters: &[Cluster], share: f64) -> Vec<f64> {
+        let p = self.scale.len();
+        let mut variance = vec![0.0; p];
+        for cluster in clusters {
+            let (mut left, mut score) = (self.gram.clone(), DVector::zeros(p));
+            for (b, &column) in cluster.columns.iter().enumerate() {
+                score[column] = self.scale[column] * cluster.score[b];
+                for (a, &row) in cluster.columns.iter().enumerate() {
+                    left[(row, column)] -= share * self.scale[row] * self.scale[column] * cluster.gram[(a, b)];
+                }
+            }
+            // What the data leave open keeps its value.
+            (0..p).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { ROUNDING } else { 1.0 });
+            // It fails where there are no numbers; then there is nothing to add.
+            let Some(found) = left.cholesky().map(|factor| factor.solve(&score)) else { continue };
+            for c in 0..p {
+                variance[c] += (self.scale[c] * found[c]).powi(2);
+            }
+        }
+        variance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::estimators::huber::reweighted;
+    use crate::estimators::loss::Loss;
+    use crate::estimators::weighted::{Weights, fit};
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::model::states::States;
+    use crate::test_arm::Pendulum;
+
+    fn of(model: &Model, states: States) -> (Solution, ReplicateDeviation) {
+        let observation = Observation::of(model, &states, 20);
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let records = [states];
+        let found = replicate_deviation(model, records.as_slice(), &observation, &solution, &weights, None).unwrap();
+        (solution, found)
+    }
+
+    /// White and claimed variance over the variance of the estimate, in noise that forgets by `rho` a sample.
+    fn calibration(rho: f64) -> [f64; 3] {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let mut random = Random::new(11);
+        let (runs, c) = (150, 1);
+        let (mut errors, mut claimed) = (0.0, [0.0; 3]);
+        for _ in 0..runs {
+            let (mut states, mut noise) = (arm.states(1200), 0.0);
+            for r in 0..states.len() {
+                noise = rho * noise + (1.0 - rho * rho).sqrt() * random.normal();
+                states.tau[r] += 0.1 * noise;
+            }
+            let (solution, found) = of(&model, states);
+            errors += (solution.x[c] - arm.truth[c]).powi(2);
+            let all = [found.white[c], found.by_part[c], found.sigma()[c]];
+            claimed.iter_mut().zip(all).for_each(|(sum, sigma)| *sum += sigma * sigma);
+        }
+        claimed.map(|sum| sum / errors)
+    }
+
+    #[test]
+    fn slow_noise_is_not_taken_for_white() {
+        let [white, by_part, _] = calibration(0.9);
+        // Twelve seconds hold sixty independent samples; 150 runs tell a variance to 12 %, and twenty draws scatter.
+        assert!(white < 0.2, "{white}");
+        assert!((0.65..1.5).contains(&by_part), "{by_part}");
+    }
+
+    /// The largest of three estimates of one figure: 1.3 times it, not more.
+    #[test]
+    fn white_noise_stays_white() {
+        let [white, by_part, sigma] = calibration(0.0);
+        assert!((0.75..1.35).contains(&white) && (0.75..1.5).contains(&by_part), "{white} {by_part}");
+        assert!((1.0..1.9).contains(&sigma), "{sigma}");
+    }
+
+    /// Friction that the model has not: the same at every pass, however long the record. Parts of it agree with one
+    /// another, and the bands of speed do not.
+    #[test]
+    fn what_the_model_lacks_is_not_averaged_away() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let at = |len: usize| {
+            let mut states = arm.states(len);
+            for r in 0..len {
+                let v = states.dq[r];
+                states.tau[r] += 0.3 * v + (1.0 + 0.3 * (-(v / 0.3) * (v / 0.3)).exp()) * v.signum();
+            }
+            of(&model, states)
+        };
+        // FS, of which 1 is true.
+        let c = 4;
+        for len in [4000, 32_000] {
+            let (solution, found) = at(len);
+            let error = (solution.x[c] - 1.0).abs();
+            assert!(error > 0.01 && error < 1.96 * found.sigma()[c], "{len}: {error} {}", found.sigma()[c]);
+            assert!(found.white[c] < 0.1 * found.by_speed[c], "{found:?}");
+            assert!(found.by_speed[c] < 2.0 * error, "{error} {found:?}");
+        }
+        assert!(at(32_000).1.by_part[c] < 0.5 * at(4000).1.by_part[c]);
+    }
+
+    /// Rows that count less count less in the scores too, and nothing is claimed of what no row depends on.
+    #[test]
+    fn weighted_rows_and_empty_columns() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let mut random = Random::new(3);
+        let mut states = arm.states(2000);
+        for r in 0..states.len() {
+            states.tau[r] += if random.uniform() < 0.05 { 3.0 } else { 0.1 * random.normal() };
+        }
+        let (ls, plain) = of(&model, states.clone());
+        let records = [states];
+        let found = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();
+        let records = records.as_slice();
+        let (solution, weights) = (&found.solution, &found.weights);
+        let robust = replicate_deviation(&model, records, &found.observation, solution, weights, Some(&found)).unwrap();
+        for c in 0..3 {
+            assert!(robust.sigma()[c] < 0.5 * plain.sigma()[c], "{robust:?} {plain:?}");
+        }
+        let still = States { used: vec![false; records[0].used.len()], ..records[0].clone() };
+        assert_eq!(of(&model, still).1.sigma(), [0.0; 3]);
+    }
+}

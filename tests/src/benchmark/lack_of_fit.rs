@@ -1,0 +1,369 @@
+//! Logs of a UR5 that the fitted model explains but for one thing, and the parameters behind them.
+//!
+//! The robot repeats a motion of five harmonics of 0.1 Hz three times. The fit has viscous and Coulomb friction and an
+//! offset; the truth has what [`Truth`] says. Encoders read 2e-5 rad of noise in steps of 1e-5 rad, velocities 2e-3 rad/s,
+//! torques 0.02 N m and 0.5 % of their root mean square. Where friction is no function of the velocity's sign, the robot
+//! follows its reference in closed loop, because a joint sticks where it turns:
+//!
+//! u = A_n (ddq_r + Kp (q_r - q) + Kd (dq_r - dq)) + h_n + friction of the reference, held for 1 ms,
+//!
+//! A_n, h_n: of a robot whose links are wrong by 10 %. The torque of a row is the mean of what was held before and after.
+//! Elsewhere the motion is the reference, and the torque is that of inverse dynamics.
+
+use std::f64::consts::{PI, TAU};
+
+use identification::algebra::random::Random;
+use identification::model::friction::terms::sign;
+use identification::model::regressor::Regressor;
+use identification::simulate::dynamics::Dynamics;
+use logs::{Effort, Log, LogReport};
+use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use robot::RotorInertia;
+
+use crate::tape_robot::TapeRobot;
+
+/// What the fit does not know of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// Nothing: the model is exact but for white noise.
+    WhiteNoise,
+    /// Torque noise that stays the same for 0.3 s, as strong as the white one beside it.
+    SlowNoise,
+    /// Coulomb friction that turns over 0.005 rad/s.
+    Tanh,
+    /// The same, 30 % more below 0.1 rad/s.
+    Stribeck,
+    /// A bristle that slides after 2 mrad.
+    Dahl,
+    /// A bristle that slides after 1 mrad, with Stribeck's excess and damping of its own.
+    LuGre,
+    /// 2 % of the torque's root mean square, fifty times a turn and more.
+    Ripple,
+    /// 1 mrad between motor, where the encoder is, and link.
+    Backlash,
+}
+
+impl Truth {
+    /// All of them.
+    pub const ALL: [Truth; 8] = [
+        Truth::WhiteNoise,
+        Truth::SlowNoise,
+        Truth::Tanh,
+        Truth::Stribeck,
+        Truth::Dahl,
+        Truth::LuGre,
+        Truth::Ripple,
+        Truth::Backlash,
+    ];
+
+    /// Whether friction holds a joint where it turns.
+    fn sticks(self) -> bool {
+        matches!(self, Truth::Tanh | Truth::Stribeck | Truth::Dahl | Truth::LuGre)
+    }
+}
+
+/// N m/(rad/s), N m, N m, kg m^2, a joint.
+const VISCOUS: [f64; 6] = [9.1, 6.4, 8.3, 1.9, 1.2, 1.6];
+const COULOMB: [f64; 6] = [5.2, 7.4, 6.6, 0.8, 1.3, 1.1];
+const OFFSET: [f64; 6] = [0.3, -0.4, 0.1, 0.05, -0.08, 0.02];
+const ROTOR: [f64; 6] = [1.2, 0.9, 0.7, 0.2, 0.15, 0.22];
+
+/// s between rows, rows of the controller between them, steps of the simulation in one of those.
+const PERIOD: f64 = 2e-3;
+const HELD: usize = 2;
+const STEPS: usize = 4;
+
+/// s, the motion's period, and how often it is repeated.
+const MOTION: f64 = 10.0;
+const REPEATED: usize = 3;
+
+/// The robot with its rotors, and the same as its controller knows it.
+pub struct LackOfFit {
+    /// Derived once.
+    pub robot: TapeRobot,
+    nominal: TapeRobot,
+}
+
+impl Default for LackOfFit {
+    fn default() -> LackOfFit {
+        LackOfFit::new()
+    }
+}
+
+impl LackOfFit {
+    /// The UR5 of models/ with rotors.
+    pub fn new() -> LackOfFit {
+        let mut robot = crate::model("ur5.yaml");
+        for (link, rotor) in robot.links.iter_mut().zip(ROTOR) {
+            link.joint.rotor_inertia = RotorInertia::Known(rotor);
+        }
+        let robot = TapeRobot::new(robot);
+        let nominal = robot.with_scaled_links(&[1.1, 0.9, 1.1, 0.9, 1.1, 0.9]);
+        LackOfFit { robot, nominal }
+    }
+
+    /// The true parameters, in the order of the columns of viscous and Coulomb friction and an offset.
+    pub fn truth(&self) -> Vec<f64> {
+        let friction = (0..6).flat_map(|k| [VISCOUS[k], COULOMB[k], OFFSET[k]]);
+        self.robot.truth.iter().copied().chain(friction).collect()
+    }
+
+    /// The log of one draw: motion and noise are its own.
+    pub fn log(&self, truth: Truth, draw: u64) -> Log {
+        let random = &mut Random::stream(1414, draw);
+        let motion = FourierMotion::random(random);
+        let mut clean = if truth.sticks() { self.closed_loop(&motion, truth) } else { self.prescribed(&motion) };
+        if truth == Truth::Ripple {
+            add_ripple(&mut clean, random);
+        }
+        if truth == Truth::Backlash {
+            add_backlash(&mut clean);
+        }
+        measured(&clean, truth == Truth::SlowNoise, self.robot.coordinates(), random)
+    }
+
+    /// The reference itself, under Coulomb friction that jumps.
+    fn prescribed(&self, motion: &FourierMotion) -> Clean {
+        let mut clean = Clean::new();
+        let base = self.robot.truth.len();
+        let mut y = vec![0.0; 6 * base];
+        for i in 0..rows() {
+            let [q, dq, ddq] = motion.at(i as f64 * PERIOD);
+            // A drive logs the mean of its torque: the share of the time that the joint moved forward.
+            const PARTS: usize = 16;
+            let parts =
+                (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
+            let direction = parts.fold([0.0; 6], |sum, v| std::array::from_fn(|k| sum[k] + sign(v[k]) / PARTS as f64));
+            Regressor::fill(&self.robot, &q, &dq, &ddq, &mut y);
+            let torque = |k: usize| {
+                let rigid: f64 = y[k * base..][..base].iter().zip(&self.robot.truth).map(|(y, x)| y * x).sum();
+                rigid + VISCOUS[k] * dq[k] + COULOMB[k] * direction[k] + OFFSET[k]
+            };
+            clean.push(&q, &dq, &std::array::from_fn(torque));
+        }
+        clean
+    }
+
+    /// The robot under its controller.
+    fn closed_loop(&self, motion: &FourierMotion, truth: Truth) -> Clean {
+        let (mut clean, mut bristle) = (Clean::new(), [0.0; 6]);
+        let [mut q, mut dq, mut ddq] = motion.at(0.0);
+        let mut before = None;
+        let held = PERIOD / HELD as f64;
+        let h = held / STEPS as f64;
+        for i in 0..rows() * HELD {
+            let [qr, dqr, ddqr] = motion.at(i as f64 * held);
+            let asked: [f64; 6] = std::array::from_fn(|k| ddqr[k] + 400.0 * (qr[k] - q[k]) + 40.0 * (dqr[k] - dq[k]));
+            let (a, bias) = dynamics(&self.nominal, &q, &dq);
+            let friction = |k: usize| VISCOUS[k] * dqr[k] + COULOMB[k] * (dqr[k] / 0.05).tanh();
+            let u: [f64; 6] =
+                std::array::from_fn(|k| (0..6).map(|c| a[6 * k + c] * asked[c]).sum::<f64>() + bias[k] + friction(k));
+            if i % HELD == 0 {
+                let mean = before.map_or(u, |b: [f64; 6]| std::array::from_fn(|k| 0.5 * (b[k] + u[k])));
+                clean.push(&q, &dq, &mean);
+            }
+            before = Some(u);
+            // Inertia and bias in the middle of what is to come; only friction changes faster.
+            let middle = |x: &[f64; 6], dx: &[f64; 6]| std::array::from_fn(|k| x[k] + 0.5 * held * dx[k]);
+            let held = Held::new(&self.robot, &middle(&q, &dq), &middle(&dq, &ddq), u);
+            let start = dq;
+            for _ in 0..STEPS {
+                // The midpoint rule; a bristle follows the velocity of the step exactly.
+                let first = held.acceleration(&dq, truth, &mut bristle, 0.5 * h);
+                let half: [f64; 6] = std::array::from_fn(|k| dq[k] + 0.5 * h * first[k]);
+                let second = held.acceleration(&half, truth, &mut bristle, 0.5 * h);
+                for k in 0..6 {
+                    q[k] += h * half[k];
+                    dq[k] += h * second[k];
+                }
+            }
+            ddq = std::array::from_fn(|k| (dq[k] - start[k]) / (STEPS as f64 * h));
+        }
+        clean
+    }
+}
+
+/// The robot under a torque that is held.
+struct Held {
+    inertia: Cholesky<f64, Const<6>>,
+    /// u - h, N m.
+    net: [f64; 6],
+}
+
+impl Held {
+    fn new(robot: &TapeRobot, q: &[f64; 6], dq: &[f64; 6], u: [f64; 6]) -> Held {
+        let (a, bias) = dynamics(robot, q, dq);
+        let inertia = SMatrix::<f64, 6, 6>::from_row_slice(&a).cholesky();
+        let inertia = inertia.unwrap_or_else(|| panic!("the inertia matrix of a robot is positive definite"));
+        Held { inertia, net: std::array::from_fn(|k| u[k] - bias[k] - OFFSET[k]) }
+    }
+
+    /// A^-1 (u - h - friction), the bristles moved on by `step` s.
+    fn acceleration(&self, dq: &[f64; 6], truth: Truth, bristle: &mut [f64; 6], step: f64) -> [f64; 6] {
+        let net = SVector::from_fn(|k, _| self.net[k] - friction(truth, k, dq[k], &mut bristle[k], step));
+        self.inertia.solve(&net).into()
+    }
+}
+
+/// The law of joint k, N m, without its offset; the deflection z of a bristle follows dz/dt = v - |v| z / z_max exactly.
+fn friction(truth: Truth, k: usize, v: f64, z: &mut f64, step: f64) -> f64 {
+    let excess = 1.0 + 0.3 * (-(v / 0.1) * (v / 0.1)).exp();
+    let mut slide = |most: f64| {
+        let (there, gone) = (most * sign(v), (-v.abs() * step / most).exp());
+        let rate = v - v.abs() * *z / most;
+        *z = there + (*z - there) * if v == 0.0 { 0.0 } else { gone };
+        rate
+    };
+    let dry = match truth {
+        Truth::Stribeck => excess * (v / 0.005).tanh(),
+        Truth::Dahl => {
+            slide(2e-3);
+            *z / 2e-3
+        }
+        Truth::LuGre => {
+            let rate = slide(1e-3 * excess);
+            (*z + 2e-3 * rate) / 1e-3
+        }
+        _ => (v / 0.005).tanh(),
+    };
+    VISCOUS[k] * v + COULOMB[k] * dry
+}
+
+fn dynamics(robot: &TapeRobot, q: &[f64; 6], dq: &[f64; 6]) -> ([f64; 36], [f64; 6]) {
+    let (mut a, mut bias) = ([0.0; 36], [0.0; 6]);
+    Dynamics::fill(robot, q, dq, &mut a, &mut bias);
+    (a, bias)
+}
+
+fn rows() -> usize {
+    (REPEATED as f64 * MOTION / PERIOD) as usize
+}
+
+/// Signals without noise, one series a joint.
+struct Clean {
+    q: Vec<Vec<f64>>,
+    dq: Vec<Vec<f64>>,
+    tau: Vec<Vec<f64>>,
+}
+
+impl Clean {
+    fn new() -> Clean {
+        let none = vec![Vec::with_capacity(rows()); 6];
+        Clean { q: none.clone(), dq: none.clone(), tau: none }
+    }
+
+    fn push(&mut self, q: &[f64; 6], dq: &[f64; 6], tau: &[f64; 6]) {
+        for k in 0..6 {
+            self.q[k].push(q[k]);
+            self.dq[k].push(dq[k]);
+            self.tau[k].push(tau[k]);
+        }
+    }
+}
+
+fn root_mean_square(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+/// Torque that goes with the angle of the rotor.
+fn add_ripple(clean: &mut Clean, random: &mut Random) {
+    for k in 0..6 {
+        let (size, phase) = (0.02 * 2f64.sqrt() * root_mean_square(&clean.tau[k]), random.between(0.0, TAU));
+        let angles = clean.q[k].clone();
+        let times = 50.0 + 7.0 * k as f64;
+        clean.tau[k].iter_mut().zip(angles).for_each(|(tau, q)| *tau += size * (times * q + phase).sin());
+    }
+}
+
+/// The motor is half the gap ahead of the link on the side that pushes; it crosses within some 10 ms.
+fn add_backlash(clean: &mut Clean) {
+    for k in 0..6 {
+        let share = 1.0 - (-PERIOD / 5e-3f64).exp();
+        let (mut side, mut before) = (sign(clean.tau[k][0]), sign(clean.tau[k][0]));
+        let (mut slow, mut gap) = (side, Vec::new());
+        for tau in &clean.tau[k] {
+            // Two lags in a row: the velocity of the crossing does not jump.
+            slow += share * (sign(*tau) - slow);
+            side += share * (slow - side);
+            gap.push((5e-4 * side, 5e-4 * (side - before) / PERIOD));
+            before = side;
+        }
+        for (i, (q, dq)) in gap.into_iter().enumerate() {
+            clean.q[k][i] += q;
+            clean.dq[k][i] += dq;
+        }
+    }
+}
+
+/// What the sensors make of it.
+fn measured(clean: &Clean, slow: bool, names: &[String], random: &mut Random) -> Log {
+    let mut of = |x: &Vec<Vec<f64>>, noise: &dyn Fn(&[f64]) -> f64, slow: bool| -> Vec<Vec<f64>> {
+        let series = |x: &Vec<f64>| {
+            let (size, keep, mut state) = (noise(x), (-PERIOD / 0.3f64).exp(), 0.0);
+            let one = |x: &f64| {
+                state = keep * state + (1.0 - keep * keep).sqrt() * random.normal();
+                x + size * (random.normal() + if slow { state } else { 0.0 })
+            };
+            x.iter().map(one).collect()
+        };
+        x.iter().map(series).collect()
+    };
+    let q = of(&clean.q, &|_| 2e-5, false);
+    let q = q.into_iter().map(|q| q.into_iter().map(|q| (q / 1e-5).round() * 1e-5).collect()).collect();
+    let dq = of(&clean.dq, &|_| 2e-3, false);
+    let effort = of(&clean.tau, &|tau| 0.02 + 0.005 * root_mean_square(tau), slow);
+    Log {
+        name: "UR5".into(),
+        coordinates: names.to_vec(),
+        t: (0..rows()).map(|i| i as f64 * PERIOD).collect(),
+        q,
+        dq: Some(dq),
+        ddq: None,
+        effort,
+        effort_is: Effort::Torque,
+        rows: (1..=rows()).collect(),
+        window: None,
+        report: LogReport {
+            uniform: true,
+            period: PERIOD,
+            duration: (rows() - 1) as f64 * PERIOD,
+            ..LogReport::default()
+        },
+    }
+}
+
+/// q = c + sum over five harmonics, each joint within 2.4 rad and 2 rad/s.
+struct FourierMotion {
+    sine: [[f64; 5]; 6],
+    cosine: [[f64; 5]; 6],
+}
+
+impl FourierMotion {
+    fn random(random: &mut Random) -> FourierMotion {
+        let mut draw = || std::array::from_fn(|_| std::array::from_fn(|k| random.normal() / (k + 1) as f64));
+        let mut motion = FourierMotion { sine: draw(), cosine: draw() };
+        let instants: Vec<[[f64; 6]; 3]> = (0..500).map(|i| motion.at(MOTION * i as f64 / 500.0)).collect();
+        for k in 0..6 {
+            let largest = |of: usize| instants.iter().map(|x| x[of][k].abs()).fold(0.0, f64::max);
+            let scale = (2.4 / largest(0)).min(2.0 / largest(1));
+            motion.sine[k].iter_mut().chain(&mut motion.cosine[k]).for_each(|x| *x *= scale);
+        }
+        motion
+    }
+
+    /// q, dq, ddq.
+    fn at(&self, t: f64) -> [[f64; 6]; 3] {
+        let mut state = [[0.0; 6]; 3];
+        for harmonic in 0..5 {
+            let w = 2.0 * PI / MOTION * (harmonic + 1) as f64;
+            let (s, c) = (w * t).sin_cos();
+            for k in 0..6 {
+                let (a, b) = (self.sine[k][harmonic], self.cosine[k][harmonic]);
+                state[0][k] += a * s + b * c;
+                state[1][k] += w * (a * c - b * s);
+                state[2][k] -= w * w * (a * s + b * c);
+            }
+        }
+        state
+    }
+}
