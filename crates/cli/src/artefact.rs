@@ -6,7 +6,7 @@ use identification::estimate::artefact::Estimate;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::known_load::KnownLoad;
 use identification::model::reference::ModelReference;
-use rist::Model;
+use rist::{Accumulator, Model};
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;
@@ -36,6 +36,12 @@ pub fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> 
     let plan = ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(path)?)?;
     model.check(path, &plan.model)?;
     Ok(plan)
+}
+
+/// Reads the sums of logs.
+pub fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
+    let bytes = std::fs::read(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
+    Ok(Accumulator::from_bytes(&path.display().to_string(), &bytes)?)
 }
 
 /// Reads a known load.

@@ -1,7 +1,9 @@
 //! The program `rist`: reads the command line, calls the crates, prints.
 
+mod accumulate;
 mod artefact;
 mod check;
+mod compare;
 mod convert;
 mod doctor;
 mod evaluate;
@@ -11,10 +13,12 @@ mod generate;
 mod identify;
 mod inspect;
 mod lint;
+mod merge;
 mod model;
 mod plan;
 mod report;
 mod simulate;
+mod solve;
 mod validate;
 mod verdict;
 
@@ -46,6 +50,10 @@ enum Command {
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
+    Accumulate(Box<accumulate::Arguments>),
+    Merge(merge::Arguments),
+    Solve(solve::Arguments),
+    Compare(compare::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -63,6 +71,10 @@ fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Accumulate(arguments) => accumulate::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
+        Command::Solve(arguments) => solve::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

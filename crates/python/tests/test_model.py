@@ -114,7 +114,7 @@ def test_errors_say_what_is_expected(panda, program):
 
 
 def test_snapped_angles_are_a_warning():
-    text = (MODELS / "ur5.urdf").read_text().replace("1.570796325", "1.5707")
+    text = (MODELS / "ur5.urdf").read_text().replace("1.57079632679", "1.5707")
     assert "1.5707" in text
     with pytest.warns(UserWarning, match="angles are taken for what was meant"):
         rist.Model.parse(text, "ur5.urdf")
@@ -122,7 +122,7 @@ def test_snapped_angles_are_a_warning():
 
 def test_the_lock_is_released(panda):
     """Two threads fill arrays while a third, of Python alone, goes on."""
-    q, dq, ddq = states(panda, 200_000)
+    q, dq, ddq = states(panda, 40_000)
     ticks, done = [], threading.Event()
 
     def tick():

@@ -6,6 +6,7 @@
 //! Model::read -> base parameters, regressor, source        (a description is all it needs)
 //!   examine(logs) -> Passport                              (whether a log belongs to the description)
 //!   identify(logs) -> Estimate -> validate(other logs)     (a log that was measured)
+//!   accumulate(logs) -> Accumulator -> merge, solve, compare   (more logs than one machine holds)
 //!   excite -> check -> (the robot runs)                    (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
 //!   write_urdf, write_mjcf_joints                          (back into what simulators read)
@@ -38,6 +39,7 @@ mod error;
 mod evaluation;
 mod exciting;
 mod experiments;
+mod fleet;
 mod load;
 mod model;
 mod output;
@@ -60,8 +62,11 @@ pub use error::Error;
 pub use evaluation::{Evaluation, ManyStates, Quantity};
 pub use exciting::{ExciteProgress, ExciteRequest, default_period, excite};
 pub use experiments::{ExperimentLogs, identify_experiments};
+pub use fleet::{AccumulateRequest, accumulate, accumulator, check_sums, update};
 pub use identification::algebra::interruption::Interruption;
 pub use identification::estimate::artefact::Estimate;
+pub use identification::estimate::fleet::accumulator::Accumulator;
+pub use identification::estimate::fleet::comparison::{Comparison, compare};
 pub use identification::estimate::passport::Passport;
 pub use identification::estimate::validation::Validation;
 pub use identification::estimate::verdict::{Trust, Verdict};

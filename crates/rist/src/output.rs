@@ -33,19 +33,19 @@ pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
 }
 
 /// Writes a whole file or nothing; refused as `check_output` does.
-pub fn write_file(out: &Path, text: &str, inputs: &[&Path]) -> Result<(), Error> {
+pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Error> {
     check_output(out, inputs)?;
-    write(out, text).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
+    write(out, content.as_ref()).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
 }
 
-fn write(out: &Path, text: &str) -> io::Result<()> {
+fn write(out: &Path, content: &[u8]) -> io::Result<()> {
     let place = match fs::metadata(out) {
-        Ok(found) if !found.is_file() => return OpenOptions::new().write(true).open(out)?.write_all(text.as_bytes()),
+        Ok(found) if !found.is_file() => return OpenOptions::new().write(true).open(out)?.write_all(content),
         Ok(_) => fs::canonicalize(out)?,
         Err(_) => out.to_path_buf(),
     };
     let (neighbour, file) = new_neighbour(&place)?;
-    let written = fill(file, &place, text).and_then(|()| fs::rename(&neighbour, &place));
+    let written = fill(file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
     if written.is_err() {
         // What failed is said; a file that is left behind beside it would be one more failure to say.
         let _ = fs::remove_file(&neighbour);
@@ -53,11 +53,11 @@ fn write(out: &Path, text: &str) -> io::Result<()> {
     written
 }
 
-fn fill(mut file: File, place: &Path, text: &str) -> io::Result<()> {
+fn fill(mut file: File, place: &Path, content: &[u8]) -> io::Result<()> {
     if let Ok(found) = fs::metadata(place) {
         file.set_permissions(found.permissions())?;
     }
-    file.write_all(text.as_bytes())?;
+    file.write_all(content)?;
     file.sync_all()
 }
 

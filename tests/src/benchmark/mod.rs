@@ -6,6 +6,7 @@ pub mod arms;
 pub mod candidates;
 pub mod dataset;
 pub mod filtered_estimation;
+pub mod fleet;
 pub mod gain_monte_carlo;
 pub mod monte_carlo;
 pub mod plans;

@@ -18,7 +18,8 @@ pub fn in_order<I: Sync, R: Send, E>(
     on_threads(threads, items, work, take)
 }
 
-fn on_threads<I: Sync, R: Send, E>(
+/// The same on at most so many threads.
+pub fn on_threads<I: Sync, R: Send, E>(
     threads: usize,
     items: &[I],
     work: impl Fn(usize, &I) -> R + Sync,

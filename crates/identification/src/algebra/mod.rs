@@ -12,6 +12,7 @@ pub mod random;
 pub mod range;
 pub mod reflection;
 pub mod row_block;
+pub mod student;
 pub mod total_least_squares;
 pub mod triangle;
 pub mod vector;

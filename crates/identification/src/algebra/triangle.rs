@@ -117,6 +117,26 @@ impl Triangle {
         self.entries[j * (self.p + 1) + i]
     }
 
+    /// The columns that have held something other than zeros, ascending, p for the right-hand side.
+    pub fn live(&self) -> Vec<usize> {
+        (0..=self.p).filter(|&c| self.live[c]).collect()
+    }
+
+    /// The triangle of `rows` rows with `p` columns, of which those in `live` (ascending, at most p) are not zero.
+    /// `numbers` has their entries, the upper part column by column; `None` where there are too few, or a column too many.
+    pub fn of_numbers(p: usize, live: &[usize], rows: usize, numbers: &[f64]) -> Option<Triangle> {
+        let mut triangle = Triangle::new(p);
+        let mut numbers = numbers.iter();
+        for (k, &j) in live.iter().enumerate() {
+            *triangle.live.get_mut(j)? = true;
+            for &i in &live[..=k] {
+                triangle.entries[j * (p + 1) + i] = *numbers.next()?;
+            }
+        }
+        triangle.rows = rows;
+        Some(triangle)
+    }
+
     /// Folds the rows of a block in and empties it. Its entries are the columns and the right-hand side.
     fn fold(&mut self, block: &mut RowBlock) {
         self.rows += block.rows;
@@ -125,7 +145,7 @@ impl Triangle {
         for (c, live) in self.live.iter_mut().enumerate() {
             *live = *live || numbers.iter().skip(c).step_by(stride).any(|eight| eight.0 != [0.0; 8]);
         }
-        let live: Vec<usize> = (0..=self.p).filter(|&c| self.live[c]).collect();
+        let live = self.live();
         reflect(&mut self.entries, self.p + 1, Columns { index: &live, places: &live }, block);
         block.rows = 0;
     }
@@ -192,6 +212,23 @@ mod tests {
         let mut all = Accumulator::new(p);
         rows.iter().for_each(|row| all.push(&row[..p], row[p]));
         all.finish()
+    }
+
+    /// What `live` and `at` give makes the same triangle again, to the bit.
+    #[test]
+    fn numbers_make_the_triangle_again() {
+        let found = triangle(&rows(3, 300, 5), 5);
+        let live = found.live();
+        assert_eq!(live, [0, 1, 3, 4, 5]);
+        let numbers: Vec<f64> = live
+            .iter()
+            .enumerate()
+            .flat_map(|(k, &j)| live[..=k].iter().map(move |&i| (i, j)))
+            .map(|(i, j)| found.at(i, j))
+            .collect();
+        assert_eq!(Triangle::of_numbers(5, &live, 300, &numbers), Some(found));
+        assert_eq!(Triangle::of_numbers(5, &live, 300, &numbers[1..]), None);
+        assert_eq!(Triangle::of_numbers(5, &[6], 300, &numbers), None);
     }
 
     /// A column that has decayed to 1e-160 is zero, and no reciprocal of its square.

@@ -38,6 +38,10 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
     Ok(fit.estimate)
 }
 
+/// No joint has a row.
+pub(super) const AT_REST: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
+                                  friction out of the model for torques of poses at rest";
+
 /// An estimate with everything it came from.
 pub struct Fit {
     /// Values, intervals, residuals and remarks.
@@ -76,10 +80,7 @@ impl Fit {
         let mut observation = Observation::of_records(&model, records, None)?;
         let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
-            return Err(Error::new(
-                "every joint stands still all the time, and friction holds it there: log motions, or leave friction \
-                 out of the model for torques of poses at rest",
-            ));
+            return Err(Error::new(AT_REST));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
         // Huber's function or Tukey's, from the solution before.
@@ -109,15 +110,20 @@ impl Fit {
         estimate.method = options.weights.method().into();
         estimate.logs = logs;
         if options.covariance {
-            let row = |i: usize| (0..model.p()).map(|j| solution.variance * solution.inverse[(i, j)]).collect();
-            estimate.covariance = (0..model.p()).map(row).collect();
+            estimate.covariance = covariance(&solution);
         }
         Ok(Fit { estimate, observation, solution, weights })
     }
 }
 
+/// sigma_i sigma_j rho_ij for white noise, row by row.
+pub(super) fn covariance(solution: &Solution) -> Vec<Vec<f64>> {
+    let p = solution.x.len();
+    (0..p).map(|i| (0..p).map(|j| solution.variance * solution.inverse[(i, j)]).collect()).collect()
+}
+
 /// How fast the joints moved, and the options with the cut-off that follows from it.
-fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
+pub(super) fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
     }
@@ -174,7 +180,7 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
 }
 
 /// The estimate of a solution: values with their white and robust deviations, residuals, remarks.
-fn report(
+pub(super) fn report(
     model: &Model,
     joints: &[Triangle],
     observation: &Observation,

@@ -6,6 +6,7 @@ pub mod cross_talk;
 pub mod delay;
 pub mod described;
 pub mod drive_gains;
+pub mod fleet;
 pub mod held_out;
 pub mod identified;
 pub mod identify;

@@ -1,6 +1,7 @@
 //! From triangles to a solution, one estimator a file.
 
 pub mod barrier;
+pub mod block_deviation;
 pub mod closed_loop;
 pub mod consistent;
 pub mod correlated_deviation;

@@ -93,17 +93,23 @@ const HELD: usize = 1 << 24;
 /// The preparation with the content, and so the cut-off, of all logs together.
 fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {
     let mut energy = MotionEnergy::default();
-    for log in logs {
-        match log {
-            LogSource::Held(log) => preparation.add_motion(log, &mut energy)?,
-            LogSource::Streamed(stream) => stream.each(&mut |block| match block.len() {
-                0 | 1 => Ok(()),
-                _ => preparation.add_motion(block, &mut energy),
-            })?,
-        }
-        energy.end_record();
-    }
+    logs.iter().try_for_each(|log| add_motion(log, preparation, &mut energy))?;
     Ok(preparation.clone().with_content(energy.content()))
+}
+
+/// Adds the motion of a log to that from which the default cut-off follows.
+///
+/// Fails where the log does not fit the transmission, or cannot be read again.
+pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut MotionEnergy) -> Result<(), Error> {
+    match log {
+        LogSource::Held(log) => preparation.add_motion(log, energy)?,
+        LogSource::Streamed(stream) => stream.each(&mut |block| match block.len() {
+            0 | 1 => Ok(()),
+            _ => preparation.add_motion(block, energy),
+        })?,
+    }
+    energy.end_record();
+    Ok(())
 }
 
 impl<'a> Stream<'a> {

@@ -1,0 +1,53 @@
+//! `rist compare`: sums of a reference and of robots -> which parameters moved.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rist::Accumulator;
+
+use crate::artefact::read_sums;
+use crate::failure::{Failure, print};
+use rist::{check_output, write_file};
+
+/// Say which parameters moved between sums of rist accumulate: two robots, or two days of one
+///
+/// Exit code 1 where something moved.
+#[derive(Args)]
+pub struct Arguments {
+    /// The sums that the others are held against
+    #[arg(value_name = "REFERENCE.tri")]
+    reference: PathBuf,
+
+    /// The sums of the robots
+    #[arg(required = true, value_name = "ROBOT.tri")]
+    robots: Vec<PathBuf>,
+
+    /// False discovery rate: the expected share of robots that did not change among those that are said to have, and of
+    /// parameters in them likewise
+    #[arg(long, value_name = "RATE", default_value_t = 0.05)]
+    fdr: f64,
+
+    /// Write the comparison as YAML
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let inputs: Vec<&Path> = arguments.robots.iter().chain([&arguments.reference]).map(PathBuf::as_path).collect();
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
+    let reference = read_sums(&arguments.reference)?;
+    let robots = arguments.robots.iter().map(|path| read_sums(path)).collect::<Result<Vec<Accumulator>, _>>()?;
+    let name = |path: &PathBuf| path.display().to_string();
+    let names: Vec<String> = arguments.robots.iter().map(name).collect();
+    let named: Vec<(&str, &Accumulator)> = names.iter().map(String::as_str).zip(&robots).collect();
+    let found = rist::compare((&name(&arguments.reference), &reference), &named, arguments.fdr)?;
+    print(&found.to_string())?;
+    if let Some(out) = &arguments.out {
+        write_file(out, found.to_yaml()?, &inputs)?;
+    }
+    match found.changed() {
+        0 => Ok(()),
+        1 => Err(Failure::verdict("1 changed")),
+        changed => Err(Failure::verdict(format_args!("{changed} changed"))),
+    }
+}

@@ -1,0 +1,37 @@
+//! `rist merge`: parts of sums -> their sum.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::accumulate::account;
+use crate::artefact::read_sums;
+use crate::failure::{Failure, print};
+use rist::{check_output, write_file};
+
+/// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order
+#[derive(Args)]
+pub struct Arguments {
+    /// The parts
+    #[arg(required = true, value_name = "PART.tri")]
+    parts: Vec<PathBuf>,
+
+    /// Their sum
+    #[arg(long, value_name = "FILE.tri")]
+    out: PathBuf,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let inputs: Vec<&Path> = arguments.parts.iter().map(PathBuf::as_path).collect();
+    check_output(&arguments.out, &inputs)?;
+    let (first, others) = arguments.parts.split_first().ok_or_else(|| Failure::new("no part is given"))?;
+    let mut all = read_sums(first)?;
+    for path in others {
+        let part = read_sums(path)?;
+        all.merge(&part).map_err(|e| {
+            Failure::new(format_args!("{} cannot be added to {}: {e}", path.display(), first.display()))
+        })?;
+    }
+    write_file(&arguments.out, all.to_bytes()?, &inputs)?;
+    print(&account(&all))
+}

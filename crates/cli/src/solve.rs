@@ -1,0 +1,35 @@
+//! `rist solve`: sums -> an estimate.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::artefact::read_sums;
+use crate::failure::{Failure, print};
+use crate::verdict::refused;
+use rist::{check_output, write_file};
+
+/// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
+#[derive(Args)]
+pub struct Arguments {
+    /// The sums
+    #[arg(value_name = "FILE.tri")]
+    sums: PathBuf,
+
+    /// Write the estimate as YAML, for rist validate and rist report
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let inputs = [arguments.sums.as_path()];
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
+    let failed = |e: logs::Error| Failure::new(format_args!("{}: {e}", arguments.sums.display()));
+    let estimate = read_sums(&arguments.sums)?.solve().map_err(failed)?;
+    let verdict = rist::estimate_verdict(&estimate);
+    print(&format!("{estimate}\n{verdict}"))?;
+    if let Some(out) = &arguments.out {
+        write_file(out, estimate.to_yaml()?, &inputs)?;
+    }
+    refused(&verdict, false)
+}

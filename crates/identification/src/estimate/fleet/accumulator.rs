@@ -1,0 +1,298 @@
+//! Sums of sufficient statistics: logs come in, triangles stay.
+//!
+//! [W y] of any number of logs is a triangle a joint, and triangles of parts add: R'R = sum_k R_k'R_k [Golub, Van Loan
+//! 2013, 12.5]. Beside the sum, deviations need what the parts say one by one. So the logs are kept apart while they are
+//! few, and long ones in blocks: these are the replicates of `estimators::block_deviation`.
+//!
+//! | logs | each log is kept in | replicates |
+//! |---|---|---|
+//! | 1 to 4 | 16 blocks | 16 to 64 blocks |
+//! | 5 to 15 | 4 blocks | 20 to 60 blocks |
+//! | 16 to 64 | one block | as many as logs: what differs between logs is in the deviations |
+//! | more | 64 groups of logs, chosen by the digest of the log | at most 64 |
+//!
+//! Up to 64 logs the logs are a set, sorted by name: parts merged in any partition and order give the same file to the
+//! last byte, and the sum is made when it is asked for. Beyond, the sum of a group is rounded in the order of the merges.
+//! A file does not grow beyond 64 replicates and a line for each log.
+//!
+//! A second moment of the scores at a reference solution would be smaller. It is not taken: the solution moves as parts
+//! come, and scores at another solution need third moments of the rows.
+
+use std::collections::BTreeMap;
+
+use logs::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::fleet::replicate::{LogAccount, MOST_BLOCKS, Replicate};
+use crate::estimate::fleet::settings::Settings;
+use crate::rows::observation::Observation;
+
+/// Logs, and groups of logs, that are kept apart.
+pub const MOST_REPLICATES: usize = 64;
+
+/// A log that could not be used.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FailedLog {
+    /// The file, as the user named it.
+    pub name: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// The sums over logs of one robot.
+#[derive(Clone, Debug)]
+pub struct Accumulator {
+    settings: Settings,
+    replicates: Vec<Replicate>,
+    failed: Vec<FailedLog>,
+}
+
+impl Accumulator {
+    /// No log yet.
+    pub fn new(settings: Settings) -> Accumulator {
+        Accumulator { settings, replicates: Vec::new(), failed: Vec::new() }
+    }
+
+    /// From what a file holds; the logs are put into their order.
+    pub(super) fn of(settings: Settings, replicates: Vec<Replicate>, failed: Vec<FailedLog>) -> Accumulator {
+        let mut all = Accumulator { settings, replicates, failed };
+        all.settle();
+        all
+    }
+
+    /// What all its logs have in common.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Its replicates, in the order of their first logs.
+    pub fn replicates(&self) -> &[Replicate] {
+        &self.replicates
+    }
+
+    /// Where its rows come from, in the order of the names.
+    pub fn logs(&self) -> Vec<&LogAccount> {
+        let mut logs: Vec<&LogAccount> = self.replicates.iter().flat_map(|r| &r.logs).collect();
+        logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
+        logs
+    }
+
+    /// Logs that could not be used, in the order of their names.
+    pub fn failed(&self) -> &[FailedLog] {
+        &self.failed
+    }
+
+    /// Notes a log that could not be used.
+    pub fn fail(&mut self, name: String, reason: String) {
+        self.failed.push(FailedLog { name, reason });
+        self.settle();
+    }
+
+    /// Adds a log. The first settles the cut-off where the options leave it open.
+    ///
+    /// Fails with the name of a log that is in it already, or was filtered otherwise.
+    pub fn add(&mut self, replicate: Replicate) -> Result<(), Error> {
+        let mut settings = self.settings.clone();
+        settle_cutoff(&mut settings, &replicate.observation);
+        self.merge(&Accumulator { settings, replicates: vec![replicate], failed: Vec::new() })
+    }
+
+    /// Adds the logs of another.
+    ///
+    /// Fails, and stays as it was, with what differs in the settings, and with the name of a log that is in both.
+    pub fn merge(&mut self, other: &Accumulator) -> Result<(), Error> {
+        let mut settings = self.settings.clone();
+        if self.replicates.is_empty() && settings.options.signal.cutoff.is_none() {
+            settings.options.signal.cutoff = other.settings.options.signal.cutoff;
+        }
+        let mut theirs = other.settings.clone();
+        if other.replicates.is_empty() && theirs.options.signal.cutoff.is_none() {
+            theirs.options.signal.cutoff = settings.options.signal.cutoff;
+        }
+        let differences = settings.differences(&theirs);
+        if !differences.is_empty() {
+            return Err(Error::new(format!(
+                "these sums cannot be added: {}; make all parts with the same settings (rist accumulate --like FIRST.tri)",
+                differences.join("; ")
+            )));
+        }
+        let ours: BTreeMap<&str, &str> =
+            self.logs().into_iter().map(|log| (log.digest.as_str(), log.name.as_str())).collect();
+        for log in other.logs() {
+            if let Some(name) = ours.get(log.digest.as_str()) {
+                let also = if *name == log.name { String::new() } else { format!(" (as {name})") };
+                return Err(Error::new(format!(
+                    "{}: in both{also}; a log counts once: leave out a part that has it",
+                    log.name
+                )));
+            }
+        }
+        // Which of two ways to call the columns of a log is kept does not depend on the order.
+        let names = [&settings.options.columns, &theirs.options.columns].map(|names| format!("{names:?}"));
+        if names[1] < names[0] {
+            settings.options.columns = theirs.options.columns;
+        }
+        self.settings = settings;
+        self.replicates.extend(other.replicates.iter().cloned());
+        self.failed.extend(other.failed.iter().cloned());
+        self.settle();
+        Ok(())
+    }
+
+    /// The triangles of all its logs by replicate block, and how the joints moved; `None` without a log.
+    pub fn observation(&self) -> Option<Observation> {
+        let mut replicates = self.replicates.iter().map(|r| r.observation.clone());
+        let mut all = replicates.next()?;
+        replicates.for_each(|one| all.append(one));
+        Some(all)
+    }
+
+    /// Sorts the logs, and folds their blocks as the head of this file says.
+    fn settle(&mut self) {
+        let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
+        let blocks = match logs {
+            0..=4 => MOST_BLOCKS,
+            5..=15 => MOST_BLOCKS / 4,
+            _ => 1,
+        };
+        self.replicates.iter_mut().for_each(|r| r.fold_to(blocks));
+        self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
+        if logs > MOST_REPLICATES {
+            let mut groups: BTreeMap<u64, Replicate> = BTreeMap::new();
+            for replicate in std::mem::take(&mut self.replicates) {
+                let digest = replicate.key().map_or("", |key| key.1);
+                let group = u64::from_str_radix(digest, 16).unwrap_or(0) % MOST_REPLICATES as u64;
+                match groups.get_mut(&group) {
+                    Some(sum) => sum.absorb(replicate),
+                    None => {
+                        groups.insert(group, replicate);
+                    }
+                }
+            }
+            self.replicates = groups.into_values().collect();
+            self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
+        }
+        let found: Vec<String> = self.logs().into_iter().map(|log| log.name.clone()).collect();
+        // A log that could be read after all has not failed.
+        self.failed.retain(|failed| found.binary_search(&failed.name).is_err());
+        self.failed.sort();
+        self.failed.dedup();
+    }
+}
+
+/// The cut-off that the rule gave, where none was asked for.
+fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
+    let signal = &mut settings.options.signal;
+    if signal.order > 0 && signal.cutoff.is_none() {
+        signal.cutoff = Some(observation.cutoff);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::estimate::options::Options;
+    use crate::model::linear_model::Model;
+    use crate::model::reference::ModelReference;
+    use crate::test_arm::Pendulum;
+
+    fn empty() -> Accumulator {
+        let arm = Pendulum::new();
+        let mut options = Options { friction: Vec::new(), ..Options::default() };
+        options.signal.cutoff = Some(10.0);
+        let model = ModelReference { name: "arm".into(), fingerprint: "1".into() };
+        Accumulator::new(Settings::new(&arm, model, None, &options).unwrap())
+    }
+
+    /// Log k of a pendulum.
+    fn log(k: u64) -> Replicate {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut states, mut random) = (arm.states(100), Random::stream(5, k));
+        states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
+        let account = LogAccount {
+            name: format!("{k:03}.csv"),
+            digest: format!("{:016x}", random.bits()),
+            rows: 100,
+            kept: 100,
+            samples: 100,
+            duration: 1.0,
+            period: 0.01,
+        };
+        Replicate { logs: vec![account], observation: Observation::of(&model, &states, MOST_BLOCKS) }
+    }
+
+    /// Parts of some logs, each log in one of them, merged one after the other; logs and parts in any order.
+    fn merged(logs: &[Replicate], random: &mut Random) -> Accumulator {
+        let mut left: Vec<&Replicate> = logs.iter().collect();
+        let mut parts: Vec<Accumulator> = (0..1 + random.index(5)).map(|_| empty()).collect();
+        while !left.is_empty() {
+            let one = left.swap_remove(random.index(left.len())).clone();
+            let part = random.index(parts.len());
+            parts[part].add(one).unwrap();
+        }
+        while parts.len() > 1 {
+            let part = parts.swap_remove(random.index(parts.len()));
+            let into = random.index(parts.len());
+            parts[into].merge(&part).unwrap();
+        }
+        parts.remove(0)
+    }
+
+    /// A thousand partitions of twenty logs, in any order: the same file to the last byte.
+    #[test]
+    fn any_partition_is_the_same_file() {
+        let logs: Vec<Replicate> = (0..20).map(log).collect();
+        let mut random = Random::new(1);
+        for count in [3, 9, 20] {
+            let expected = merged(&logs[..count], &mut random).to_bytes().unwrap();
+            for _ in 0..334 {
+                assert!(merged(&logs[..count], &mut random).to_bytes().unwrap() == expected, "{count} logs");
+            }
+        }
+    }
+
+    /// Beyond 64 logs the replicates are 64, and the sum is that of all rows to rounding.
+    #[test]
+    fn many_logs_stay_few_replicates() {
+        let logs: Vec<Replicate> = (0..150).map(log).collect();
+        let mut random = Random::new(2);
+        let (one, other) = (merged(&logs, &mut random), merged(&logs, &mut random));
+        assert!(one.replicates().len() <= MOST_REPLICATES && one.logs().len() == 150);
+        let sum = |all: &Accumulator| all.observation().unwrap().joints(|_| true).remove(0);
+        let (a, b) = (sum(&one), sum(&other));
+        assert_eq!((a.rows, b.rows), (15_000, 15_000));
+        for j in 0..=3 {
+            for i in 0..=j {
+                // Some hundred folds, each a rounding of the norm of the column.
+                assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-12 * a.column_norm(j.min(2)).max(a.at(3, 3)));
+            }
+        }
+    }
+
+    #[test]
+    fn a_log_counts_once_and_what_is_refused_changes_nothing() {
+        let mut all = empty();
+        all.fail("001.csv".into(), "cut short".into());
+        all.fail("nine.csv".into(), "cut short".into());
+        (0..3).for_each(|k| all.add(log(k)).unwrap());
+        let before = all.to_bytes().unwrap();
+        let twice = all.add(log(1)).unwrap_err().to_string();
+        assert!(twice.contains("001.csv: in both"), "{twice}");
+        let mut copy = log(2);
+        copy.logs[0].name = "copy.csv".into();
+        assert!(all.add(copy).unwrap_err().to_string().contains("copy.csv: in both (as 002.csv)"));
+        let mut slower = log(7);
+        slower.observation.cutoff = 5.0;
+        let mut other = empty();
+        other.settings.options.signal.cutoff = None;
+        other.add(slower).unwrap();
+        let unlike = all.merge(&other).unwrap_err().to_string();
+        assert!(unlike.contains("cut-off: 10 Hz and 5 Hz"), "{unlike}");
+        assert_eq!(all.to_bytes().unwrap(), before);
+        let names: Vec<&str> = all.failed().iter().map(|f| f.name.as_str()).collect();
+        assert_eq!(names, ["nine.csv"], "001.csv could be read after all");
+    }
+}

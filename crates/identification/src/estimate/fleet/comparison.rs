@@ -1,0 +1,288 @@
+//! What changed: the parameters of robots, or of days of one robot, against those of a reference.
+//!
+//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference): the sums are of different logs. Each sigma is
+//! the larger of the white deviation and that between replicates, which has nu degrees of freedom; d_c / sd d_c is held
+//! against Student's t with
+//!   nu_d = (s_1^2 + s_2^2)^2 / (s_1^4 / nu_1 + s_2^4 / nu_2)       [Welch 1947]
+//! and the questions of all parameters and robots are answered together (`false_discovery`). Compared is what both
+//! determine; what one leaves open is named.
+
+use std::fmt;
+
+use logs::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::student::two_sided;
+use crate::estimate::fleet::accumulator::Accumulator;
+use crate::estimate::fleet::false_discovery::families;
+use crate::estimate::fleet::solution::Solved;
+use crate::model::parameter::ParameterId;
+use crate::model::unit::Unit;
+
+/// Robots against a reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Comparison {
+    /// Name of the robot's model.
+    pub model: String,
+    /// The reference, as the user named it.
+    pub reference: String,
+    /// False discovery rate that is held over the robots, and over the parameters of those that changed.
+    pub rate: f64,
+    /// In the order given.
+    pub robots: Vec<ComparedRobot>,
+}
+
+/// One robot against the reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ComparedRobot {
+    /// The robot, as the user named it.
+    pub name: String,
+    /// Whether it changed.
+    pub changed: bool,
+    /// The smallest rate at which it is said to have changed.
+    pub adjusted: f64,
+    /// In the order of the columns, those that both determine.
+    pub parameters: Vec<Difference>,
+    /// Parameters that one of the two leaves open.
+    pub open: Vec<ParameterId>,
+}
+
+/// One parameter of one robot against the reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Difference {
+    /// The parameter.
+    pub name: ParameterId,
+    /// SI unit of the numbers.
+    pub unit: Unit,
+    /// Its value in the reference.
+    pub reference: f64,
+    /// Its value minus that of the reference.
+    pub difference: f64,
+    /// Standard deviation of the difference.
+    pub sigma: f64,
+    /// Probability of a difference as large without a change.
+    pub p: f64,
+    /// Whether it moved.
+    pub moved: bool,
+}
+
+impl Difference {
+    /// How many of its standard deviations the difference is.
+    pub fn deviations(&self) -> f64 {
+        if self.sigma > 0.0 { self.difference / self.sigma } else { 0.0 }
+    }
+}
+
+/// Compares robots, by name, with the reference; `rate`: the false discovery rate to be held.
+///
+/// Fails with what differs in the settings of two sums, where two hold the same log, and where one cannot be solved.
+pub fn compare(
+    reference: (&str, &Accumulator),
+    robots: &[(&str, &Accumulator)],
+    rate: f64,
+) -> Result<Comparison, Error> {
+    if !(rate > 0.0 && rate < 1.0) {
+        return Err(Error::new(format!("a false discovery rate of {rate}: a number between 0 and 1 is expected")));
+    }
+    let solved = |(name, sums): (&str, &Accumulator)| Solved::of(sums).map_err(|e| Error::new(format!("{name}: {e}")));
+    let base = solved(reference)?;
+    let mut compared = Vec::new();
+    for &(name, sums) in robots {
+        let both = Pair { ours: (name, sums), theirs: reference };
+        both.check()?;
+        compared.push(both.differences(&solved((name, sums))?, &base));
+    }
+    let p: Vec<Vec<f64>> = compared.iter().map(|r| r.parameters.iter().map(|d| d.p).collect()).collect();
+    for (robot, family) in compared.iter_mut().zip(families(&p, rate)) {
+        (robot.changed, robot.adjusted) = (family.is_found, family.adjusted);
+        robot.parameters.iter_mut().zip(family.found).for_each(|(d, found)| d.moved = found);
+    }
+    let model = reference.1.settings().model.name.clone();
+    Ok(Comparison { model, reference: reference.0.into(), rate, robots: compared })
+}
+
+/// A robot and its reference.
+struct Pair<'a> {
+    ours: (&'a str, &'a Accumulator),
+    theirs: (&'a str, &'a Accumulator),
+}
+
+impl Pair<'_> {
+    /// Refuses sums of other settings, and a log that counts on both sides.
+    fn check(&self) -> Result<(), Error> {
+        let [(ours, a), (theirs, b)] = [self.ours, self.theirs];
+        let differences = a.settings().differences(b.settings());
+        if !differences.is_empty() {
+            return Err(Error::new(format!(
+                "{ours} and {theirs} cannot be compared: {}; make both with the same settings (rist accumulate --like \
+                 {theirs})",
+                differences.join("; ")
+            )));
+        }
+        let logs = b.logs();
+        let both = a.logs().into_iter().find(|log| logs.iter().any(|other| other.digest == log.digest));
+        match both {
+            Some(log) => Err(Error::new(format!(
+                "{}: in {ours} and in {theirs}; a difference of sums of one log with itself says nothing: leave it out of one",
+                log.name
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    fn differences(&self, a: &Solved, b: &Solved) -> ComparedRobot {
+        let columns = &self.ours.1.settings().columns;
+        let (mut parameters, mut open) = (Vec::new(), Vec::new());
+        for (c, column) in columns.iter().enumerate() {
+            if !(a.solution.determined[c] && b.solution.determined[c]) {
+                open.push(column.name.clone());
+                continue;
+            }
+            let (one, other) = (a.sigma(c).powi(2), b.sigma(c).powi(2));
+            let freedom = (one + other).powi(2) / (one * one / a.freedom() + other * other / b.freedom());
+            let sigma = (one + other).sqrt();
+            let difference = a.solution.x[c] - b.solution.x[c];
+            // Without noise nothing scatters, and what differs by rounding has not moved.
+            let p = if sigma > 0.0 { two_sided(difference / sigma, freedom) } else { 1.0 };
+            parameters.push(Difference {
+                name: column.name.clone(),
+                unit: column.unit,
+                reference: b.solution.x[c],
+                difference,
+                sigma,
+                p,
+                moved: false,
+            });
+        }
+        ComparedRobot { name: self.ours.0.into(), changed: false, adjusted: 1.0, parameters, open }
+    }
+}
+
+impl Comparison {
+    /// Robots that changed.
+    pub fn changed(&self) -> usize {
+        self.robots.iter().filter(|robot| robot.changed).count()
+    }
+
+    /// The text of comparison.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the comparison cannot be written: {e}")))
+    }
+
+    /// Reads comparison.yaml; fails with the line that is not that of a comparison.
+    pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
+        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no comparison: {e}")))
+    }
+}
+
+impl fmt::Display for Comparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (changed, all) = (self.changed(), self.robots.len());
+        writeln!(
+            f,
+            "{}: {changed} of {all} changed against {}, with a false discovery rate of {} %",
+            self.model,
+            self.reference,
+            100.0 * self.rate
+        )?;
+        for robot in &self.robots {
+            if robot.changed {
+                writeln!(f, "\n{}: changed (adjusted p {:.1e})", robot.name, robot.adjusted)?;
+                let names: Vec<String> = robot.parameters.iter().map(|d| d.name.to_string()).collect();
+                let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(9);
+                writeln!(
+                    f,
+                    "{:<width$}  {:>12}  {:>12}  {:>10}  {:>10}  unit",
+                    "parameter", "reference", "change", "sigma", "deviations"
+                )?;
+                let mut moved: Vec<(&Difference, &String)> =
+                    robot.parameters.iter().zip(&names).filter(|(d, _)| d.moved).collect();
+                moved.sort_by(|a, b| b.0.deviations().abs().total_cmp(&a.0.deviations().abs()));
+                for (d, name) in moved {
+                    writeln!(
+                        f,
+                        "{name:<width$}  {:>12.5}  {:>+12.5}  {:>10.5}  {:>+10.1}  {}",
+                        d.reference,
+                        d.difference,
+                        d.sigma,
+                        d.deviations(),
+                        d.unit
+                    )?;
+                }
+            } else {
+                let most = robot.parameters.iter().max_by(|a, b| b.p.total_cmp(&a.p));
+                let most =
+                    most.map_or(String::new(), |d| format!(", {} most: {:+.1} deviations", d.name, d.deviations()));
+                writeln!(f, "\n{}: nothing moved (adjusted p {:.2}{most})", robot.name, robot.adjusted)?;
+            }
+            if !robot.open.is_empty() {
+                let names: Vec<String> = robot.open.iter().map(ToString::to_string).collect();
+                writeln!(f, "not compared, one of the two leaves them open: {}", names.join(", "))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::estimate::fleet::replicate::{LogAccount, MOST_BLOCKS, Replicate};
+    use crate::estimate::fleet::settings::Settings;
+    use crate::estimate::options::Options;
+    use crate::model::linear_model::Model;
+    use crate::model::reference::ModelReference;
+    use crate::rows::observation::Observation;
+    use crate::test_arm::Pendulum;
+
+    /// Sums over one log of a pendulum whose MX is larger by `more`.
+    fn sums(seed: u64, more: f64) -> Accumulator {
+        let arm = Pendulum::new();
+        let options = Options { friction: Vec::new(), ..Options::default() };
+        let model = Model::new(&arm, &[], &[]);
+        let (mut states, mut random) = (arm.states(1000), Random::new(seed));
+        for r in 0..states.len() {
+            states.tau[r] += more * 9.81 * states.q[r].cos() + 0.1 * random.normal();
+        }
+        let account = LogAccount {
+            name: format!("{seed}.csv"),
+            digest: format!("{seed:016x}"),
+            rows: 1000,
+            kept: 1000,
+            samples: 1000,
+            duration: 10.0,
+            period: 0.01,
+        };
+        let reference = ModelReference { name: "arm".into(), fingerprint: "1".into() };
+        let mut all = Accumulator::new(Settings::new(&arm, reference, None, &options).unwrap());
+        let observation = Observation { cutoff: 10.0, ..Observation::of(&model, &states, MOST_BLOCKS) };
+        all.add(Replicate { logs: vec![account], observation }).unwrap();
+        all
+    }
+
+    #[test]
+    fn the_parameter_that_moved_is_named() {
+        let (reference, same, heavier) = (sums(1, 0.0), sums(2, 0.0), sums(3, 0.02));
+        let found = compare(("a", &reference), &[("b", &same), ("c", &heavier)], 0.05).unwrap();
+        assert!(!found.robots[0].changed && found.robots[1].changed, "{found}");
+        let moved: Vec<String> =
+            found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
+        assert_eq!(moved, ["MX1"], "{found}");
+        let change = found.robots[1].parameters[1].difference;
+        // A deviation of 0.1 N m over 9.81 m/s^2 and the root of five hundred rows: 0.0005 kg m, four alike.
+        assert!((change - 0.02).abs() < 0.002, "{change}");
+        assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
+    }
+
+    #[test]
+    fn one_log_is_not_compared_with_itself() {
+        let one = sums(1, 0.0);
+        let refused = compare(("a.tri", &one), &[("b.tri", &one)], 0.05).unwrap_err().to_string();
+        assert!(refused.contains("1.csv: in b.tri and in a.tri"), "{refused}");
+        assert!(compare(("a.tri", &one), &[], 0.0).is_err());
+    }
+}

@@ -1,0 +1,221 @@
+//! One log as triangles: blocks of its rows, an account of where they come from, and how the joints moved.
+//!
+//! A log is kept in [`MOST_BLOCKS`] blocks, of which fewer are left as more logs come together (`accumulator`). Blocks are
+//! folded four at a time, neighbours first, so that a log of which four blocks are left is the same to the bit whenever
+//! it was folded.
+
+use logs::{Error, Log, LogSource};
+use serde::{Deserialize, Serialize};
+
+use crate::model::linear_model::Model;
+use crate::rows::observation::Observation;
+use crate::signals::records::{Records, SourceRecords};
+
+/// Blocks of one log.
+pub const MOST_BLOCKS: usize = 16;
+
+/// Blocks that are folded into one.
+const FOLDED: usize = 4;
+
+/// Where the rows of one log come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogAccount {
+    /// The file, as the user named it.
+    pub name: String,
+    /// Digest of its samples: the same log is known by it under another name.
+    pub digest: String,
+    /// Rows of the file.
+    pub rows: usize,
+    /// Rows with a number for everything, on a clock that advances.
+    pub kept: usize,
+    /// Samples left after the filter, the ends and the decimation.
+    pub samples: usize,
+    /// From the first row to the last, s.
+    pub duration: f64,
+    /// Between rows, s.
+    pub period: f64,
+}
+
+/// Some logs, mostly one, whose residuals may be alike.
+#[derive(Clone, Debug)]
+pub struct Replicate {
+    /// Its logs, in the order of their names.
+    pub logs: Vec<LogAccount>,
+    /// The triangles by block and joint, and how the joints moved.
+    pub observation: Observation,
+}
+
+impl Replicate {
+    /// Of the records of one log.
+    ///
+    /// Fails when they cannot be read.
+    pub fn of(model: &Model, log: &LogSource, records: &SourceRecords) -> Result<Replicate, Error> {
+        let (mut all, mut samples): (Option<Observation>, usize) = (None, 0);
+        records.each(&mut |states| {
+            let one = Observation::of(model, states, MOST_BLOCKS);
+            samples += states.len();
+            match &mut all {
+                Some(all) => all.append(one),
+                None => all = Some(one),
+            }
+        })?;
+        let Some(mut observation) = all else {
+            return Err(Error::at(&log.name(), 0, "no sample is left of it"));
+        };
+        while observation.parts.len() > MOST_BLOCKS {
+            fold(&mut observation, 2);
+        }
+        let report = log.report();
+        let account = LogAccount {
+            name: log.name(),
+            digest: format!("{:016x}", digest(log)?),
+            rows: report.rows,
+            kept: report.kept,
+            samples,
+            duration: report.duration,
+            period: report.period,
+        };
+        Ok(Replicate { logs: vec![account], observation })
+    }
+
+    /// What replicates are sorted by.
+    pub fn key(&self) -> Option<(&str, &str)> {
+        self.logs.first().map(|log| (log.name.as_str(), log.digest.as_str()))
+    }
+
+    /// Leaves at most `blocks` blocks of it.
+    pub fn fold_to(&mut self, blocks: usize) {
+        while self.observation.parts.len() > blocks.max(1) {
+            fold(&mut self.observation, FOLDED);
+        }
+    }
+
+    /// Takes the rows of another into its one block.
+    pub fn absorb(&mut self, mut other: Replicate) {
+        self.logs.append(&mut other.logs);
+        self.logs.sort_by(|a, b| (&a.name, &a.digest).cmp(&(&b.name, &b.digest)));
+        self.observation.append(other.observation);
+        let blocks = self.observation.parts.len();
+        fold(&mut self.observation, blocks);
+    }
+}
+
+/// Merges so many neighbouring parts at a time.
+fn fold(observation: &mut Observation, together: usize) {
+    let merged = |parts: &[Vec<crate::algebra::triangle::Triangle>]| {
+        let mut first = parts[0].clone();
+        for part in &parts[1..] {
+            first.iter_mut().zip(part).for_each(|(a, b)| a.merge(b, 1.0));
+        }
+        first
+    };
+    observation.parts = observation.parts.chunks(together.max(2)).map(merged).collect();
+}
+
+/// FNV-1a, a word at a time.
+#[derive(Clone, Copy)]
+pub struct Digest(pub u64);
+
+impl Digest {
+    /// Of nothing.
+    pub const EMPTY: Digest = Digest(0xcbf2_9ce4_8422_2325);
+
+    /// With one more word.
+    pub fn word(self, word: u64) -> Digest {
+        Digest((self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29))
+    }
+
+    /// With these bytes, and their number.
+    pub fn bytes(self, bytes: &[u8]) -> Digest {
+        let word = |chunk: &[u8]| chunk.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
+        bytes.chunks(8).fold(self, |digest, chunk| digest.word(word(chunk))).word(bytes.len() as u64)
+    }
+}
+
+/// Digest of the samples of a log: instants, positions, velocities, efforts.
+fn digest(log: &LogSource) -> Result<u64, Error> {
+    let mut digest = Digest::EMPTY;
+    let mut add = |part: &Log| {
+        let series = std::iter::once(&part.t).chain(&part.q).chain(part.dq.iter().flatten()).chain(&part.effort);
+        digest = series.flatten().fold(digest, |digest, x| digest.word(x.to_bits()));
+    };
+    match log {
+        LogSource::Held(log) => add(log),
+        LogSource::Streamed(stream) => stream.each(&mut |part| {
+            add(part);
+            Ok(())
+        })?,
+    }
+    Ok(digest.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::algebra::triangle::Triangle;
+    use crate::estimators::weighted::{Weights, fit};
+    use crate::test_arm::Pendulum;
+
+    /// Sixteen blocks folded at once, or first to four: the same bits.
+    #[test]
+    fn folding_forgets_its_steps() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let observation = Observation::of(&model, &arm.states(1000), MOST_BLOCKS);
+        let whole = Replicate { logs: Vec::new(), observation };
+        let (mut at_once, mut slowly) = (whole.clone(), whole);
+        at_once.fold_to(1);
+        slowly.fold_to(4);
+        assert_eq!(slowly.observation.parts.len(), 4);
+        slowly.fold_to(1);
+        assert_eq!(at_once.observation.parts, slowly.observation.parts);
+        assert_eq!(at_once.observation.parts.len(), 1);
+    }
+
+    /// A thousand partitions of the rows of a log, merged in any order: R'R and the solution of one pass.
+    #[test]
+    fn any_partition_of_the_rows_is_one_pass() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut states, mut random) = (arm.states(640), Random::new(11));
+        states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
+        let whole = Observation::of(&model, &states, 1).joints(|_| true);
+        let solution = fit(&whole, Weights::Joint).0.x;
+        // Rows of the pieces: contiguous, between cuts drawn at random.
+        let pieces = |cuts: &[usize]| -> Vec<Triangle> {
+            let mut kept = states.clone();
+            let piece = |range: std::ops::Range<usize>| {
+                for r in 0..states.len() {
+                    kept.used[r] = range.contains(&r);
+                }
+                Observation::of(&model, &kept, 1).joints(|_| true).remove(0)
+            };
+            cuts.windows(2).map(|w| w[0]..w[1]).map(piece).collect()
+        };
+        for _ in 0..1000 {
+            let count = 1 + (random.uniform() * 12.0) as usize;
+            let mut cuts: Vec<usize> =
+                (0..count).map(|_| (random.uniform() * 640.0) as usize).chain([0, 640]).collect();
+            cuts.sort_unstable();
+            let mut left = pieces(&cuts);
+            let mut merged = Triangle::new(3);
+            while !left.is_empty() {
+                merged.merge(&left.remove((random.uniform() * left.len() as f64) as usize), 1.0);
+            }
+            for i in 0..=3 {
+                for j in i..=3 {
+                    let product = |t: &Triangle| (0..=i).map(|k| t.at(k, i) * t.at(k, j)).sum::<f64>();
+                    let norm = |c: usize| (0..=c).map(|k| whole[0].at(k, c).powi(2)).sum::<f64>().sqrt();
+                    // 640 rows, thirteen folds: some ten roundings of a part in 1e16 on the norms of the columns.
+                    let error = (product(&merged) - product(&whole[0])).abs();
+                    assert!(error < 1e-12 * norm(i) * norm(j), "{i} {j}: {error}");
+                }
+            }
+            let found = fit(&[merged], Weights::Joint).0.x;
+            // The condition number of these columns is below ten.
+            assert!(found.iter().zip(&solution).all(|(a, b)| (a - b).abs() < 1e-12 * b.abs().max(1.0)), "{found:?}");
+        }
+    }
+}

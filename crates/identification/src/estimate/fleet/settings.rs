@@ -1,0 +1,243 @@
+//! What parts must have in common for their sums to be sums: robot, columns, filter, friction, transmission.
+//!
+//! Triangles hold numbers only. The settings say of what: the columns by name and unit, the model by its fingerprint
+//! (which covers geometry and gravity), and every option that a row depends on. The names of the columns in the logs are
+//! no part of it: two recorders may call one signal differently.
+
+use logs::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::estimate::options::Options;
+use crate::estimators::weighted::Weights;
+use crate::model::description_options::DescriptionOptions;
+use crate::model::linear_model::Model;
+use crate::model::parameter::{BaseParameter, Parameter, ParameterId};
+use crate::model::reference::ModelReference;
+use crate::model::regressor::Regressor;
+use crate::model::unit::Unit;
+
+/// What all logs of a sum have in common.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The robot, by name and fingerprint.
+    pub model: ModelReference,
+    /// How its description was read, where that was not as it stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<DescriptionOptions>,
+    /// In the order of the triangles.
+    pub coordinates: Vec<Axis>,
+    /// In the order of the triangles' columns: base parameters, friction, couplings.
+    pub columns: Vec<Column>,
+    /// The options of the identification.
+    pub options: Options,
+}
+
+/// A coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// As the description names it.
+    pub name: String,
+    /// Whether it is a length.
+    pub slides: bool,
+}
+
+/// A column of the triangles: one parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Column {
+    /// The parameter.
+    pub name: ParameterId,
+    /// SI unit of its value.
+    pub unit: Unit,
+    /// The coordinates that it acts with, counted from 0.
+    pub moves_with: Vec<usize>,
+    /// Whether its joint slides.
+    pub slides: bool,
+}
+
+impl From<&Parameter> for Column {
+    fn from(parameter: &Parameter) -> Column {
+        Column {
+            name: parameter.id.clone(),
+            unit: parameter.unit(),
+            moves_with: parameter.coordinates.clone(),
+            slides: parameter.is_prismatic,
+        }
+    }
+}
+
+impl Settings {
+    /// Those of a robot and of the options of an identification.
+    ///
+    /// Fails where the options ask for what needs the rows twice.
+    pub fn new(
+        regressor: &dyn Regressor,
+        model: ModelReference,
+        description: Option<DescriptionOptions>,
+        options: &Options,
+    ) -> Result<Settings, Error> {
+        if !options.weights.losses().is_empty() {
+            return Err(Error::new(format!(
+                "weights {}: they follow from the residual of each row, and a sum has no rows left; take joint or none, or \
+                 identify these logs in one go",
+                options.weights.word()
+            )));
+        }
+        let mut options = options.clone();
+        options.model = model.name.clone();
+        let couplings = options.transmission.coupled();
+        let columns =
+            Model::new(regressor, &options.friction, &couplings).parameters.iter().map(Column::from).collect();
+        let axis = |(k, name): (usize, &String)| Axis { name: name.clone(), slides: regressor.is_prismatic(k) };
+        let coordinates = regressor.coordinates().iter().enumerate().map(axis).collect();
+        Ok(Settings { model, description, coordinates, columns, options })
+    }
+
+    /// What differs from others, a phrase each; empty where sums with both can be added.
+    pub fn differences(&self, other: &Settings) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut compare = |what: &str, ours: String, theirs: String| {
+            if ours != theirs {
+                found.push(format!("{what}: {ours} and {theirs}"));
+            }
+        };
+        let model = |s: &Settings| format!("{} ({})", s.model.name, s.model.fingerprint);
+        compare("model", model(self), model(other));
+        compare("its description was read with", shown(&self.description), shown(&other.description));
+        let (ours, theirs) = (&self.options, &other.options);
+        let hz = |x: Option<f64>| x.map_or("as the logs ask for".to_string(), |hz| format!("{hz} Hz"));
+        compare("cut-off", hz(ours.signal.cutoff), hz(theirs.signal.cutoff));
+        let every = |x: Option<usize>| x.map_or("ten a period of the cut-off".to_string(), |n| format!("every {n}th"));
+        compare("samples kept", every(ours.signal.decimate), every(theirs.signal.decimate));
+        let words = |w: Weights| w.word().to_string();
+        compare("weights", words(ours.weights), words(theirs.weights));
+        compare("friction", shown(&ours.friction), shown(&theirs.friction));
+        compare("transmission", shown(&ours.transmission), shown(&theirs.transmission));
+        let rest = |options: &Options| {
+            let mut signal = options.signal.clone();
+            (signal.cutoff, signal.decimate) = (None, None);
+            shown(&signal)
+        };
+        compare("signal", rest(ours), rest(theirs));
+        compare("covariance", ours.covariance.to_string(), theirs.covariance.to_string());
+        if found.is_empty() && (self.columns != other.columns || self.coordinates != other.coordinates) {
+            let odd = self.columns.iter().zip(&other.columns).find(|(a, b)| a != b);
+            found.push(match odd {
+                Some((a, b)) => format!("columns: {} and {}", a.name, b.name),
+                None => format!("columns: {} and {}", self.columns.len(), other.columns.len()),
+            });
+        }
+        found
+    }
+
+    /// The columns as a regressor, which has no values.
+    ///
+    /// Fails where the columns are not those that the friction and the couplings of the options give.
+    pub fn columns_alone(&self) -> Result<ColumnsAlone, Error> {
+        let options = &self.options;
+        let couplings = options.transmission.coupled();
+        let friction: usize = options.friction.iter().map(|t| t.parameters().len()).sum();
+        let width = crate::model::parameter::CouplingParameter::ALL.len();
+        let others = self.coordinates.len() * friction + couplings.len() * width;
+        let unlike = || Error::new("its columns are not those of its friction and transmission: make the file again");
+        let base = self.columns.len().checked_sub(others).ok_or_else(unlike)?;
+        let parameter = |column: &Column| match &column.name {
+            ParameterId::Base(name) => Ok(BaseParameter {
+                name: name.clone(),
+                coordinates: column.moves_with.clone(),
+                is_prismatic: column.slides,
+            }),
+            _ => Err(unlike()),
+        };
+        let n = self.coordinates.len();
+        let alone = ColumnsAlone {
+            coordinates: self.coordinates.iter().map(|axis| axis.name.clone()).collect(),
+            slides: self.coordinates.iter().map(|axis| axis.slides).collect(),
+            parameters: self.columns[..base].iter().map(parameter).collect::<Result<_, _>>()?,
+        };
+        let is_inside = |c: &Column| c.moves_with.iter().all(|&k| k < n);
+        let is_motor = couplings.iter().all(|c| c.motor < n && c.joint < n);
+        if !is_motor || !self.columns.iter().all(is_inside) {
+            return Err(unlike());
+        }
+        let model = Model::new(&alone, &options.friction, &couplings);
+        match model.parameters.iter().map(Column::from).eq(self.columns.iter().cloned()) {
+            true => Ok(alone),
+            false => Err(unlike()),
+        }
+    }
+}
+
+/// A value as one line for a message.
+fn shown<T: std::fmt::Debug>(value: &T) -> String {
+    format!("{value:?}")
+}
+
+/// The columns of a regressor whose values are in the triangles already.
+pub struct ColumnsAlone {
+    coordinates: Vec<String>,
+    slides: Vec<bool>,
+    parameters: Vec<BaseParameter>,
+}
+
+impl Regressor for ColumnsAlone {
+    fn coordinates(&self) -> &[String] {
+        &self.coordinates
+    }
+
+    fn parameters(&self) -> &[BaseParameter] {
+        &self.parameters
+    }
+
+    fn is_prismatic(&self, k: usize) -> bool {
+        self.slides[k]
+    }
+
+    /// There are no values: what is computed with them is no number.
+    fn fill(&self, _: &[f64], _: &[f64], _: &[f64], y: &mut [f64]) {
+        y.fill(f64::NAN);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::friction::terms::FrictionTerm;
+    use crate::test_arm::Pendulum;
+
+    fn settings(options: &Options) -> Result<Settings, Error> {
+        Settings::new(&Pendulum::new(), ModelReference { name: "arm".into(), fingerprint: "1".into() }, None, options)
+    }
+
+    #[test]
+    fn what_differs_is_named() {
+        let one = settings(&Options::default()).unwrap();
+        assert!(one.differences(&one.clone()).is_empty());
+        let mut options = Options { friction: vec![FrictionTerm::Viscous], ..Options::default() };
+        options.signal.cutoff = Some(8.0);
+        let other = settings(&options).unwrap();
+        let found = one.differences(&other);
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found[0].starts_with("cut-off: as the logs ask for and 8 Hz"), "{found:?}");
+        assert!(found[1].starts_with("friction: "), "{found:?}");
+        let mut named = one.clone();
+        named.options.columns.time = Some("clock".into());
+        assert!(one.differences(&named).is_empty(), "names of columns in a log change no row");
+    }
+
+    #[test]
+    fn what_needs_rows_twice_is_refused() {
+        let refused = settings(&Options { weights: Weights::Huber, ..Options::default() }).unwrap_err().to_string();
+        assert!(refused.contains("weights huber") && refused.contains("take joint or none"), "{refused}");
+    }
+
+    #[test]
+    fn columns_that_do_not_follow_are_refused() {
+        let mut one = settings(&Options::default()).unwrap();
+        assert_eq!(one.columns_alone().unwrap().parameters(), Pendulum::new().parameters());
+        one.options.friction.pop();
+        assert!(one.columns_alone().is_err());
+    }
+}

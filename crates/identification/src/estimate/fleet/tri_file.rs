@@ -1,0 +1,273 @@
+//! The file of an accumulator, `.tri`: a line, a head in YAML, the triangles.
+//!
+//! ```text
+//! rist-tri 1 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
+//! settings: ..                                the head: robot, columns, options, logs, failed logs
+//! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
+//! ```
+//! A replicate is the number of its blocks; of each block and joint the rows, the number of live columns, which they are,
+//! and their entries column by column; then of each coordinate smallest and largest position, speed, effort, f95 and
+//! samples at rest; then the cut-off. Columns that hold only zeros have no place.
+
+use logs::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::algebra::triangle::Triangle;
+use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MOST_REPLICATES};
+use crate::estimate::fleet::replicate::{Digest, LogAccount, MOST_BLOCKS, Replicate};
+use crate::estimate::fleet::settings::Settings;
+use crate::rows::observation::Observation;
+
+/// The word that such a file begins with.
+const WORD: &str = "rist-tri";
+
+/// The version that is written, and the newest that is read.
+const VERSION: u32 = 1;
+
+/// A first line is not longer.
+const LONGEST_LINE: usize = 120;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Head {
+    settings: Settings,
+    replicates: Vec<ReplicateHead>,
+    failed: Vec<FailedLog>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReplicateHead {
+    logs: Vec<LogAccount>,
+}
+
+impl Accumulator {
+    /// The content of a `.tri` file.
+    ///
+    /// Fails where the settings cannot be written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+        let replicates = self.replicates().iter().map(|r| ReplicateHead { logs: r.logs.clone() }).collect();
+        let head = Head { settings: self.settings().clone(), replicates, failed: self.failed().to_vec() };
+        let head = serde_yaml::to_string(&head).map_err(|e| Error::new(format!("the sums cannot be written: {e}")))?;
+        let mut body = Body::default();
+        self.replicates().iter().for_each(|replicate| body.replicate(&replicate.observation));
+        let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(&body.0).0;
+        let line = format!("{WORD} {VERSION} {} {} {digest:016x}\n", head.len(), body.0.len());
+        Ok([line.as_bytes(), head.as_bytes(), &body.0].concat())
+    }
+
+    /// Reads the content of a `.tri` file; `file` stands in messages.
+    ///
+    /// Fails where it is none, was cut short or damaged, or is of a newer version.
+    pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
+        let at = |message: String| Error::at(file, 0, message);
+        let (head, body) = divided(bytes).map_err(at)?;
+        let options = serde_yaml::options! {
+            // A line for each log of a fleet; the length of the text bounds it.
+            budget: None,
+        };
+        let head: Head = serde_yaml::from_str_with_options(head, options)
+            .map_err(|e| at(format!("its head is not that of sums of this version: {e}")))?;
+        let damaged = || at("its triangles are not those of its head: make it again".into());
+        head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
+        let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());
+        let mut words = Words(body);
+        let mut replicates = Vec::new();
+        for ReplicateHead { logs } in head.replicates {
+            let observation = words.replicate(n, p).filter(|_| !logs.is_empty()).ok_or_else(damaged)?;
+            replicates.push(Replicate { logs, observation });
+        }
+        if !words.0.is_empty() || replicates.len() > MOST_REPLICATES {
+            return Err(damaged());
+        }
+        Ok(Accumulator::of(head.settings, replicates, head.failed))
+    }
+}
+
+/// Head and triangles, held against the first line.
+fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
+    let end = bytes.iter().take(LONGEST_LINE).position(|&b| b == b'\n');
+    let line = end.and_then(|end| std::str::from_utf8(&bytes[..end]).ok()).unwrap_or_default();
+    let words: Vec<&str> = line.split(' ').collect();
+    if words.first() != Some(&WORD) {
+        let found = if bytes.is_empty() { "it is empty" } else { "its first line does not say so" };
+        return Err(format!("no sums of rist accumulate (.tri): {found}"));
+    }
+    match words.get(1).and_then(|word| word.parse::<u32>().ok()) {
+        Some(VERSION) => {}
+        Some(version) if version > VERSION => {
+            return Err(format!(
+                "version {version} of its format, and this program reads up to {VERSION}: read it with the rist that wrote \
+                 it, or a newer one"
+            ));
+        }
+        _ => return Err(format!("its first line, `{line}`, has no version: make it again")),
+    }
+    let [head, body] = [2, 3].map(|k| words.get(k).and_then(|word| word.parse::<usize>().ok()));
+    let (Some(head), Some(body), Some(digest)) = (head, body, words.get(4)) else {
+        return Err(format!("its first line, `{line}`, is not whole: make it again"));
+    };
+    let rest = &bytes[line.len() + 1..];
+    let expected = head.saturating_add(body);
+    if rest.len() != expected {
+        let (found, is) = (rest.len(), if rest.len() < expected { "cut short" } else { "longer than it was" });
+        return Err(format!("{is}: {found} bytes behind its first line, and {expected} are expected: make it again"));
+    }
+    let (head, body) = rest.split_at(head);
+    let found = format!("{:016x}", Digest::EMPTY.bytes(head).bytes(body).0);
+    if found != **digest {
+        return Err("damaged: its digest is not that of its first line; make it again".into());
+    }
+    let head = std::str::from_utf8(head).map_err(|e| format!("its head is no text: {e}"))?;
+    Ok((head, body))
+}
+
+/// Numbers on their way into a file.
+#[derive(Default)]
+struct Body(Vec<u8>);
+
+impl Body {
+    fn word(&mut self, x: u64) {
+        self.0.extend_from_slice(&x.to_le_bytes());
+    }
+
+    fn number(&mut self, x: f64) {
+        self.word(x.to_bits());
+    }
+
+    fn replicate(&mut self, observation: &Observation) {
+        self.word(observation.parts.len() as u64);
+        observation.parts.iter().flatten().for_each(|triangle| self.triangle(triangle));
+        for k in 0..observation.range.len() {
+            let of = [observation.range[k].0, observation.range[k].1, observation.speed[k], observation.effort[k]];
+            of.into_iter().chain([observation.f95.get(k).copied().unwrap_or(0.0)]).for_each(|x| self.number(x));
+            self.word(observation.still[k] as u64);
+        }
+        self.number(observation.cutoff);
+    }
+
+    fn triangle(&mut self, triangle: &Triangle) {
+        let live = triangle.live();
+        self.word(triangle.rows as u64);
+        self.word(live.len() as u64);
+        live.iter().for_each(|&c| self.word(c as u64));
+        for (k, &j) in live.iter().enumerate() {
+            live[..=k].iter().for_each(|&i| self.number(triangle.at(i, j)));
+        }
+    }
+}
+
+/// Numbers of a file that are still to be read; `None` where there are too few.
+struct Words<'a>(&'a [u8]);
+
+impl Words<'_> {
+    fn word(&mut self) -> Option<u64> {
+        let (first, rest) = self.0.split_first_chunk::<8>()?;
+        self.0 = rest;
+        Some(u64::from_le_bytes(*first))
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        self.word().map(f64::from_bits).filter(|x| x.is_finite())
+    }
+
+    fn count(&mut self, most: usize) -> Option<usize> {
+        self.word().and_then(|x| usize::try_from(x).ok()).filter(|&x| x <= most)
+    }
+
+    fn replicate(&mut self, n: usize, p: usize) -> Option<Observation> {
+        let blocks = self.count(MOST_BLOCKS).filter(|&blocks| blocks > 0)?;
+        let part = |words: &mut Self| (0..n).map(|_| words.triangle(p)).collect::<Option<Vec<Triangle>>>();
+        let parts = (0..blocks).map(|_| part(self)).collect::<Option<_>>()?;
+        let mut observation = Observation { parts, ..Observation::default() };
+        for _ in 0..n {
+            observation.range.push((self.number()?, self.number()?));
+            observation.speed.push(self.number()?);
+            observation.effort.push(self.number()?);
+            observation.f95.push(self.number()?);
+            observation.still.push(self.count(usize::MAX)?);
+        }
+        observation.cutoff = self.number()?;
+        Some(observation)
+    }
+
+    fn triangle(&mut self, p: usize) -> Option<Triangle> {
+        let rows = self.count(usize::MAX / 1024)?;
+        let count = self.count(p + 1)?;
+        let live = (0..count).map(|_| self.count(p)).collect::<Option<Vec<usize>>>()?;
+        let numbers = (0..count * (count + 1) / 2).map(|_| self.number()).collect::<Option<Vec<f64>>>()?;
+        let ascends = live.windows(2).all(|w| w[0] < w[1]);
+        Triangle::of_numbers(p, &live, rows, &numbers).filter(|_| ascends)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::options::Options;
+    use crate::model::linear_model::Model;
+    use crate::model::reference::ModelReference;
+    use crate::test_arm::Pendulum;
+
+    fn some() -> Accumulator {
+        let arm = Pendulum::new();
+        let mut options = Options::default();
+        // A cut-off with all the digits a number has.
+        options.signal.cutoff = Some(10.0 / 3.0);
+        let model = ModelReference { name: "arm".into(), fingerprint: "0f".into() };
+        let mut all = Accumulator::new(Settings::new(&arm, model, None, &options).unwrap());
+        let linear = Model::new(&arm, &options.friction, &[]);
+        let account = LogAccount {
+            name: "day 1: morning.csv".into(),
+            digest: "00000000000000ff".into(),
+            rows: 100,
+            kept: 99,
+            samples: 98,
+            duration: 0.1 + 0.2,
+            period: 0.01,
+        };
+        let mut observation = Observation::of(&linear, &arm.states(100), MOST_BLOCKS);
+        observation.f95 = vec![0.1];
+        all.add(Replicate { logs: vec![account], observation }).unwrap();
+        all.fail("b.csv".into(), "b.csv: cut short\n\tin its middle".into());
+        all
+    }
+
+    #[test]
+    fn a_round_trip_changes_no_bit() {
+        let all = some();
+        let bytes = all.to_bytes().unwrap();
+        let again = Accumulator::from_bytes("a.tri", &bytes).unwrap();
+        assert_eq!(again.settings(), all.settings());
+        assert_eq!(again.replicates()[0].observation.parts, all.replicates()[0].observation.parts);
+        assert_eq!((again.logs(), again.failed()), (all.logs(), all.failed()));
+        assert_eq!(again.to_bytes().unwrap(), bytes);
+    }
+
+    /// Wherever a file ends, and whichever byte of it is another, it is refused.
+    #[test]
+    fn what_is_cut_short_or_damaged_is_refused() {
+        let bytes = some().to_bytes().unwrap();
+        let refused = |bytes: &[u8]| Accumulator::from_bytes("a.tri", bytes).err().map(|e| e.to_string());
+        for end in (0..bytes.len()).step_by(7) {
+            assert!(refused(&bytes[..end]).is_some_and(|e| e.starts_with("a.tri: ")), "{end}");
+        }
+        for k in (0..bytes.len()).step_by(11) {
+            let mut other = bytes.clone();
+            other[k] ^= 0x10;
+            assert!(refused(&other).is_some(), "{k}");
+        }
+        assert!(refused(&bytes[..bytes.len() - 1]).unwrap().contains("cut short"));
+        assert!(refused(&[&bytes[..], &b"x"[..]].concat()).unwrap().contains("longer than it was"));
+        assert!(refused(b"t,q1\n0,1\n").unwrap().contains("no sums of rist accumulate"));
+        assert!(refused(b"").unwrap().contains("it is empty"));
+    }
+
+    #[test]
+    fn a_newer_version_is_named() {
+        let mut bytes = some().to_bytes().unwrap();
+        bytes[WORD.len() + 1] = b'2';
+        let refused = Accumulator::from_bytes("a.tri", &bytes).unwrap_err().to_string();
+        assert!(refused.contains("version 2 of its format, and this program reads up to 1"), "{refused}");
+    }
+}

@@ -1,0 +1,165 @@
+//! Standard deviations from what blocks of the data say one by one: the jackknife that leaves out a block at a time.
+//!
+//! Residuals that stay the same for a while, of one joint or of several together, are alike within a block and unlike
+//! between blocks. The solution without block g, the weights by joint held, is
+//!   x_(g) = x - (A - A_g)^-1 s_g,   A_g = sum_j w_j^2 W_jg' W_jg,   s_g = sum_j w_j^2 W_jg' (y_jg - W_jg x),
+//!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g,
+//! of which G - 1 are free [Miller 1974; Kunsch 1989, for blocks of a series]. Everything comes out of the triangles of
+//! the blocks, so that sums over many logs have deviations without a second pass over their rows. What differs from log
+//! to log (temperature) is in them where a block is a log.
+//!
+//! | symbol | code | shape |
+//! |---|---|---|
+//! | A_g, s_g | `Products` | p x p, p |
+//! | G | `blocks` | |
+//!
+//! Not here: a correlation that reaches over the ends of blocks; `correlated_deviation` has it, from the rows.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use crate::algebra::least_squares::Solution;
+use crate::algebra::triangle::Triangle;
+
+/// Deviations by the jackknife.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlockDeviation {
+    /// One a parameter, in its unit; zero with fewer than two blocks.
+    pub sigma: Vec<f64>,
+    /// Blocks that hold rows; one less is the number of degrees of freedom.
+    pub blocks: usize,
+}
+
+/// Share of a column's norm with which its parameter is held where a block is left out that alone shows it. Directions of
+/// a condition number of a thousand are a hundred times stronger.
+const HELD: f64 = 1e-5;
+
+/// A_g and s_g.
+struct Products {
+    matrix: DMatrix<f64>,
+    score: DVector<f64>,
+}
+
+impl Products {
+    /// Of the rows of one block, a triangle a joint.
+    fn of(joints: &[Triangle], weights: &[f64], x: &[f64]) -> Products {
+        let p = x.len();
+        let mut products = Products { matrix: DMatrix::zeros(p, p), score: DVector::zeros(p) };
+        for (joint, weight) in joints.iter().zip(weights) {
+            let columns: Vec<usize> = joint.live().into_iter().filter(|&c| c < p).collect();
+            for k in 0..columns.len() {
+                let row = &columns[k..];
+                let i = columns[k];
+                let fitted: f64 = row.iter().map(|&c| joint.at(i, c) * x[c]).sum();
+                let left = weight * weight * (joint.at(i, p) - fitted);
+                for (a, &c) in row.iter().enumerate() {
+                    let entry = joint.at(i, c);
+                    products.score[c] += entry * left;
+                    for &d in &row[a..] {
+                        products.matrix[(c, d)] += weight * weight * entry * joint.at(i, d);
+                    }
+                }
+            }
+        }
+        products.matrix.fill_lower_triangle_with_upper_triangle();
+        products
+    }
+}
+
+/// Deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
+pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
+    let p = solution.x.len();
+    let with_rows = parts.iter().filter(|part| part.iter().any(|joint| joint.rows > 0));
+    let products: Vec<Products> = with_rows.map(|part| Products::of(part, weights, &solution.x)).collect();
+    let total = products.iter().fold(DMatrix::zeros(p, p), |sum, block| sum + &block.matrix);
+    let scale = total.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
+    let (mut variance, mut blocks) = (vec![0.0; p], 0);
+    for block in &products {
+        let scaled = |i: usize, j: usize| scale[i] * (total[(i, j)] - block.matrix[(i, j)]) * scale[j];
+        let held = |i: usize, j: usize| if i == j { HELD * HELD } else { 0.0 };
+        let rest = DMatrix::from_fn(p, p, |i, j| scaled(i, j) + held(i, j));
+        // What is held is positive definite; numbers that are none are left out.
+        let Some(factor) = Cholesky::new(rest) else { continue };
+        let moved = factor.solve(&block.score.component_mul(&scale)).component_mul(&scale);
+        variance.iter_mut().zip(moved.iter()).for_each(|(v, d)| *v += d * d);
+        blocks += 1;
+    }
+    let share = if blocks > 1 { (blocks - 1) as f64 / blocks as f64 } else { 0.0 };
+    BlockDeviation { sigma: variance.into_iter().map(|v| (share * v).sqrt()).collect(), blocks }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::least_squares::solve;
+    use crate::algebra::random::Random;
+    use crate::algebra::student::reach;
+    use crate::estimators::weighted::{Weights, fit};
+    use crate::model::linear_model::Model;
+    use crate::rows::observation::{Observation, weighted};
+    use crate::test_arm::Pendulum;
+
+    /// The solution without a block, as it is found when the block is really left out.
+    #[test]
+    fn it_is_the_jackknife() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut states, mut random) = (arm.states(800), Random::new(3));
+        states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
+        let observation = Observation::of(&model, &states, 8);
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let found = block_deviation(&observation.parts, &weights, &solution);
+        assert_eq!(found.blocks, 8);
+        for c in 0..3 {
+            let without = |g: usize| solve(&weighted(&observation.joints(|k| k != g), &weights)).x[c] - solution.x[c];
+            let variance: f64 = 7.0 / 8.0 * (0..8).map(|g| without(g).powi(2)).sum::<f64>();
+            // Products of columns keep half of the digits, and the columns are well conditioned.
+            assert!((found.sigma[c] / variance.sqrt() - 1.0).abs() < 1e-6, "{c}");
+        }
+    }
+
+    /// Intervals of sixteen blocks by Student's t cover, where the noise is white and where it stays for half a second.
+    #[test]
+    fn intervals_cover() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        for (rho, least) in [(0.0, 0.92), (0.98, 0.86)] {
+            let mut random = Random::new(17);
+            let (runs, mut covered) = (200, 0);
+            for _ in 0..runs {
+                let (mut states, mut noise) = (arm.states(3000), 0.0);
+                for r in 0..states.len() {
+                    noise = rho * noise + f64::sqrt(1.0 - rho * rho) * random.normal();
+                    states.tau[r] += 0.1 * noise;
+                }
+                let observation = Observation::of(&model, &states, 16);
+                let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+                let found = block_deviation(&observation.parts, &weights, &solution);
+                let half = reach(0.05, (found.blocks - 1) as f64);
+                covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half * found.sigma[c]).count();
+            }
+            // 95 % are promised; 600 draws scatter by 1 %, three alike, and what crosses the ends of blocks is missing.
+            assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
+        }
+    }
+
+    /// What one block alone shows has no deviation from blocks, and no other is spoilt by it.
+    #[test]
+    fn what_one_block_shows_spoils_no_other() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut states, mut random) = (arm.states(800), Random::new(5));
+        states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
+        for r in 100..800 {
+            states.tau[r] -= arm.truth[0] * std::mem::take(&mut states.ddq[r]);
+        }
+        let observation = Observation::of(&model, &states, 8);
+        let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        let found = block_deviation(&observation.parts, &weights, &solution);
+        let white = |c: usize| (solution.variance * solution.inverse[(c, c)]).sqrt();
+        assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
+        // Eight blocks leave a deviation uncertain by a quarter; twice is beyond it.
+        assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
+        let one = block_deviation(&observation.parts[..1], &weights, &solution);
+        assert_eq!((one.sigma, one.blocks), (vec![0.0; 3], 1));
+    }
+}

@@ -1,0 +1,163 @@
+//! Logs of a fleet: each is read once and becomes a few triangles, which are merged, solved and compared without it.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use identification::algebra::in_order::on_threads;
+use identification::algebra::interruption::Interruption;
+use identification::estimate::fleet::accumulator::Accumulator;
+use identification::estimate::fleet::replicate::Replicate;
+use identification::estimate::fleet::settings::Settings;
+use identification::estimate::options::Options;
+use identification::estimate::passport::finding::Fault;
+use identification::estimate::passport::passport;
+use identification::model::linear_model::Model as LinearModel;
+use identification::signals::cutoff::MotionEnergy;
+use identification::signals::records::{SourceRecords, add_motion};
+use logs::{Effort, LogSource};
+
+use crate::error::Error;
+use crate::model::Model;
+
+/// The request for the sums over logs; the default is that of an identification, and a log that fails ends it.
+#[derive(Clone, Debug, Default)]
+pub struct AccumulateRequest {
+    /// Columns, transmission, signals, friction, weights. Without a cut-off all logs are read twice: it follows from
+    /// their motion together, as in an identification.
+    pub options: Options,
+    /// Gains of drives by coordinate, over those of the description, N m/A.
+    pub gains: Vec<(String, f64)>,
+    /// Note a log that cannot be used, and go on with the others.
+    pub skip_broken: bool,
+    /// Take logs in that do not belong to the description.
+    pub anyway: bool,
+    /// Logs that are read at a time; `None`: as many as the processor has threads.
+    pub threads: Option<NonZeroUsize>,
+}
+
+/// Sums without a log.
+///
+/// Fails where the options ask for what needs the rows twice, and where a gain is of no coordinate.
+pub fn accumulator(model: &Model, options: &Options, gains: &[(String, f64)]) -> Result<Accumulator, Error> {
+    let mut options = options.clone();
+    let mut known = model.drive_gains();
+    for (coordinate, gain) in gains {
+        known[model.coordinate(coordinate)?] = Some(*gain);
+    }
+    if options.transmission.drive_gains.is_none() || !gains.is_empty() {
+        options.transmission.drive_gains = known.into_iter().collect();
+    }
+    let (reference, description) = (model.reference.clone(), model.description.clone());
+    Ok(Accumulator::new(Settings::new(model.regressor(), reference, description, &options)?))
+}
+
+/// Adds a log. `anyway`: also one that does not belong to the description.
+///
+/// Fails, and adds nothing, where the sums are of another model, where the log cannot be used, where it does not belong
+/// to the description (`rist doctor`), and where it is in the sums already.
+pub fn update(model: &Model, sums: &mut Accumulator, log: &LogSource, anyway: bool) -> Result<(), Error> {
+    check_sums(model, sums)?;
+    Ok(sums.add(replicate(model, &sums.settings().options, log, anyway)?)?)
+}
+
+/// Refuses sums that were made with another model.
+pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
+    let (ours, theirs) = (&model.reference, &sums.settings().model);
+    match ours.fingerprint == theirs.fingerprint {
+        true => Ok(()),
+        false => Err(Error::new(format_args!(
+            "the sums are of `{}` ({}), and this model is `{}` ({}): its geometry or joints have changed, or it was read \
+             with other options",
+            theirs.name, theirs.fingerprint, ours.name, ours.fingerprint
+        ))),
+    }
+}
+
+/// Reads logs and adds them up, some at a time; the result does not depend on how many.
+///
+/// Fails with the first log that cannot be used, or where none can.
+pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
+    let mut options = request.options.clone();
+    // One log has its cut-off when it is read.
+    if logs.len() > 1 && options.signal.order > 0 && options.signal.cutoff.is_none() {
+        options.signal.cutoff = common_cutoff(model, logs, &options);
+    }
+    let mut all = accumulator(model, &options, &request.gains)?;
+    let options = all.settings().options.clone();
+    // Some logs at a time: each merge looks through all that are there.
+    let mut batch = Accumulator::new(all.settings().clone());
+    let threads = request.threads.or(std::thread::available_parallelism().ok()).map_or(1, usize::from);
+    let read = |_: usize, path: &PathBuf| {
+        let (log, _) = model.open_log(path, &options.columns)?;
+        replicate(model, &options, &log, request.anyway)
+    };
+    on_threads(threads, logs, read, |i, found| {
+        Interruption::check()?;
+        let name = logs[i].display().to_string();
+        match found.and_then(|replicate| Ok(batch.add(replicate)?)) {
+            Ok(()) => {}
+            Err(e) if request.skip_broken => batch.fail(name, e.to_string()),
+            Err(e) => return Err(named(&name, &e)),
+        }
+        if batch.logs().len() >= BATCH {
+            let settings = batch.settings().clone();
+            all.merge(&std::mem::replace(&mut batch, Accumulator::new(settings)))?;
+        }
+        Ok(())
+    })?;
+    all.merge(&batch)?;
+    match all.failed().first() {
+        Some(failed) if all.replicates().is_empty() => {
+            Err(Error::new(format_args!("no log can be used: {}: {}", failed.name, failed.reason)))
+        }
+        _ => Ok(all),
+    }
+}
+
+/// Logs that are added up before they are merged with those before.
+const BATCH: usize = 64;
+
+/// An error that names its log.
+fn named(name: &str, e: &Error) -> Error {
+    let text = e.to_string();
+    let text = if text.starts_with(name) { text } else { format!("{name}: {text}") };
+    Error::new(format_args!("{text} (--skip-broken leaves such logs out, and says so)"))
+}
+
+/// The cut-off that follows from the motion of all logs that can be read; the others are refused where they are used.
+fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f64> {
+    let (preparation, mut energy) = (options.preparation(), MotionEnergy::default());
+    for path in logs {
+        let mut with = energy.clone();
+        let read = model.open_log(path, &options.columns).map(|(log, _)| add_motion(&log, &preparation, &mut with));
+        if let Ok(Ok(())) = read {
+            energy = with;
+        }
+    }
+    Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
+}
+
+/// One log as triangles, looked at before.
+fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
+    let name = log.name();
+    if log.effort_is() == Effort::Current && options.transmission.drive_gains.is_none() {
+        return Err(Error::new(format_args!(
+            "{name}: it holds motor currents, and gains that are not known are found from all logs at once: give the gain \
+             of every drive (--gain {}=11.5,..), or identify these logs in one go",
+            model.regressor().coordinates().first().map_or("q1", String::as_str)
+        )));
+    }
+    let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
+    if !anyway {
+        let described = model.described_parameters();
+        let mut found = passport(model.regressor(), &records, &log.report().suspect, described.as_deref())?;
+        // Short logs are what sums are for.
+        found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
+        if let Some(finding) = found.findings.first() {
+            return Err(Error::new(format_args!("{name}: {finding} (rist doctor says more; --anyway takes it in)")));
+        }
+    }
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    Ok(Replicate::of(&linear, log, &records)?)
+}

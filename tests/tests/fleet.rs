@@ -1,0 +1,220 @@
+//! `rist accumulate`, `merge`, `solve` and `compare`: sums that are those of one pass, what is refused, what is found.
+
+use std::path::Path;
+
+use rist::{Estimate, Model};
+use tests::benchmark::fleet::{Fleet, simulate};
+use tests::faults::{changed, each};
+use tests::joint_log::{JointLog, swinging, unlike};
+use tests::program::{Run, folder, rist};
+use tests::{model_path, urdf_text};
+
+fn arm() -> String {
+    model_path("ur5.urdf").display().to_string()
+}
+
+/// Logs a.csv, b.csv, .. of one machine, which swings less in each.
+fn logs(here: &Path, count: usize) -> Vec<String> {
+    let model = Model::read(arm()).unwrap();
+    let x = unlike(&model.robot, 5);
+    let write = |k: usize| {
+        let name = format!("{}.csv", char::from(b'a' + k as u8));
+        log(&model, &x, 1.2 - 0.1 * k as f64).write(&here.join(&name), model.regressor().coordinates());
+        name
+    };
+    (0..count).map(write).collect()
+}
+
+/// Every fifth row of ten seconds at 500 Hz.
+fn log(model: &Model, x: &[f64], amplitude: f64) -> JointLog {
+    let mut log = swinging(&model.robot, x, amplitude, 0.0);
+    let thin = |x: &mut Vec<f64>| *x = x.iter().copied().step_by(5).collect();
+    thin(&mut log.t);
+    [&mut log.q, &mut log.dq, &mut log.tau].into_iter().flatten().for_each(thin);
+    log
+}
+
+fn done(here: &Path, arguments: &[&str]) -> Run {
+    let run = rist(here, arguments);
+    assert_eq!(run.code, Some(0), "rist {}: {}{}", arguments.join(" "), run.out, run.err);
+    run
+}
+
+/// What is refused, with exit code 2.
+fn refused(here: &Path, arguments: &[&str], expected: &[&str]) {
+    let run = rist(here, arguments);
+    assert_eq!(run.code, Some(2), "rist {}: {}", arguments.join(" "), run.out);
+    for text in expected {
+        assert!(run.err.contains(text), "rist {}: no `{text}` in {}", arguments.join(" "), run.err);
+    }
+}
+
+fn estimate(path: &Path) -> Estimate {
+    Estimate::from_yaml("e", &std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The sums of one log, and of several, have the estimate of `rist identify`; parts merged in any order are one file; so are
+/// one reader and two.
+#[test]
+fn sums_are_one_pass() {
+    let here = folder("fleet_sums");
+    let model = arm();
+    let names = logs(&here, 4);
+    let all: Vec<&str> = names.iter().map(String::as_str).collect();
+    for logs in [&all[..1], &all] {
+        done(&here, &[&["accumulate", &model], logs, &["--out", "default.tri"]].concat());
+        done(&here, &["solve", "default.tri", "--out", "sums.yaml"]);
+        done(&here, &[&["identify", &model], logs, &["--weights", "joint", "--out", "pass.yaml"]].concat());
+        let (sums, pass) = (estimate(&here.join("sums.yaml")), estimate(&here.join("pass.yaml")));
+        assert_eq!((sums.rows, sums.rank, &sums.logs), (pass.rows, pass.rank, &pass.logs));
+        // The blocks are others: some hundred roundings, times a condition number of a hundred.
+        let close = |a: f64, b: f64, size: f64| (a - b).abs() < 1e-10 * size;
+        assert!(close(sums.cutoff, pass.cutoff, pass.cutoff) && close(sums.total, pass.total, pass.total));
+        for (a, b) in sums.parameters.iter().zip(&pass.parameters) {
+            assert_eq!((&a.id, a.unit, a.value.is_some()), (&b.id, b.unit, b.value.is_some()));
+            let Some((x, y)) = a.value.zip(b.value) else { continue };
+            assert!(close(x, y, y.abs() + b.sigma.unwrap()), "{}: {x} {y}", a.id);
+            assert!((a.sigma.unwrap() / b.sigma.unwrap() - 1.0).abs() < 1e-8, "{}", a.id);
+        }
+    }
+    let sum = |logs: &[&str], out: &str, more: &[&str]| {
+        done(&here, &[&["accumulate", &model], logs, &["--cutoff", "5", "--out", out], more].concat());
+        std::fs::read(here.join(out)).unwrap()
+    };
+    let one = sum(&all, "all.tri", &["--threads", "1"]);
+    assert!(
+        one == sum(&[all[2], all[0], all[3], all[1]], "two.tri", &["--threads", "2"]),
+        "two readers, another order"
+    );
+    sum(&all[2..], "late.tri", &[]);
+    sum(&all[1..2], "b.tri", &[]);
+    done(&here, &["accumulate", &model, "a.csv", "--like", "late.tri", "--out", "a.tri"]);
+    for parts in [["late.tri", "a.tri", "b.tri"], ["b.tri", "late.tri", "a.tri"]] {
+        done(&here, &[&["merge"][..], &parts, &["--out", "merged.tri"]].concat());
+        assert!(std::fs::read(here.join("merged.tri")).unwrap() == one, "{parts:?}");
+    }
+    let text = String::from_utf8_lossy(&one);
+    for expected in ["rist-tri 1 ", "fingerprint: ", "cutoff: 5", "name: d.csv", "rows: 1000", "unit: kg m"] {
+        assert!(text.contains(expected), "no `{expected}` in the head of a .tri");
+    }
+    // The estimate goes where others go.
+    done(&here, &["solve", "merged.tri", "--out", "e.yaml"]);
+    let valid = done(&here, &["validate", &model, "e.yaml", "a.csv"]);
+    assert!(valid.out.contains("from sums"), "{}", valid.out);
+    done(&here, &["report", "--estimate", "e.yaml", "--out", "r.html"]);
+}
+
+/// A log that is cut short or of another robot is named; with --skip-broken the others are summed, and the sums and the
+/// estimate say which one is missing and why.
+#[test]
+fn broken_logs_are_named() {
+    let here = folder("fleet_broken");
+    let other = here.join("other.urdf");
+    std::fs::write(&other, urdf_text::random_tree(6, 1, 1)).unwrap();
+    let (model, ur5) = (Model::read(&other).unwrap(), Model::read(arm()).unwrap());
+    let coordinates = model.regressor().coordinates();
+    let x = unlike(&model.robot, 5);
+    log(&model, &x, 1.2).write(&here.join("a.csv"), coordinates);
+    let backwards = changed(&log(&model, &x, 1.0), |log| each(&mut log.tau, |x| -x));
+    backwards.write(&here.join("backwards.csv"), coordinates);
+    log(&ur5, &unlike(&ur5.robot, 5), 1.2).write(&here.join("other.csv"), coordinates);
+    let packed = {
+        use std::io::Write;
+        let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        gz.write_all(&std::fs::read(here.join("a.csv")).unwrap()).unwrap();
+        gz.finish().unwrap()
+    };
+    std::fs::write(here.join("cut.csv.gz"), &packed[..packed.len() / 2]).unwrap();
+    let model = other.display().to_string();
+    let out = ["--cutoff", "5", "--out", "x.tri"];
+    for (log, why) in [
+        ("cut.csv.gz", "damaged or cut short"),
+        ("other.csv", "not of this robot"),
+        ("backwards.csv", "wrong sign"),
+        ("missing.csv", "cannot be read"),
+    ] {
+        refused(&here, &[&["accumulate", &model, "a.csv", log][..], &out].concat(), &[log, why, "--skip-broken"]);
+        assert!(!here.join("x.tri").exists());
+    }
+    let broken = ["cut.csv.gz", "other.csv", "a.csv", "missing.csv"];
+    let run = done(&here, &[&["accumulate", &model][..], &broken, &out, &["--skip-broken"]].concat());
+    for text in ["left out: cut.csv.gz: ", "left out: missing.csv: ", "left out: other.csv: ", ": 1 log, "] {
+        assert!(run.out.contains(text), "no `{text}` in {}", run.out);
+    }
+    let solved = done(&here, &["solve", "x.tri", "--out", "e.yaml"]);
+    assert!(solved.out.contains("not in it: cut.csv.gz: "), "{}", solved.out);
+    assert_eq!(estimate(&here.join("e.yaml")).logs, ["a.csv"]);
+    refused(
+        &here,
+        &[&["accumulate", &model, "missing.csv", "--skip-broken"][..], &out].concat(),
+        &["no log can be used"],
+    );
+    done(&here, &[&["accumulate", &model, "other.csv", "--anyway"][..], &out].concat());
+}
+
+/// What cannot be added up is refused with what is odd about it.
+#[test]
+fn unlike_parts_are_refused() {
+    let here = folder("fleet_unlike");
+    let model = arm();
+    logs(&here, 2);
+    let sum = |log: &str, out: &str, more: &[&str]| {
+        done(&here, &[&["accumulate", &model, log, "--out", out], more].concat());
+    };
+    sum("a.csv", "a.tri", &["--cutoff", "5"]);
+    sum("b.csv", "b.tri", &["--cutoff", "6", "--friction", "viscous,coulomb"]);
+    sum("b.csv", "same.tri", &["--cutoff", "5"]);
+    std::fs::copy(here.join("a.csv"), here.join("copy.csv")).unwrap();
+    sum("copy.csv", "copy.tri", &["--cutoff", "5"]);
+    let merge = |parts: &[&str], expected: &[&str]| {
+        refused(&here, &[&["merge"][..], parts, &["--out", "x.tri"]].concat(), expected);
+        assert!(!here.join("x.tri").exists());
+    };
+    merge(&["a.tri", "b.tri"], &["b.tri cannot be added to a.tri", "cut-off: 5 Hz and 6 Hz", "friction: ", "--like"]);
+    merge(&["a.tri", "a.tri"], &["a.csv: in both"]);
+    merge(&["a.tri", "copy.tri"], &["copy.csv: in both (as a.csv)"]);
+    refused(&here, &["compare", "a.tri", "b.tri"], &["b.tri and a.tri cannot be compared", "cut-off"]);
+    refused(&here, &["compare", "a.tri", "copy.tri"], &["copy.csv: in copy.tri and in a.tri"]);
+    refused(&here, &["compare", "a.tri", "same.tri", "--fdr", "2"], &["between 0 and 1"]);
+    let bytes = std::fs::read(here.join("a.tri")).unwrap();
+    std::fs::write(here.join("cut.tri"), &bytes[..bytes.len() / 2]).unwrap();
+    let newer: Vec<u8> = [b"rist-tri 7", &bytes["rist-tri 1".len()..]].concat();
+    std::fs::write(here.join("newer.tri"), newer).unwrap();
+    refused(&here, &["solve", "cut.tri"], &["cut.tri: cut short", "make it again"]);
+    refused(&here, &["solve", "newer.tri"], &["newer.tri: version 7", "reads up to 1"]);
+    refused(&here, &["solve", "a.csv"], &["a.csv: no sums of rist accumulate"]);
+    let accumulate = |more: &[&str], expected: &[&str]| {
+        refused(&here, &[&["accumulate", &model, "a.csv", "--out", "x.tri"], more].concat(), expected);
+    };
+    accumulate(&["--weights", "huber"], &["residual of each row"]);
+    accumulate(&["--delay", "auto"], &["over the rows many times"]);
+    accumulate(&["--friction", "auto"], &["once for each candidate"]);
+    accumulate(&["a.csv"], &["given twice"]);
+    accumulate(&["copy.csv"], &["copy.csv: in both (as a.csv)"]);
+    let currents = std::fs::read_to_string(here.join("a.csv")).unwrap().replace("tau_", "i_");
+    std::fs::write(here.join("currents.csv"), currents).unwrap();
+    refused(
+        &here,
+        &["accumulate", &model, "currents.csv", "--out", "x.tri"],
+        &["currents.csv", "motor currents", "all logs at once"],
+    );
+    let other = here.join("other.urdf");
+    std::fs::write(&other, urdf_text::random_tree(6, 1, 1)).unwrap();
+    let other = other.display().to_string();
+    refused(&here, &["accumulate", &other, "a.csv", "--like", "a.tri", "--out", "x.tri"], &["a.tri: the sums are of"]);
+}
+
+/// A fleet of three joints, a fifth of it changed: the robots are found, and hardly another is named.
+#[test]
+fn changed_robots_are_found() {
+    let model = Model::read(tests::workspace().join("tests/data/robots/r3g.yaml")).unwrap();
+    let fleet = Fleet { robots: 60, changed: 12, logs: 16, seconds: 4.0, reference_logs: 32, seed: 3 };
+    let found = simulate(&model, fleet, &[0.0, 8.0], 0.05);
+    let [(_, none), (_, eight)] = found.as_slice() else { panic!("{found:?}") };
+    println!("{none:?}\n{eight:?}");
+    // 60 robots as they were: 5 % is the chance that any is named.
+    assert!(none.robots <= 1, "{none:?}");
+    // Eight deviations of the difference are two of one log. Twelve robots: one may be missed, and one of another twelve named.
+    assert!(eight.power() > 0.9 && eight.robots - eight.right_robots <= 1, "{eight:?}");
+    assert!(eight.false_parameters() < 0.1, "{eight:?}");
+}
