@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         threads: arguments.threads,
     };
     let sums = rist::accumulate(&model, logs, &request)?;
-    write_file(&arguments.out, sums.to_bytes()?, &inputs)?;
+    write_file(&arguments.out, &sums.to_bytes()?, &inputs)?;
     print(&account(&sums))
 }
 

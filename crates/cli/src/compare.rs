@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = rist::compare((&name(&arguments.reference), &reference), &named, arguments.fdr)?;
     print(&found.to_string())?;
     if let Some(out) = &arguments.out {
-        write_file(out, found.to_yaml()?, &inputs)?;
+        write_file(out, &found.to_yaml()?, &inputs)?;
     }
     match found.changed() {
         0 => Ok(()),

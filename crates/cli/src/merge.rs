@@ -32,6 +32,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             Failure::new(format_args!("{} cannot be added to {}: {e}", path.display(), first.display()))
         })?;
     }
-    write_file(&arguments.out, all.to_bytes()?, &inputs)?;
+    write_file(&arguments.out, &all.to_bytes()?, &inputs)?;
     print(&account(&all))
 }

@@ -29,7 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let verdict = rist::estimate_verdict(&estimate);
     print(&format!("{estimate}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
-        write_file(out, estimate.to_yaml()?, &inputs)?;
+        write_file(out, &estimate.to_yaml()?, &inputs)?;
     }
     refused(&verdict, false)
 }

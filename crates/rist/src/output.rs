@@ -33,7 +33,7 @@ pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
 }
 
 /// Writes a whole file or nothing; refused as `check_output` does.
-pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Error> {
+pub fn write_file<T: AsRef<[u8]> + ?Sized>(out: &Path, content: &T, inputs: &[&Path]) -> Result<(), Error> {
     check_output(out, inputs)?;
     write(out, content.as_ref()).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
 }

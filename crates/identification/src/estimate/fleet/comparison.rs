@@ -178,6 +178,9 @@ impl Comparison {
     }
 }
 
+/// Robots that did not change are named one by one up to this number, and counted beyond.
+const NAMED: usize = 8;
+
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (changed, all) = (self.changed(), self.robots.len());
@@ -188,40 +191,55 @@ impl fmt::Display for Comparison {
             self.reference,
             100.0 * self.rate
         )?;
-        for robot in &self.robots {
-            if robot.changed {
-                writeln!(f, "\n{}: changed (adjusted p {:.1e})", robot.name, robot.adjusted)?;
-                let names: Vec<String> = robot.parameters.iter().map(|d| d.name.to_string()).collect();
-                let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(9);
-                writeln!(
-                    f,
-                    "{:<width$}  {:>12}  {:>12}  {:>10}  {:>10}  unit",
-                    "parameter", "reference", "change", "sigma", "deviations"
-                )?;
-                let mut moved: Vec<(&Difference, &String)> =
-                    robot.parameters.iter().zip(&names).filter(|(d, _)| d.moved).collect();
-                moved.sort_by(|a, b| b.0.deviations().abs().total_cmp(&a.0.deviations().abs()));
-                for (d, name) in moved {
-                    writeln!(
-                        f,
-                        "{name:<width$}  {:>12.5}  {:>+12.5}  {:>10.5}  {:>+10.1}  {}",
-                        d.reference,
-                        d.difference,
-                        d.sigma,
-                        d.deviations(),
-                        d.unit
-                    )?;
-                }
-            } else {
-                let most = robot.parameters.iter().max_by(|a, b| b.p.total_cmp(&a.p));
-                let most =
-                    most.map_or(String::new(), |d| format!(", {} most: {:+.1} deviations", d.name, d.deviations()));
-                writeln!(f, "\n{}: nothing moved (adjusted p {:.2}{most})", robot.name, robot.adjusted)?;
-            }
-            if !robot.open.is_empty() {
-                let names: Vec<String> = robot.open.iter().map(ToString::to_string).collect();
-                writeln!(f, "not compared, one of the two leaves them open: {}", names.join(", "))?;
-            }
+        let are_many = all - changed > NAMED;
+        for robot in self.robots.iter().filter(|robot| robot.changed || !are_many) {
+            robot.fmt(f)?;
+        }
+        if are_many {
+            writeln!(f, "\nnothing moved in the other {} (--out names them)", all - changed)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for ComparedRobot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.changed {
+            writeln!(f, "\n{}: changed (adjusted p {:.1e})", self.name, self.adjusted)?;
+            self.write_moved(f)?;
+        } else {
+            let most = self.parameters.iter().max_by(|a, b| b.p.total_cmp(&a.p));
+            let most = most.map_or(String::new(), |d| format!(", {} most: {:+.1} deviations", d.name, d.deviations()));
+            writeln!(f, "\n{}: nothing moved (adjusted p {:.2}{most})", self.name, self.adjusted)?;
+        }
+        if !self.open.is_empty() {
+            let names: Vec<String> = self.open.iter().map(ToString::to_string).collect();
+            writeln!(f, "not compared, one of the two leaves them open: {}", names.join(", "))?;
+        }
+        Ok(())
+    }
+}
+
+impl ComparedRobot {
+    /// The table of what moved, the most deviations first.
+    fn write_moved(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut moved: Vec<(&Difference, String)> =
+            self.parameters.iter().filter(|d| d.moved).map(|d| (d, d.name.to_string())).collect();
+        moved.sort_by(|a, b| b.0.deviations().abs().total_cmp(&a.0.deviations().abs()));
+        let width = moved.iter().map(|(_, name)| name.chars().count()).max().unwrap_or(0).max(9);
+        let head = ["reference", "change", "sigma", "deviations"];
+        writeln!(
+            f,
+            "{:<width$}  {:>12}  {:>12}  {:>10}  {:>10}  unit",
+            "parameter", head[0], head[1], head[2], head[3]
+        )?;
+        for (d, name) in moved {
+            let (reference, change, sigma, deviations) = (d.reference, d.difference, d.sigma, d.deviations());
+            writeln!(
+                f,
+                "{name:<width$}  {reference:>12.5}  {change:>+12.5}  {sigma:>10.5}  {deviations:>+10.1}  {}",
+                d.unit
+            )?;
         }
         Ok(())
     }

@@ -24,6 +24,9 @@ const WORD: &str = "rist-tri";
 /// The version that is written, and the newest that is read.
 const VERSION: u32 = 1;
 
+/// Entries of all triangles of a file, its zeros counted: 4 GiB, that a stranger's head may ask for in memory.
+const MOST_CELLS: usize = 1 << 29;
+
 /// A first line is not longer.
 const LONGEST_LINE: usize = 120;
 
@@ -51,9 +54,7 @@ impl Accumulator {
         let head = serde_yaml::to_string(&head).map_err(|e| Error::new(format!("the sums cannot be written: {e}")))?;
         let mut body = Body::default();
         self.replicates().iter().for_each(|replicate| body.replicate(&replicate.observation));
-        let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(&body.0).0;
-        let line = format!("{WORD} {VERSION} {} {} {digest:016x}\n", head.len(), body.0.len());
-        Ok([line.as_bytes(), head.as_bytes(), &body.0].concat())
+        Ok(joined(&head, &body.0))
     }
 
     /// Reads the content of a `.tri` file; `file` stands in messages.
@@ -62,26 +63,34 @@ impl Accumulator {
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let (head, body) = divided(bytes).map_err(at)?;
+        let most = 2 * head.len() + 1000;
         let options = serde_yaml::options! {
-            // A line for each log of a fleet; the length of the text bounds it.
-            budget: None,
+            // Some lines for each log of a fleet: the length of the text is the bound.
+            budget: serde_yaml::budget! { max_nodes: most, max_events: most, max_total_scalar_bytes: most },
         };
         let head: Head = serde_yaml::from_str_with_options(head, options)
             .map_err(|e| at(format!("its head is not that of sums of this version: {e}")))?;
         let damaged = || at("its triangles are not those of its head: make it again".into());
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
         let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());
-        let mut words = Words(body);
+        let mut words = Words { left: body, cells: MOST_CELLS };
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
             let observation = words.replicate(n, p).filter(|_| !logs.is_empty()).ok_or_else(damaged)?;
             replicates.push(Replicate { logs, observation });
         }
-        if !words.0.is_empty() || replicates.len() > MOST_REPLICATES {
+        if !words.left.is_empty() || replicates.len() > MOST_REPLICATES {
             return Err(damaged());
         }
         Ok(Accumulator::of(head.settings, replicates, head.failed))
     }
+}
+
+/// First line, head and triangles.
+fn joined(head: &str, body: &[u8]) -> Vec<u8> {
+    let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(body).0;
+    let line = format!("{WORD} {VERSION} {} {} {digest:016x}\n", head.len(), body.len());
+    [line.as_bytes(), head.as_bytes(), body].concat()
 }
 
 /// Head and triangles, held against the first line.
@@ -158,12 +167,16 @@ impl Body {
 }
 
 /// Numbers of a file that are still to be read; `None` where there are too few.
-struct Words<'a>(&'a [u8]);
+struct Words<'a> {
+    left: &'a [u8],
+    /// Entries that triangles may still have.
+    cells: usize,
+}
 
 impl Words<'_> {
     fn word(&mut self) -> Option<u64> {
-        let (first, rest) = self.0.split_first_chunk::<8>()?;
-        self.0 = rest;
+        let (first, rest) = self.left.split_first_chunk::<8>()?;
+        self.left = rest;
         Some(u64::from_le_bytes(*first))
     }
 
@@ -192,6 +205,7 @@ impl Words<'_> {
     }
 
     fn triangle(&mut self, p: usize) -> Option<Triangle> {
+        self.cells = self.cells.checked_sub((p + 1).checked_mul(p + 1)?)?;
         let rows = self.count(usize::MAX / 1024)?;
         let count = self.count(p + 1)?;
         let live = (0..count).map(|_| self.count(p)).collect::<Option<Vec<usize>>>()?;
@@ -261,6 +275,15 @@ mod tests {
         assert!(refused(&[&bytes[..], &b"x"[..]].concat()).unwrap().contains("longer than it was"));
         assert!(refused(b"t,q1\n0,1\n").unwrap().contains("no sums of rist accumulate"));
         assert!(refused(b"").unwrap().contains("it is empty"));
+    }
+
+    /// A head that a stranger wrote: nested without end, and one whose triangles need more memory than the file has.
+    #[test]
+    fn a_head_is_believed_only_so_far() {
+        let nested = joined(&"[".repeat(100_000), &[]);
+        assert!(Accumulator::from_bytes("a.tri", &nested).unwrap_err().to_string().contains("its head is not that"));
+        let mut words = Words { left: &[0; 1000], cells: MOST_CELLS };
+        assert!(words.triangle(1 << 20).is_none() && words.triangle(usize::MAX - 1).is_none());
     }
 
     #[test]
