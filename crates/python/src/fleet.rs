@@ -132,7 +132,7 @@ impl Accumulator {
     /// Writes the .tri file of the program.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         let bytes = self.sums().to_bytes().or_error()?;
-        rist::write_file(&path, bytes, &[&self.model.get().inner.path]).or_error()
+        rist::write_file(&path, &bytes, &[&self.model.get().inner.path]).or_error()
     }
 
     /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
