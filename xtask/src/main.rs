@@ -1,9 +1,10 @@
 //! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask datasets DIR`.
+//! `cargo xtask datasets DIR`, `cargo xtask python`.
 
 mod bench_task;
 mod cargo;
 mod gen_task;
+mod python_task;
 
 use std::process::ExitCode;
 
@@ -16,6 +17,8 @@ cargo xtask gen [MODEL..]           write generated/src/robots/ from models/ (al
 cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to run
 cargo xtask bench                   time derivations, calls and the compilation of a generated file
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
+cargo xtask python [PYTEST..]       build the package for Python in target/python and run its tests; skipped, and
+                                    said, where python3, pip or the network is absent
 
 A MODEL is a path such as models/race.yaml.";
 
@@ -24,6 +27,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.split_first() {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
+        Some((task, rest)) if task == "python" => python_task::run(rest),
         Some((task, rest)) if task == "datasets" => {
             let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())

@@ -84,31 +84,9 @@ fn identify_samples(
         return Err(error(format_args!("identify: {other} is for method='rist' and 'rist-mh'")));
     }
     let inner = &model.get().inner;
-    let mut options = read_options(given)?;
-    options.model = inner.robot.name.clone();
-    let signal = &mut options.signal;
-    signal.cutoff = given.get("cutoff", "a number of Hz")?.or(signal.cutoff);
-    signal.order = given.get("order", "a whole number")?.unwrap_or(signal.order);
-    signal.decimate = given.get("decimate", "a whole number")?.or(signal.decimate);
-    if signal.decimate == Some(0) {
-        return Err(error("identify: decimate=0: a whole number from 1 is expected"));
-    }
-    let find_delay = is_auto(given, "delay");
-    if !find_delay && let Some(delay) = given.get::<f64>("delay", "'auto', or seconds between -1 and 1")? {
-        // Not a number is none either.
-        if !(delay.abs() < 1.0) {
-            return Err(error(format_args!(
-                "identify: delay={delay}: 'auto', or seconds between -1 and 1 is expected"
-            )));
-        }
-        signal.delay = delay;
-    }
-    options.weights = given.word("weights", &Weights::ALL.map(|w| (w.word(), w)))?.unwrap_or(options.weights);
+    let mut options = options_of_samples(given, inner)?;
     options.covariance |= given.get("covariance", "True or False")?.unwrap_or(false);
-    let find_friction = is_auto(given, "friction");
-    if !find_friction && let Some(words) = friction(given)? {
-        options.friction = words;
-    }
+    let (find_delay, find_friction) = (is_auto(given, "delay"), is_auto(given, "friction"));
     let empty = pyo3::types::PyList::empty(py).into_any();
     let of = |name: &str| logs(given.any(name).unwrap_or(&empty));
     let (fitted, loaded, others) = (logs(fitted)?, of("loaded")?, of("validate")?);
@@ -197,6 +175,35 @@ fn identify_experiments(
     Ok(Estimate::plain(estimate, Some(model.clone().unbind())))
 }
 
+/// The options that estimates from samples and sums have in common; auto leaves the customary one.
+pub fn options_of_samples(given: &Keywords<'_>, model: &rist::Model) -> PyResult<Options> {
+    let mut options = read_options(given)?;
+    options.model = model.robot.name.clone();
+    let signal = &mut options.signal;
+    signal.cutoff = given.get("cutoff", "a number of Hz")?.or(signal.cutoff);
+    signal.order = given.get("order", "a whole number")?.unwrap_or(signal.order);
+    signal.decimate = given.get("decimate", "a whole number")?.or(signal.decimate);
+    if signal.decimate == Some(0) {
+        return Err(error("decimate=0: a whole number from 1 is expected"));
+    }
+    if !is_auto(given, "delay")
+        && let Some(delay) = given.get::<f64>("delay", "'auto', or seconds between -1 and 1")?
+    {
+        // Not a number is none either.
+        if !(delay.abs() < 1.0) {
+            return Err(error(format_args!("delay={delay}: 'auto', or seconds between -1 and 1 is expected")));
+        }
+        signal.delay = delay;
+    }
+    options.weights = given.word("weights", &Weights::ALL.map(|w| (w.word(), w)))?.unwrap_or(options.weights);
+    if !is_auto(given, "friction")
+        && let Some(words) = friction(given)?
+    {
+        options.friction = words;
+    }
+    Ok(options)
+}
+
 /// The options of an identification: of a file, of a text of YAML, or the customary ones.
 fn read_options(given: &Keywords<'_>) -> PyResult<Options> {
     match given.any("options") {
@@ -209,7 +216,8 @@ fn read_options(given: &Keywords<'_>) -> PyResult<Options> {
     }
 }
 
-fn is_auto(given: &Keywords<'_>, name: &str) -> bool {
+/// Whether the program is to find it.
+pub fn is_auto(given: &Keywords<'_>, name: &str) -> bool {
     given.any(name).and_then(|x| x.extract::<String>().ok()).is_some_and(|word| word == "auto")
 }
 

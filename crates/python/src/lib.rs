@@ -9,6 +9,7 @@ mod artefact;
 mod error;
 mod estimate;
 mod experiments;
+mod fleet;
 mod html;
 mod identify;
 mod keywords;
@@ -32,6 +33,8 @@ mod module {
     use crate::estimate::{_estimate, _verdict, Estimate, Verdict};
     #[pymodule_export]
     use crate::experiments::{ExcitingMotion, ExperimentPlan, check, excite, plan, simulate};
+    #[pymodule_export]
+    use crate::fleet::{_accumulator, Accumulator, Comparison, compare};
     #[pymodule_export]
     use crate::identify::{Passport, doctor, identify};
     #[pymodule_export]

@@ -126,7 +126,7 @@ fn title(id: &ParameterId, subject: Option<Subject>, told: &BTreeMap<String, Tol
 fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> Row {
     let name = parameter.id.to_string();
     let told = told.get(&name);
-    let sigma = parameter.sigma;
+    let sigma = parameter.sigma.unwrap_or(f64::NAN);
     let (value, half) = match parameter.value {
         Some(value) => with_interval(value, if sigma.is_finite() { INTERVAL * sigma } else { 0.0 }),
         None => ("not identifiable".into(), String::new()),

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use identification::algebra::in_order::on_threads;
+use identification::algebra::interruption::Interruption;
 use identification::estimate::fleet::accumulator::Accumulator;
 use identification::estimate::fleet::replicate::Replicate;
 use identification::estimate::fleet::settings::Settings;
@@ -91,6 +92,7 @@ pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) 
         replicate(model, &options, &log, request.anyway)
     };
     on_threads(threads, logs, read, |i, found| {
+        Interruption::check()?;
         let name = logs[i].display().to_string();
         match found.and_then(|replicate| Ok(batch.add(replicate)?)) {
             Ok(()) => {}

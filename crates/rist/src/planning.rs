@@ -93,6 +93,7 @@ pub fn plan(
         seed: request.seed,
     };
     let candidates = candidates(&grid, &limits, model.regressor(), &noise);
+    Interruption::check()?;
     if candidates.is_empty() {
         return Err(Error::new("the limits leave no motion: widen them in the model, or raise --steps"));
     }

@@ -16,10 +16,11 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
 
-use std::convert::Infallible;
+use logs::Error;
 
 use crate::algebra::in_order::in_order;
 use crate::algebra::information_matrix::Rows;
+use crate::algebra::interruption::Interruption;
 use crate::algebra::random::Random;
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
 use crate::experiments::measured_motion::MeasuredMotion;
@@ -122,7 +123,7 @@ impl Candidate {
     }
 }
 
-/// Every motion of the grid that the limits allow and that shows anything.
+/// Every motion of the grid that the limits allow and that shows anything; none where the work is interrupted.
 pub fn candidates(
     grid: &CandidateGrid,
     limits: &[MotionLimits],
@@ -157,15 +158,14 @@ pub fn candidates(
     }
     let mut found = Vec::new();
     let rows = |_, trajectory: &ExcitingTrajectory| Candidate::new(trajectory.clone(), regressor, noise);
-    let done: Result<(), Infallible> = in_order(&trajectories, rows, |_, candidate| {
+    let done = in_order(&trajectories, rows, |_, candidate| {
+        Interruption::check()?;
         if candidate.information.trace() > 0.0 {
             found.push(candidate);
         }
         Ok(())
     });
-    match done {
-        Ok(()) => found,
-    }
+    done.map_or_else(|_: Error| Vec::new(), |()| found)
 }
 
 /// The swing of a kind that the limits allow about this centre; `None` when it would be too short.

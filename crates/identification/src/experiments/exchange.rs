@@ -82,7 +82,7 @@ pub fn exchange(
     let interruption = Interruption::here();
     let start = |s: usize| {
         let mut random = Random::stream(search.seed, s as u64);
-        let found = one_start(&scaled, count, criterion, search.sweeps, &mut random);
+        let found = interruption.during(|| one_start(&scaled, count, criterion, search.sweeps, &mut random));
         if let Ok(mut state) = done.lock() {
             *state = (state.0 + 1, state.1.max(found.1));
             progress(state.0, search.starts, state.1);
@@ -178,6 +178,9 @@ fn one_start(
     for _ in 0..sweeps {
         let mut gained = false;
         for at in 0..count {
+            if Interruption::check().is_err() {
+                break;
+            }
             let rest = plan(&chosen, Some(at));
             let Some(factor) = rest.factor() else { continue };
             let gain = Gain::new(&rest, &factor, criterion);

@@ -1,0 +1,218 @@
+//! `rist.Accumulator` and `rist.compare`: sums over logs, which merge, are solved and compared without the logs.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::artefact::artefact;
+use crate::error::{OrError, error};
+use crate::estimate::Estimate;
+use crate::experiments::gains;
+use crate::identify::{is_auto, options_of_samples};
+use crate::keywords::Keywords;
+use crate::logs::logs;
+use crate::model::Model;
+use crate::work::work;
+
+/// Sums over logs of one robot: `update` with a log where it lies, `merge` with those of others, `solve` without the logs.
+///
+/// All parts of one sum need one cut-off (Hz) and the same options: cutoff, order, decimate, delay, friction, weights
+/// ("none", "joint"), gain ({"q1": 2.393}, N m/A), options, as of `identify`. An accumulator pickles to some kilobytes, so
+/// workers of any engine can make them; merged in any order they are one pass, to rounding.
+///
+/// >>> sums = rist.Accumulator(model, cutoff=10.0)
+/// >>> sums.update("monday.mcap").merge(other)
+/// >>> estimate = sums.solve()
+#[pyclass(frozen, module = "rist")]
+pub struct Accumulator {
+    model: Py<Model>,
+    sums: Mutex<rist::Accumulator>,
+}
+
+const OPTIONS: [&str; 8] = ["cutoff", "order", "decimate", "delay", "friction", "weights", "gain", "options"];
+
+impl Accumulator {
+    /// An update never ends half-way: what panicked left the sums as they were.
+    fn sums(&self) -> MutexGuard<'_, rist::Accumulator> {
+        self.sums.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// As they are, for work without the interpreter lock.
+    fn copy(&self) -> rist::Accumulator {
+        self.sums().clone()
+    }
+}
+
+#[pymethods]
+impl Accumulator {
+    #[new]
+    #[pyo3(signature = (model, **options), text_signature = "(model, *, cutoff, order=None, decimate=None, delay=None, friction=None, weights=None, gain=None, options=None)")]
+    fn new(model: &Bound<'_, Model>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Accumulator> {
+        let given = Keywords::new("Accumulator", &OPTIONS, options)?;
+        let inner = &model.get().inner;
+        if let Some(name) = ["delay", "friction"].into_iter().find(|name| is_auto(&given, name)) {
+            return Err(error(format_args!("Accumulator: {name}='auto' needs the rows twice: identify finds it on some of the logs")));
+        }
+        let options = options_of_samples(&given, inner)?;
+        if options.signal.order > 0 && options.signal.cutoff.is_none() {
+            return Err(error(
+                "Accumulator: cutoff= is missing: parts of a sum are filtered alike, so it does not follow from a log",
+            ));
+        }
+        let sums = rist::accumulator(inner, &options, &gains(&given, "gain", inner)?).or_error()?;
+        Ok(Accumulator { model: model.clone().unbind(), sums: Mutex::new(sums) })
+    }
+
+    /// Adds a log, or a list of them, as `identify` takes them; returns itself.
+    ///
+    /// Raises rist.Error, and adds nothing of that log, where it cannot be used, is in the sums already, or does not belong
+    /// to the model (anyway=True takes it in).
+    #[pyo3(signature = (log, anyway=false))]
+    fn update<'py>(slf: Bound<'py, Self>, log: &Bound<'py, PyAny>, anyway: bool) -> PyResult<Bound<'py, Self>> {
+        let (this, given) = (slf.get(), logs(log)?);
+        let model = &this.model.get().inner;
+        for log in given {
+            // Of this log alone: what others add meanwhile stays.
+            let mut part = rist::Accumulator::new(this.sums().settings().clone());
+            let part = work(slf.py(), None, |_| {
+                let log = log.open(model, &part.settings().options.columns)?;
+                rist::update(model, &mut part, &log, anyway)?;
+                Ok(part)
+            })?;
+            this.sums().merge(&part).or_error()?;
+        }
+        Ok(slf)
+    }
+
+    /// Adds the logs of another; returns itself. Raises rist.Error with what differs, and where a log is in both.
+    fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
+        // Copied first: its lock is let go before the other is taken, which may be the same.
+        let (this, other) = (slf.get(), other.copy());
+        slf.py().detach(|| this.sums().merge(&other)).or_error()?;
+        Ok(slf)
+    }
+
+    /// Notes a log that could not be used, so that every estimate of the sums says it.
+    fn fail(&self, log: String, reason: String) {
+        self.sums().fail(log, reason);
+    }
+
+    /// The estimate of all logs.
+    fn solve(&self, py: Python<'_>) -> PyResult<Estimate> {
+        let sums = self.copy();
+        let estimate = work(py, None, |_| Ok(sums.solve()?))?;
+        Ok(Estimate::plain(estimate, Some(self.model.clone_ref(py))))
+    }
+
+    /// Names of the logs in the sums.
+    #[getter]
+    fn logs(&self) -> Vec<String> {
+        self.sums().logs().iter().map(|log| log.name.clone()).collect()
+    }
+
+    /// Samples in the sums, after the filter.
+    #[getter]
+    fn samples(&self) -> usize {
+        self.sums().logs().iter().map(|log| log.samples).sum()
+    }
+
+    /// Logs that could not be used, each with the reason.
+    #[getter]
+    fn failed(&self) -> Vec<(String, String)> {
+        self.sums().failed().iter().map(|f| (f.name.clone(), f.reason.clone())).collect()
+    }
+
+    /// The content of the .tri file of the program.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(PyBytes::new(py, &self.sums().to_bytes().or_error()?))
+    }
+
+    /// Writes the .tri file of the program.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        let bytes = self.sums().to_bytes().or_error()?;
+        rist::write_file(&path, &bytes, &[&self.model.get().inner.path]).or_error()
+    }
+
+    /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
+    #[staticmethod]
+    fn read(path: PathBuf, model: Py<Model>) -> PyResult<Accumulator> {
+        let bytes = std::fs::read(&path).map_err(|e| error(format_args!("{}: {e}", path.display())))?;
+        Accumulator::of_bytes(&path, &bytes, model)
+    }
+
+    fn __len__(&self) -> usize {
+        self.sums().logs().len()
+    }
+
+    fn __repr__(&self) -> String {
+        let sums = self.sums();
+        let (name, failed) = (&sums.settings().model.name, sums.failed().len());
+        format!("<rist.Accumulator {name}: {} logs, {failed} that could not be used>", sums.logs().len())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>, Py<Model>))> {
+        Ok((py.import("rist")?.getattr("_accumulator")?, (self.to_bytes(py)?, self.model.clone_ref(py))))
+    }
+}
+
+impl Accumulator {
+    fn of_bytes(path: &Path, bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
+        let sums = rist::Accumulator::from_bytes(&path.display().to_string(), bytes).or_error()?;
+        rist::check_sums(&model.get().inner, &sums).or_error()?;
+        Ok(Accumulator { model, sums: Mutex::new(sums) })
+    }
+}
+
+/// What a pickle of an accumulator calls.
+#[pyfunction]
+pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
+    Accumulator::of_bytes(Path::new("pickle"), bytes, model)
+}
+
+artefact! {
+    Comparison,
+    rist::Comparison,
+    "What changed between sums: which robots, which parameters, by how many deviations.",
+    /// Names of those that changed.
+    #[getter]
+    fn changed(&self) -> Vec<String> {
+        self.inner.robots.iter().filter(|r| r.changed).map(|r| r.name.clone()).collect()
+    }
+
+    /// Parameters that moved, by name of the robot: dicts of name -> (difference, sigma), in the unit of the parameter.
+    #[getter]
+    fn moved<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for robot in self.inner.robots.iter().filter(|r| r.changed) {
+            let moved = PyDict::new(py);
+            for p in robot.parameters.iter().filter(|p| p.moved) {
+                moved.set_item(p.name.to_string(), (p.difference, p.sigma))?;
+            }
+            all.set_item(&robot.name, moved)?;
+        }
+        Ok(all)
+    }
+}
+
+/// Compares sums with those of a reference: robots by name, {"r07": Accumulator, ..}.
+///
+/// fdr: of the robots, and of the parameters, that are said to have changed, at most this share is expected to be as they
+/// were.
+#[pyfunction]
+#[pyo3(signature = (reference, robots, fdr=0.05))]
+pub fn compare(py: Python<'_>, reference: &Accumulator, robots: &Bound<'_, PyDict>, fdr: f64) -> PyResult<Comparison> {
+    let mut named = Vec::new();
+    for (name, sums) in robots {
+        let sums =
+            sums.cast::<Accumulator>().map_err(|_| error("compare: robots is a dict of Accumulators by name"))?;
+        named.push((name.extract::<String>()?, sums.get().copy()));
+    }
+    let reference = reference.copy();
+    let inner = work(py, None, |_| {
+        let named: Vec<(&str, &rist::Accumulator)> = named.iter().map(|(name, sums)| (name.as_str(), sums)).collect();
+        Ok(rist::compare(("reference", &reference), &named, fdr)?)
+    })?;
+    Ok(Comparison { inner })
+}

@@ -1,0 +1,59 @@
+"""The walk of spectrum analysis, and the exciting motion: the bytes of the program."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import rist
+from conftest import MODELS
+
+
+@pytest.fixture(scope="module")
+def planar():
+    return rist.Model.read(MODELS / "planar2r_vertical.yaml")
+
+
+def test_the_walk_is_that_of_the_program(program, tmp_path):
+    path = MODELS / "race.yaml"
+    race = rist.Model.read(path)
+    told = []
+    plan = rist.plan(race, experiments=4, starts=3, configurations=20, progress=lambda *x: told.append(x))
+    assert [x[0] for x in told] == [1, 2, 3]
+    plan.save(tmp_path / "plan.yaml")
+    flags = ["--experiments", 4, "--starts", 3, "--configurations", 20]
+    program("plan", path, *flags, "--out", tmp_path / "program.yaml")
+    assert (tmp_path / "plan.yaml").read_bytes() == (tmp_path / "program.yaml").read_bytes()
+
+    gain = {"q1": 2.393, "q2": 0.870}
+    truth, logs = rist.simulate(race, plan, gain=gain, validation=2, out=tmp_path / "logs")
+    program("simulate", path, tmp_path / "plan.yaml", "--gain", "q1=2.393,q2=0.870", "--validation", 2, "--out", tmp_path / "theirs")
+    names = sorted(p.name for p in (tmp_path / "logs").iterdir())
+    assert names == ["e01.csv", "e02.csv", "e03.csv", "e04.csv", "truth.yaml", "v01.csv", "v02.csv"]
+    for name in names:
+        assert (tmp_path / "logs" / name).read_bytes() == (tmp_path / "theirs" / name).read_bytes(), name
+    assert logs["e01"]["q"].shape == logs["e01"]["i"].shape == (len(logs["e01"]["t"]), 3)
+    assert truth.parameters["KT1"] == 2.393
+
+    found = rist.identify(race, tmp_path / "logs", method="rist-mh", plan=plan, gain={"q3": 1.0})
+    program("identify", path, tmp_path / "logs", "--plan", tmp_path / "plan.yaml", "--method", "rist-mh", "--gain", "q3=1", "--out", tmp_path / "estimate.yaml")
+    assert found.to_yaml() == (tmp_path / "estimate.yaml").read_text()
+    # Four experiments for eighteen parameters: the gains are told to a few per cent.
+    assert found.parameters["KT1"] == pytest.approx(2.393, rel=0.05)
+    motions = sorted((tmp_path / "logs").glob("v*.csv"))
+    validation, verdict = rist.validate(race, found, motions)
+    assert validation.total < 0.2 and set(validation.logs) == set(map(str, motions))
+    assert pickle.loads(pickle.dumps(plan)).to_yaml() == plan.to_yaml()
+
+
+def test_a_motion_is_proven(planar, program, tmp_path):
+    options = dict(harmonics=2, starts=1, iterations=5, period=5.0)
+    motion = rist.excite(planar, **options)
+    program("excite", MODELS / "planar2r_vertical.yaml", "--harmonics", 2, "--starts", 1, "--iterations", 5, "--period", 5, "--out", tmp_path / "motion.yaml")
+    assert motion.to_yaml() == (tmp_path / "motion.yaml").read_text()
+    assert motion.proven and rist.check(planar, motion) == []
+    played = np.loadtxt(motion.trajectory().splitlines()[1:], delimiter=",")
+    assert played.shape[0] > 3 * 5 * 200 and np.isfinite(played).all()
+    for wrong, said in [(dict(harmonics=0), "--harmonics"), (dict(start=3), "no option `start`; it has period")]:
+        with pytest.raises(rist.Error, match=said):
+            rist.excite(planar, **wrong)

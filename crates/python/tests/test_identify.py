@@ -1,0 +1,201 @@
+"""Identification: the same bytes as the program, whatever form the log has; errors; what an estimate can do."""
+
+import pickle
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import rist
+from conftest import MODELS, ROOT, log_of, write_csv
+
+
+@pytest.fixture(scope="session")
+def estimate(ur5, csv):
+    return rist.identify(ur5, csv)
+
+
+def test_the_bytes_are_those_of_the_program(program, csv, tmp_path):
+    path = MODELS / "ur5.urdf"
+    for flags, options in [
+        ((), {}),
+        (("--cutoff", "8", "--weights", "huber", "--friction", "viscous,coulomb"), dict(cutoff=8, weights="huber", friction="viscous,coulomb")),
+        (("--friction", "auto", "--delay", "auto"), dict(friction="auto", delay="auto")),
+        (("--consistent", "--rotor-inertia", "actuated"), dict(consistent=True)),
+    ]:
+        model = rist.Model.read(path, **({"rotor_inertia": "actuated"} if "--rotor-inertia" in flags else {}))
+        done = program("identify", path, csv, *flags, "--out", tmp_path / "program.yaml")
+        found = rist.identify(model, csv, **options)
+        found.save(tmp_path / "python.yaml")
+        assert (tmp_path / "python.yaml").read_bytes() == (tmp_path / "program.yaml").read_bytes(), (flags, done.stderr)
+        # The program ends in the same three lines.
+        assert done.stdout.endswith(str(found.verdict))
+
+
+def test_arrays_and_frames_are_the_file(ur5, log, csv, estimate):
+    of_dict = rist.identify(ur5, log)
+    np.testing.assert_array_equal(of_dict.values, estimate.values)
+    np.testing.assert_array_equal(of_dict.robust_sigma, estimate.robust_sigma)
+    columns = {"t": log["t"]} | {f"{key}{k + 1}": log[key][:, k] for key in ("q", "dq", "tau") for k in range(6)}
+    for library in ("pandas", "polars", "pyarrow"):
+        try:
+            module = __import__(library)
+        except ImportError:
+            continue
+        frame = module.table(columns) if library == "pyarrow" else module.DataFrame(columns)
+        np.testing.assert_array_equal(rist.identify(ur5, frame).values, estimate.values)
+
+
+class Stream:
+    """What has an Arrow stream of NumPy columns, without any library of frames: pandas and polars may be absent."""
+
+    def __init__(self, columns):
+        import pyarrow
+
+        self.table = pyarrow.table(columns)
+
+    def __arrow_c_stream__(self, requested_schema=None):
+        return self.table.__arrow_c_stream__(requested_schema)
+
+
+def test_columns_of_frames(ur5, log, estimate):
+    pyarrow = pytest.importorskip("pyarrow")
+    columns = {"t": log["t"]} | {f"{key}{k + 1}": log[key][:, k] for key in ("q", "dq", "tau") for k in range(6)}
+    # Batches with an offset, a clock in integers, singles, a note that nobody asks for.
+    ticks = (1e9 * columns["t"]).round().astype("int64")
+    table = pyarrow.table(columns | {"note": ["x"] * len(ticks), "state": [True] * len(ticks)})
+    batched = pyarrow.Table.from_batches(table.to_batches(max_chunksize=333))
+    np.testing.assert_array_equal(rist.identify(ur5, Stream(dict(zip(batched.column_names, batched.columns)))).values, estimate.values)
+    sliced = pyarrow.concat_tables([table.slice(0, 5), table]).slice(5)
+    np.testing.assert_array_equal(rist.identify(ur5, sliced).values, estimate.values)
+    clock = table.drop(["t"]).append_column("t_ns", pyarrow.array(ticks))
+    np.testing.assert_allclose(rist.identify(ur5, clock).values, estimate.values, rtol=1e-6, atol=1e-9)
+    # A null is a row that does not count.
+    holes = pyarrow.array([None if k == 77 else x for k, x in enumerate(columns["q1"])])
+    holed = {**columns, "q1": np.where(np.arange(len(ticks)) == 77, np.nan, columns["q1"])}
+    index = table.column_names.index("q1")
+    np.testing.assert_array_equal(rist.identify(ur5, table.set_column(index, "q1", holes)).values, rist.identify(ur5, holed).values)
+    with pytest.raises(rist.Error, match="column `q1`: `a value of the Arrow type u` is not a number"):
+        rist.identify(ur5, table.set_column(index, "q1", pyarrow.array(["x"] * len(ticks))))
+
+
+def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
+    def message(*arguments, **options):
+        with pytest.raises(rist.Error) as raised:
+            rist.identify(ur5, *arguments, **options)
+        return str(raised.value)
+
+    (tmp_path / "short.csv").write_text("t,q1\n0,1\n1,2\n")
+    for path in ("no/such.csv", tmp_path / "short.csv"):
+        assert program("identify", MODELS / "ur5.urdf", path).stderr == f"rist: {message(path)}\n"
+    assert "no option `cutof`; it has cutoff, order" in message(csv, cutof=3)
+    assert "a number of Hz is expected" in message(csv, cutoff="fast")
+    assert "there is no friction term `stribek`; there are viscous" in message(csv, friction="stribek")
+    assert "one of none, joint" in message(csv, weights="hubert")
+    assert "auto and none stand alone" in message(csv, friction=["auto", "viscous"])
+    assert "given twice" in message([csv, csv])
+    assert "a log is a path, a dict of arrays" in message(3.5)
+    assert "unknown field" in message(csv, options="signals: 3")
+    assert "need the plan" in message(csv, method="rist")
+    assert "for logs, not for the experiments" in message(csv, method="rist", weights="huber")
+    words = {"t": np.arange(60.0), "q1": ["a"] * 60, "tau1": np.arange(60.0)}
+    with pytest.raises(rist.Error, match="column `q1`: `a value of type list` is not a number"):
+        rist.identify(rist.Model.read(MODELS / "planar2r.yaml"), words | {"q2": words["t"], "tau2": words["t"]})
+
+
+def test_what_an_estimate_can_do(ur5, log, csv, estimate, tmp_path):
+    names = estimate.names
+    assert len(names) == len(estimate.values) == len(estimate.sigma) == len(estimate.units) == len(estimate.status)
+    truth = dict(zip(ur5.base_parameters.names, ur5.described_parameters))
+    for name, value, sigma in zip(names, estimate.values, estimate.robust_sigma):
+        if name in truth:
+            # Six of the larger deviation: friction at reversals is no white noise.
+            assert abs(value - truth[name]) < 6 * sigma + 1e-3, name
+    assert list(estimate.table) == ["name", "value", "sigma", "robust_sigma", "unit", "status"]
+    assert estimate.parameters[names[0]] == estimate.values[0]
+    assert estimate.covariance is None
+    covariance = rist.identify(ur5, csv, covariance=True).covariance
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), estimate.sigma, rtol=1e-9)
+    assert estimate.verdict.trust in ("yes", "with care", "no") and estimate.verdict.next
+    assert estimate.total < 0.1 and "trust:" in repr(estimate) and "<table>" in estimate._repr_html_()
+
+    other = log_of(ur5, seed=2)
+    found = estimate.predict(other)
+    assert found["predicted"].shape == found["measured"].shape == (len(found["t"]), 6)
+    counts = ~np.isnan(found["predicted"])
+    left = np.linalg.norm((found["predicted"] - found["measured"])[counts]) / np.linalg.norm(found["measured"][counts])
+    validation, verdict = rist.validate(ur5, estimate, other)
+    # Both sum the squares of the same rows, in another order.
+    assert left == pytest.approx(validation.total, rel=1e-9) and verdict.trust != "no"
+    assert [len(x["t"]) for x in estimate.predict([other, csv])] == [len(found["t"])] * 2
+
+    estimate.save(tmp_path / "estimate.yaml")
+    again = rist.Estimate.read(tmp_path / "estimate.yaml", ur5)
+    np.testing.assert_array_equal(again.predict(other)["predicted"], found["predicted"])
+    estimate.report(tmp_path / "report.html", validation=validation)
+    assert "<html" in (tmp_path / "report.html").read_text()
+    with pytest.raises(rist.Error, match="made with `ur5"):
+        rist.Estimate.read(tmp_path / "estimate.yaml", rist.Model.read(MODELS / "scara.yaml"))
+    with pytest.raises(rist.Error, match="consistent=True"):
+        estimate.write_urdf(tmp_path / "new.urdf")
+    with pytest.raises(rist.Error, match="an input"):
+        estimate.save(csv)
+
+    copy = pickle.loads(pickle.dumps(estimate))
+    assert copy.to_yaml() == estimate.to_yaml() and str(copy.verdict) == str(estimate.verdict)
+    np.testing.assert_array_equal(copy.predict(other)["predicted"], found["predicted"])
+    np.testing.assert_array_equal(ur5.torque(other["q"], parameters=estimate), ur5.torque(other["q"], parameters=copy))
+
+
+def test_bodies_go_back_into_the_urdf(ur5, csv, tmp_path):
+    found = rist.identify(ur5, csv, consistent=True)
+    found.write_urdf(tmp_path / "new.urdf", anyway=True)
+    again = rist.Model.read(tmp_path / "new.urdf")
+    assert again.base_parameters.names == ur5.base_parameters.names
+    with pytest.raises(rist.Error, match="an input"):
+        found.write_urdf(MODELS / "ur5.urdf", anyway=True)
+    found.write_mjcf(tmp_path / "joints.xml", anyway=True)
+    assert "<joint" in (tmp_path / "joints.xml").read_text()
+
+
+def test_a_load_and_a_doctor(ur5, log, csv):
+    heavy = dict(log, tau=log["tau"] + ur5.gravity(log["q"]) * 0.1)
+    found = rist.identify(ur5, csv, loaded=heavy)
+    assert "load on" in found.load
+    passport = rist.doctor(ur5, dict(log, tau=-log["tau"]))
+    assert passport.is_gross and any("sign" in finding for finding in passport.findings)
+    assert not rist.doctor(ur5, csv).is_gross
+
+
+def test_ctrl_c_ends_long_work():
+    """A signal to a process that plans for minutes: it ends, with KeyboardInterrupt, long before the plan would."""
+    code = """
+import rist, sys
+model = rist.Model.read(sys.argv[1])
+print("go", flush=True)
+try:
+    rist.plan(model, experiments=30, starts=10000, configurations=200)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    run = subprocess.Popen([sys.executable, "-c", code, str(MODELS / "ur5.urdf")], stdout=subprocess.PIPE, text=True)
+    assert run.stdout.readline() == "go\n"
+    time.sleep(1.0)
+    run.send_signal(signal.SIGINT)
+    out, _ = run.communicate(timeout=120)
+    assert out == "interrupted\n" and run.returncode == 0
+
+
+def test_what_a_callback_raises_ends_the_work(ur5):
+    seen = []
+
+    def progress(done, all, text):
+        seen.append((done, all, text))
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        rist.plan(ur5, starts=2000, configurations=20, progress=progress)
+    assert seen[0][:2] == (1, 2000) and "best" in seen[0][2] and len(seen) < 2000

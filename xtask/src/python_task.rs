@@ -1,0 +1,77 @@
+//! `python`: the package for Python, built in an environment of its own under target/ and tested there.
+//!
+//! Where there is no python3 with venv, or what pip needs cannot be had, that is said and is no failure: the project builds
+//! and passes without Python.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::cargo::cargo;
+
+/// What the environment holds beside the package.
+const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
+
+pub fn run(arguments: &[String]) -> Result<(), String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf();
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
+    let environment = target.join("python");
+    if let Err(why) = environment_in(&environment) {
+        println!("SKIPPED: the package for Python was neither built nor tested: {why}");
+        return Ok(());
+    }
+
+    // The program, whose bytes the tests compare.
+    cargo(&["build", "--quiet", "--package", "cli"])?;
+    let profiles = target.join("profiles.toml");
+    fs::write(&profiles, profiles_of(&root)?).map_err(|e| format!("{}: {e}", profiles.display()))?;
+    let at_root = |program: &str| {
+        let mut command = Command::new(environment.join("bin").join(program));
+        command.current_dir(&root).env("VIRTUAL_ENV", &environment).env("CARGO_TARGET_DIR", &target);
+        command
+    };
+    let mut build = at_root("maturin");
+    build.args(["develop", "--quiet", "--locked", "--profile", "dev", "--config"]).arg(&profiles);
+    done(&mut build, "maturin develop")?;
+    let mut format = Command::new("cargo");
+    format.args(["fmt", "--check", "--manifest-path", "crates/python/Cargo.toml"]).current_dir(&root);
+    done(&mut format, "cargo fmt --manifest-path crates/python/Cargo.toml")?;
+    let mut tests = at_root("python");
+    tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).args(arguments);
+    done(tests.env("RIST_PROGRAM", target.join("debug/rist")), "pytest")
+}
+
+/// Makes the environment where there is none; says why it cannot be made.
+fn environment_in(environment: &Path) -> Result<(), String> {
+    let complete = environment.join("complete");
+    if fs::read_to_string(&complete).is_ok_and(|text| text == PACKAGES.join(" ")) {
+        return Ok(());
+    }
+    quiet(Command::new("python3").args(["-m", "venv"]).arg(environment), "python3 -m venv")?;
+    let pip = environment.join("bin/python");
+    quiet(Command::new(pip).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES), "pip install")?;
+    fs::write(&complete, PACKAGES.join(" ")).map_err(|e| format!("{}: {e}", complete.display()))
+}
+
+/// The profiles of the workspace: the package stands outside it, and its dependencies are compiled alike.
+fn profiles_of(root: &Path) -> Result<String, String> {
+    let path = root.join("Cargo.toml");
+    let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let (_, profiles) = text.split_once("\n[profile").ok_or("Cargo.toml has no profile")?;
+    Ok(format!("[profile{profiles}"))
+}
+
+fn done(command: &mut Command, what: &str) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{what} failed: {status}")),
+        Err(e) => Err(format!("{what}: {e}")),
+    }
+}
+
+/// Runs a command; the last line of what it says is the reason of a failure.
+fn quiet(command: &mut Command, what: &str) -> Result<(), String> {
+    let out = command.stdin(Stdio::null()).output().map_err(|e| format!("{what}: {e}"))?;
+    let said = String::from_utf8_lossy(&out.stderr).trim().lines().last().unwrap_or("no reason is given").to_string();
+    if out.status.success() { Ok(()) } else { Err(format!("{what}: {said}")) }
+}
