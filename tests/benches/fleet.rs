@@ -1,29 +1,42 @@
-//! What `rist compare` finds in a fleet of 500 robots of which 25 changed: `cargo bench -p tests --bench fleet`.
+//! What `rist compare` finds in fleets of 500 robots of which 25 changed: `cargo bench -p tests --bench fleet`.
 //!
-//! Arguments: robots (500), logs of each (16).
+//! Arguments: model (a path below the repository), robots (500), fleets (10), logs of each robot (16), s of a log (8). A rate
+//! is the mean of the shares of the fleets: what is promised is a mean, and the share of one fleet is of some 26 robots.
 
 use rist::Model;
-use tests::benchmark::fleet::{Fleet, simulate};
-use tests::model_path;
+use tests::benchmark::fleet::{Fleet, Found, simulate};
+use tests::workspace;
 
 fn main() {
-    let words: Vec<usize> = std::env::args().skip(1).filter_map(|w| w.parse().ok()).collect();
-    let robots = words.first().copied().unwrap_or(500);
-    let logs = words.get(1).copied().unwrap_or(16);
-    let model = Model::read(model_path("ur5.urdf")).unwrap_or_else(|e| panic!("{e}"));
-    let fleet = Fleet { robots, changed: robots / 20, logs, seconds: 8.0, reference_logs: 64, seed: 13 };
-    println!("{} of {robots} robots changed, {logs} logs of {} s each", fleet.changed, fleet.seconds);
+    let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
+    let numbers: Vec<usize> = words.iter().filter_map(|w| w.parse().ok()).collect();
+    let number = |k: usize, default: usize| numbers.get(k).copied().unwrap_or(default);
+    let (robots, fleets, logs, seconds) = (number(0, 500), number(1, 10), number(2, 16), number(3, 8));
+    let path = words.iter().find(|w| w.contains('.')).map_or("tests/data/robots/r3g.yaml", String::as_str);
+    let model = Model::read(workspace().join(path)).unwrap_or_else(|e| panic!("{e}"));
+    let changed = robots / 20;
+    println!("{path}: {fleets} fleets, {changed} of {robots} robots changed, {logs} logs of {seconds} s each");
+    let sizes = [2.0, 4.0, 6.0, 8.0, 10.0];
+    let found: Vec<Vec<(f64, Found)>> = (0..fleets as u64)
+        .map(|k| {
+            let seed = 100 + k;
+            let fleet = Fleet { robots, changed, logs, seconds: seconds as f64, reference_logs: 4 * logs, seed };
+            simulate(&model, fleet, &sizes, 0.05)
+        })
+        .collect();
     println!("| deviations | of one log | false robots | power | false parameters | power |");
     println!("|---|---|---|---|---|---|");
-    let sizes = [2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
-    for (size, found) in simulate(&model, fleet, &sizes, 0.05) {
+    for (i, size) in sizes.iter().enumerate() {
+        let mean = |of: fn(&Found) -> f64| {
+            100.0 * found.iter().map(|fleet| of(&fleet[i].1)).sum::<f64>() / found.len().max(1) as f64
+        };
         println!(
             "| {size} | {:.2} | {:.1} % | {:.0} % | {:.1} % | {:.0} % |",
             size / (logs as f64).sqrt(),
-            100.0 * found.false_robots(),
-            100.0 * found.power(),
-            100.0 * found.false_parameters(),
-            100.0 * found.parameter_power()
+            mean(Found::false_robots),
+            mean(Found::power),
+            mean(Found::false_parameters),
+            mean(Found::parameter_power)
         );
     }
 }
