@@ -58,7 +58,20 @@ const ORDERS: [(&str, &[&str]); 11] = [
     ),
     (
         "crates/report",
-        &["number", "scale", "chart", "template", "joints", "motion", "parameters", "experiments", "identification"],
+        &[
+            "number",
+            "scale",
+            "wrap",
+            "chart",
+            "template",
+            "sheet",
+            "robot",
+            "joints",
+            "motion",
+            "parameters",
+            "experiments",
+            "identification",
+        ],
     ),
     (
         "crates/rist",

@@ -75,5 +75,5 @@ pub use simulation::{SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use torque_difference::torque_difference;
 pub use validation::{MOTION_CUTOFF, portrait, predictions, series, validate, validate_experiments};
-pub use verdict::{estimate_verdict, fitted_verdict, validation_verdict};
+pub use verdict::{estimate_verdict, fitted_verdict, predicted_verdict, validation_verdict};
 pub use write_back::{write_mjcf_joints, write_urdf};
