@@ -58,7 +58,20 @@ const ORDERS: [(&str, &[&str]); 11] = [
     ),
     (
         "crates/report",
-        &["number", "scale", "chart", "template", "joints", "motion", "parameters", "experiments", "identification"],
+        &[
+            "number",
+            "scale",
+            "wrap",
+            "chart",
+            "template",
+            "sheet",
+            "robot",
+            "joints",
+            "motion",
+            "parameters",
+            "experiments",
+            "identification",
+        ],
     ),
     (
         "crates/rist",
@@ -142,7 +155,10 @@ const ORDERS: [(&str, &[&str]); 11] = [
 /// Packages without an order, each with the reason.
 const WITHOUT_ORDER: [(&str, &str); 2] = [
     ("generated", "the machine's table of robots takes the macro of the root, and the root the table"),
-    ("crates/python", "the classes of Python name each other: an estimate has its model, and a model takes an estimate"),
+    (
+        "crates/python",
+        "the classes of Python name each other: an estimate has its model, and a model takes an estimate",
+    ),
 ];
 
 /// Package -> packages of this workspace it depends on, in whatever way.

@@ -1,26 +1,39 @@
 //! `rist inspect`: the base parameters, their rules, the counts and the evidence.
 
-use std::fmt::Write;
+use std::io::IsTerminal;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use expr::Count;
 use modeling::Rules;
+use report::sheet::{self, Sheet, Source, geometry};
 use rist::{Model, ModelOptions};
-use robot::JointKind;
+use robot::Robot;
 use robot::format::Angles;
+use robot::value::SymbolId;
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
 
+/// Columns of a text that goes into no terminal.
+const PIPE: usize = 80;
+/// .. and at most: longer lines are hard to read.
+const WIDEST: usize = 120;
+
 /// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
+///
+/// Each base parameter comes with what it means, its rule, and its value where the description has inertials.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// Print JSON instead of text
-    #[arg(long)]
+    /// text is wrapped at the terminal's width, at 80 columns in a pipe; html lets one choose a base parameter or a link
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+
+    /// The same as --format json
+    #[arg(long, conflicts_with = "format")]
     json: bool,
 
     /// Write the rules in the standard parameters alone, however long they are [default: while all of them stay below
@@ -29,17 +42,27 @@ pub struct Arguments {
     expand_rules: bool,
 }
 
+/// The languages of a sheet.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Format {
+    Text,
+    Markdown,
+    Latex,
+    Html,
+    Json,
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     let model = Model::of(robot, &arguments.model.model)?;
     let (robot, derived) = (&model.robot, &model);
     let tilted = Tilted::new(arguments, derived)?;
     let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
-    if arguments.json {
-        print(&(format!("{:#}\n", as_json(derived, &rules, &tilted))))?;
-    } else {
-        print(&(as_text(derived, &rules) + &tilted.text()))?;
-    }
+    let format = if arguments.json { Format::Json } else { arguments.format };
+    print(&match format {
+        Format::Json => format!("{:#}\n", as_json(derived, &rules, &tilted)),
+        _ => shown(&sheet(derived, &rules, &tilted), format),
+    })?;
     let parameters = &derived.parameters;
     if parameters.coincident.is_empty() {
         return Ok(());
@@ -95,32 +118,96 @@ impl Tilted {
         Ok(tilted)
     }
 
-    fn text(&self) -> String {
+    fn sentence(&self) -> Option<String> {
         if self.because.is_empty() {
-            return String::new();
+            return None;
         }
         let because = self.because.join("; ");
         let appear = match &self.appear {
             Ok(appear) => appear,
-            Err(why) => return format!("\nthe angles as given have no clear base parameters ({because}): {why}\n"),
+            Err(why) => return Some(format!("the angles as given have no clear base parameters ({because}): {why}")),
         };
         if appear.is_empty() {
-            return format!("\nwith the angles as given the base parameters are the same ({because})\n");
+            return Some(format!("with the angles as given the base parameters are the same ({because})"));
         }
         let largest = appear.iter().map(|a| a.1).fold(0.0, f64::max);
         let names: Vec<&str> = appear.iter().map(|a| a.0.as_str()).collect();
-        format!(
-            "\n{} more appear only with the angles as given ({because}): {}; they carry {largest:.0e} of the torque\n",
+        Some(format!(
+            "{} more appear only with the angles as given ({because}): {}; they carry {largest:.0e} of the torque",
             names.len(),
             names.join(" ")
-        )
+        ))
     }
+}
+
+/// The sheet of a model.
+fn sheet(derived: &Model, rules: &Rules, tilted: &Tilted) -> Sheet {
+    let described = described(derived);
+    let operations = [
+        ("regressor", derived.standard_regressor.count()),
+        ("base regressor", derived.base_regressor.count()),
+        ("torque", derived.torque.count()),
+    ];
+    let mut sheet = Sheet::new(&Source {
+        robot: &derived.robot,
+        parameters: &derived.parameters,
+        rules,
+        described: described.as_deref(),
+        operations: &operations,
+    });
+    if derived.is_compiled() {
+        sheet.evidence.push("the base regressor is compiled into this program".into());
+    }
+    sheet.evidence.extend(tilted.sentence());
+    sheet
+}
+
+/// The values of the base parameters by the description; `None` without inertials, or where a symbol has no value.
+fn described(derived: &Model) -> Option<Vec<f64>> {
+    let is_open = derived.robot.symbols.iter().any(|s| s.generic);
+    derived.described_parameters().filter(|_| !is_open)
+}
+
+fn shown(sheet: &Sheet, format: Format) -> String {
+    match format {
+        Format::Markdown => report::robot::markdown(sheet),
+        Format::Latex => report::robot::latex(sheet),
+        Format::Html => report::robot::html(sheet),
+        Format::Text | Format::Json => report::robot::text(sheet, width()),
+    }
+}
+
+/// Columns of the terminal that standard output goes to.
+fn width() -> usize {
+    let out = std::io::stdout();
+    let found = out.is_terminal().then(|| terminal_size::terminal_size_of(&out)).flatten();
+    found.map_or(PIPE, |(width, _)| usize::from(width.0).clamp(PIPE / 2, WIDEST))
+}
+
+/// A link with its joint, its frame in that of its antecedent, and its inertials where they are known.
+fn link(robot: &Robot, link: &robot::Link) -> Value {
+    let entry = |(name, text, number): (&str, String, f64)| {
+        let number = if number.is_finite() { json!(number) } else { Value::Null };
+        (name.to_string(), json!({"text": text, "number": number}))
+    };
+    let terms = link.joint.variable.terms.iter();
+    json!({
+        "name": link.name,
+        "joint": link.joint.name,
+        "label": link.label,
+        "antecedent": link.antecedent.map(|id| &robot.link(id).name),
+        "kind": format!("{:?}", link.joint.kind).to_lowercase(),
+        "moves_with": terms.map(|(k, factor)| json!({"coordinate": robot.coordinate_name(*k), "factor": factor})).collect::<Vec<_>>(),
+        "geometry": geometry(robot, link).into_iter().map(entry).collect::<serde_json::Map<_, _>>(),
+        "inertial": link.inertial,
+    })
 }
 
 fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
     let robot = &derived.robot;
     let parameters = &derived.parameters;
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
+    let described = described(derived);
     let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
     // Nested rules have no coefficients in full.
     let base = |(k, b): (usize, &modeling::BaseParameter)| {
@@ -130,16 +217,25 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
             "name": b.name,
             "parameter": name(b.column),
             "rule": rules.base[k],
+            "meaning": parameters.meaning(robot, k),
+            "value": described.as_ref().map(|x| x[k]),
+            "unit": sheet::unit(robot, parameters.standard[b.column]),
             "share": b.share,
             "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
         })
+    };
+    // A symbol without a value is any number.
+    let symbol = |i: usize| match robot.symbols[i].generic {
+        true => Value::Null,
+        false => json!(robot::Value::Symbol(SymbolId(i)).number(&robot.symbols)),
     };
     let rank = &parameters.rank;
     json!({
         "robot": robot.name,
         "source": robot.source,
         "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
-        "links": robot.links.iter().map(|l| json!({"name": l.name, "joint": l.joint.name, "label": l.label})).collect::<Vec<_>>(),
+        "symbols": robot.symbols.iter().enumerate().map(|(i, s)| json!({"name": s.name, "value": symbol(i)})).collect::<Vec<_>>(),
+        "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
         "base": parameters.base.iter().enumerate().map(base).collect::<Vec<_>>(),
         "regrouped": rules.regrouped,
@@ -170,107 +266,4 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
         "compiled": derived.is_compiled(),
         "notes": robot.notes.iter().chain(&robot.snapped).map(|n| json!({"subject": n.subject, "text": n.text})).collect::<Vec<_>>(),
     })
-}
-
-fn as_text(derived: &Model, rules: &Rules) -> String {
-    let robot = &derived.robot;
-    let parameters = &derived.parameters;
-    let name = |c: usize| parameters.standard[c].display(robot).to_string();
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    macro_rules! line {
-        ($($part:tt)*) => {{ let _ = writeln!(text, $($part)*); }};
-    }
-    let loops = match robot.loops.len() {
-        0 => String::new(),
-        n => format!(", {n} loops"),
-    };
-    line!("{}: {} links, {} coordinates{loops}", robot.name, robot.links.len(), robot.n_coordinates());
-    if let Some(source) = &robot.source {
-        line!("source: {source}");
-    }
-    for note in robot.notes.iter().chain(&robot.snapped) {
-        line!("note: {}: {}", note.subject, note.text);
-    }
-    line!();
-    line!("{:<4} {:<24} {:<24} {:<10} {:<8} moves with", "link", "name", "joint", "kind", "label");
-    for (j, link) in robot.links.iter().enumerate() {
-        let kind = match link.joint.kind {
-            JointKind::Revolute => "revolute",
-            JointKind::Prismatic => "prismatic",
-            JointKind::Fixed => "fixed",
-        };
-        let terms: Vec<String> = link
-            .joint
-            .variable
-            .terms
-            .iter()
-            .map(|&(k, c)| {
-                let coordinate = robot.coordinate_name(k);
-                match c {
-                    1.0 => format!("+ {coordinate}"),
-                    -1.0 => format!("- {coordinate}"),
-                    c if c < 0.0 => format!("- {}*{coordinate}", -c),
-                    c => format!("+ {c}*{coordinate}"),
-                }
-            })
-            .collect();
-        let moves = terms.join(" ");
-        let moves = moves.strip_prefix("+ ").unwrap_or(&moves);
-        let moves = if moves.is_empty() { "nothing" } else { moves };
-        line!("{:<4} {:<24} {:<24} {:<10} {:<8} {moves}", j + 1, link.name, link.joint.name, kind, link.label);
-    }
-    line!();
-    line!("{} base parameters of {} standard ones:", parameters.len(), parameters.standard.len());
-    for (b, rule) in parameters.base.iter().zip(&rules.base) {
-        let rule = if b.terms.len() > 1 { rule.as_str() } else { "" };
-        line!("  {:<10} {rule}", b.name);
-    }
-    if !rules.regrouped.is_empty() {
-        line!("with these regrouped parameters, which are no base parameters:");
-        rules.regrouped.iter().for_each(|rule| line!("  {rule}"));
-    }
-    if !parameters.no_effect.is_empty() {
-        let names: Vec<String> = parameters.no_effect.iter().map(|&c| name(c)).collect();
-        line!("{} without effect: {}", names.len(), names.join(" "));
-    }
-    let rank = &parameters.rank;
-    line!();
-    let certificate = match rank.exact {
-        Some(exact) if exact == rank.numeric => {
-            format!("rank {exact}, exact: the same columns are independent in a finite field.")
-        }
-        Some(exact) => {
-            format!("rank {} at these numbers, {exact} for robots of this structure in general.", rank.numeric)
-        }
-        None => format!("rank {}, numeric: the loops are closed by a search.", rank.numeric),
-    };
-    line!(
-        "{certificate} In numbers, every kept column stands {:.1e} or more out of the span of those before it, every \
-         dropped one {:.1e} or less",
-        rank.smallest_kept,
-        rank.largest_dropped
-    );
-    match rank.numeric_relations {
-        0 => line!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
-        n => line!(
-            "{} relations between columns are proven in the robot's symbols; {n} hold only for these numbers",
-            rank.exact_relations
-        ),
-    }
-    line!();
-    line!("operations a call       mul    add  sin_cos");
-    let counts = [
-        ("regressor", &derived.standard_regressor),
-        ("base regressor", &derived.base_regressor),
-        ("torque", &derived.torque),
-    ];
-    for (name, function) in counts {
-        let c = function.count();
-        line!("  {name:<18} {:>6} {:>6} {:>8}", c.mul, c.add, c.sin_cos);
-    }
-    if derived.is_compiled() {
-        line!("the base regressor is compiled into this program");
-    }
-    text
 }

@@ -71,8 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => None,
     };
     let drawn = match (&model, &estimate) {
-        (Some(model), Some(estimate)) => drawn(arguments, model, estimate)?,
-        (None, Some(estimate)) => Drawn { verdict: Some(rist::estimate_verdict(estimate)), portrait: None },
+        (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(arguments, model, estimate)?,
+        (_, Some(estimate)) => {
+            let predicted = validation.as_ref().map(|validation| validation.total);
+            Drawn { verdict: Some(rist::predicted_verdict(estimate, predicted)), portrait: None }
+        }
         _ => Drawn { verdict: None, portrait: None },
     };
     let command = command();

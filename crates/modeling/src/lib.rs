@@ -17,6 +17,7 @@ mod robot_module;
 
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
 pub use base::evidence::{Rank, UnclearRank};
+pub use base::meaning::standard_meaning;
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
 pub use dynamics::pose::LinkFrame;

@@ -2,6 +2,7 @@
 //!
 //! [`identification::Page`] tells an identification: its verdict, what each joint's torque is made of and what is left of
 //! it, the parameters with their meaning, the motion against the limits, the plan and the validation where there are some.
+//! [`robot`] shows a description: links, base parameters, where the ten numbers of each link went.
 //! The text stands in `templates/`; charts are SVG of our own ([`chart`]). A page changes with nothing but its content: no
 //! clock is read, the date is what the caller gives.
 
@@ -14,5 +15,8 @@ mod joints;
 mod motion;
 pub mod number;
 mod parameters;
+pub mod robot;
 pub mod scale;
+pub mod sheet;
 mod template;
+pub mod wrap;

@@ -39,7 +39,7 @@ impl Scale {
         if self.is_logarithmic {
             return self.decades();
         }
-        let rough = (self.high - self.low) / 4.0;
+        let rough = (self.high - self.low) / 5.0;
         let power = 10f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0].into_iter().map(|f| f * power).find(|s| *s >= rough).unwrap_or(10.0 * power);
         let first = (self.low / step).ceil();
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         let scale = Scale::linear([0.0, 1.0].into_iter(), 0.0);
-        assert_eq!(texts(scale), ["0.0", "0.5", "1.0"].map(|t| if t == "0.0" { "0".into() } else { t.to_string() }));
+        assert_eq!(texts(scale), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(texts(Scale::linear([-7.3, 12.9].into_iter(), 0.0)), ["-5", "0", "5", "10"]);
         assert!(texts(Scale::linear([1e-7, 3e-7].into_iter(), 0.0)).iter().all(|t| t.contains("e-7")));
         assert_eq!(texts(Scale::logarithmic([0.03, 20.0].into_iter(), true)), ["0.01", "0.1", "1", "10", "100"]);

@@ -2,20 +2,67 @@
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
-use minijinja::{Environment, UndefinedBehavior};
+use minijinja::{AutoEscape, Environment, UndefinedBehavior};
 use serde::Serialize;
 
 /// A page from its template and its content. Text of the content is escaped, but for what is marked as safe there.
 pub fn rendered(template: &str, content: impl Serialize) -> String {
+    let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
+    environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
+}
+
+/// The same without escapes: Markdown, and LaTeX with its own filters `tex` and `tex_rule`.
+pub fn plain(template: &str, content: impl Serialize) -> String {
+    let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
+    environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
+}
+
+fn environment(escape: AutoEscape) -> Environment<'static> {
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     // The template's indentation and lines of tags are not the page's.
     if let Ok(syntax) = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build() {
         environment.set_syntax(syntax);
     }
-    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
-    match environment.render_str(template, Serde(content)) {
-        Ok(text) => text,
-        Err(e) => format!("<!doctype html><p>this page could not be made: {e:#}</p>\n"),
+    environment.set_auto_escape_callback(move |_| escape.clone());
+    environment.add_filter("tex", |text: String| tex(&text));
+    environment.add_filter("tex_rule", |text: String| tex_rule(&text));
+    environment
+}
+
+/// Letters that LaTeX takes for its own.
+fn tex(text: &str) -> String {
+    let escaped = |c: char| match c {
+        '_' | '%' | '&' | '#' | '$' | '{' | '}' => format!("\\{c}"),
+        '^' => "\\^{}".into(),
+        '\\' => "\\textbackslash{}".into(),
+        c => c.to_string(),
+    };
+    text.chars().map(escaped).collect()
+}
+
+/// A rule as mathematics: products by thin blanks, functions upright, breaks after plus and minus.
+fn tex_rule(rule: &str) -> String {
+    if rule.is_empty() {
+        return String::new();
+    }
+    let text = tex(rule).replace("\\^{}", "^").replace('*', "\\,").replace("sin(", "\\sin(").replace("cos(", "\\cos(");
+    format!("${}$", text.replace(" + ", " +\\allowbreak ").replace(" - ", " -\\allowbreak "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_are_mathematics() {
+        assert_eq!(tex_rule("XXR1 = XX1 - L1^2*M2"), "$XXR1 = XX1 -\\allowbreak L1^2\\,M2$");
+        assert_eq!(tex("a_b 50 %"), "a\\_b 50 \\%");
+    }
+
+    #[test]
+    fn what_is_not_there_is_said() {
+        assert!(rendered("{{ nothing }}", ()).contains("could not be made"));
+        assert!(plain("{{ nothing }}", ()).contains("could not be made"));
     }
 }

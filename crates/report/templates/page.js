@@ -9,7 +9,7 @@
       heads.forEach(head => head.removeAttribute("aria-sort"));
       rows.forEach(row => home.get(row).append(row));
     };
-    heads.forEach(head => head.querySelector("button").addEventListener("click", () => {
+    const sort = head => {
       const key = head.dataset.key;
       const up = head.getAttribute("aria-sort") === "descending" || (key === "name" && !head.hasAttribute("aria-sort"));
       heads.forEach(other => other.removeAttribute("aria-sort"));
@@ -21,7 +21,12 @@
       table.classList.add("sorted");
       const body = table.tBodies[0];
       [...rows].sort((a, b) => (up ? 1 : -1) * order(a, b)).forEach(row => body.append(row));
-    }));
+    };
+    heads.forEach(head => {
+      const button = head.querySelector("[role=button]");
+      button.addEventListener("click", () => sort(head));
+      button.addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); sort(head); } });
+    });
     document.getElementById("by-link").addEventListener("click", byLink);
   }
   const opened = [];

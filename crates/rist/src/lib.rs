@@ -87,5 +87,5 @@ pub use simulation::{Motions, SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};
 pub use torque_difference::torque_difference;
 pub use validation::{MOTION_CUTOFF, portrait, predicted_torques, predictions, validate, validate_experiments};
-pub use verdict::{estimate_verdict, fitted_verdict, validation_verdict};
+pub use verdict::{estimate_verdict, fitted_verdict, predicted_verdict, validation_verdict};
 pub use write_back::{write_mjcf_joints, write_urdf};

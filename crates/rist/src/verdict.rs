@@ -16,13 +16,18 @@ use crate::model::Model;
 
 /// Whether to trust an estimate by what it says of itself; [`crate::Identification::verdict`] knows more.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
+    predicted_verdict(estimate, None)
+}
+
+/// The same with the error on motions that it was not made from, where there are some.
+pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
     Verdict::of(&Evidence {
         estimate,
         passport: None,
         described: None,
         total: estimate.total,
         held_out: estimate.cross_validation,
-        predicted: None,
+        predicted,
         bodies: None,
     })
 }

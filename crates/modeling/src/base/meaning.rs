@@ -13,7 +13,7 @@ impl BaseParameters {
     pub fn meaning(&self, robot: &Robot, k: usize) -> String {
         let base = &self.base[k];
         let own = self.standard[base.column];
-        let mut text = plain(robot, own);
+        let mut text = standard_meaning(robot, own);
         let others: Vec<(StandardParameter, f64)> =
             base.terms.iter().skip(1).map(|t| (self.standard[t.parameter], t.coefficient)).collect();
         let same = others.iter().filter(|(p, _)| p.link == own.link);
@@ -33,7 +33,7 @@ impl BaseParameters {
 }
 
 /// What a standard parameter is: `moment of inertia of forearm about x`.
-pub(crate) fn plain(robot: &Robot, parameter: StandardParameter) -> String {
+pub fn standard_meaning(robot: &Robot, parameter: StandardParameter) -> String {
     let link = called(robot, parameter.link);
     match parameter.inertial {
         Inertial::M => format!("mass of {link}"),
