@@ -27,6 +27,7 @@ fn every_example_runs() {
         ("computed_torque", "after 2 s the joints are at"),
         ("plan_and_validate", "race: 3 of 275 experiments"),
         ("convert_and_write_back", "name: ur5"),
+        ("description_and_estimate", "<svg"),
     ];
     let folder = workspace().join("crates/rist/examples");
     let files = std::fs::read_dir(folder).unwrap().filter_map(|entry| entry.unwrap().file_name().into_string().ok());
@@ -36,6 +37,12 @@ fn every_example_runs() {
         let out = run(example);
         assert!(out.contains(text), "{example}: no `{text}` in {out}");
     }
+}
+
+#[test]
+fn the_picture_of_the_readme_is_what_its_example_draws() {
+    let picture = std::fs::read_to_string(workspace().join("docs/ur5/torque.svg")).unwrap();
+    assert!(run("description_and_estimate") == picture, "docs/ur5/torque.svg is stale: draw it again");
 }
 
 #[test]

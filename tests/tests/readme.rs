@@ -1,4 +1,4 @@
-//! README.md, docs/tutorial.md and docs/how-to/fleet.md show what the program prints.
+//! README.md, docs/tutorial.md, docs/how-to/fleet.md and docs/ur5/README.md show what the program prints.
 //!
 //! In a block of the kind `console`, a line `$ rist ..` is run, and the lines below it, to the next such line or the
 //! end of the block, are its output; `...` alone on a line stands for any lines. The README's commands run at the
@@ -69,6 +69,17 @@ fn holds(page: &str, folder: &Path) {
 #[test]
 fn the_transcript_of_the_readme_is_what_rist_prints() {
     holds("README.md", &workspace());
+}
+
+#[test]
+fn the_logs_that_ship_are_what_the_simulator_writes() {
+    holds("docs/ur5/README.md", &workspace());
+    for (made, ships) in [("target/ur5_log", "log.csv"), ("target/ur5_other", "other.csv")] {
+        let [made, ships] =
+            [workspace().join(made).join("motion_loaded.csv"), workspace().join("docs/ur5").join(ships)];
+        let [made, text] = [&made, &ships].map(|file| std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{e}")));
+        assert!(made == text, "{} is not what `rist simulate` writes", ships.display());
+    }
 }
 
 /// Writes the files of a page into a folder.

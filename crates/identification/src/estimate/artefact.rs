@@ -5,7 +5,6 @@ use std::fmt;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
@@ -159,7 +158,6 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::directions::Direction;
     use crate::estimate::identified::Deviations;
     use crate::model::unit::Unit;
 

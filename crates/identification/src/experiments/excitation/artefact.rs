@@ -138,10 +138,10 @@ impl fmt::Display for ExcitingMotion {
         let duration = 2.0 * self.blend_s + self.repetitions as f64 * self.period_s;
         writeln!(
             f,
-            "{}: {harmonics} harmonics of {:.4} Hz, {} periods of {} s between blends of {} s: {duration} s at {} Hz",
+            "{}: {harmonics} harmonics of {:.4} Hz, {} of {} s between blends of {} s: {duration} s at {} Hz",
             self.model.name,
             1.0 / self.period_s,
-            self.repetitions,
+            if self.repetitions == 1 { "1 period".into() } else { format!("{} periods", self.repetitions) },
             self.period_s,
             self.blend_s,
             self.rate_hz
