@@ -1,4 +1,4 @@
-//! `rist.Estimate` and `rist.Verdict`.
+//! `rist.Estimate`.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,69 +19,8 @@ use crate::html;
 use crate::logs::{logs, open};
 use crate::model::Model;
 use crate::validation::Validation;
+use crate::verdict::Verdict;
 use crate::work::work;
-
-/// Whether to trust a result: `trust` is "yes", "with care" or "no".
-#[pyclass(frozen, module = "rist")]
-pub struct Verdict {
-    pub inner: rist::Verdict,
-}
-
-#[pymethods]
-impl Verdict {
-    /// "yes", "with care" or "no".
-    #[getter]
-    fn trust(&self) -> &'static str {
-        match self.inner.trust {
-            Trust::Yes => "yes",
-            Trust::WithCare => "with care",
-            Trust::No => "no",
-        }
-    }
-
-    /// What was found.
-    #[getter]
-    fn found(&self) -> &str {
-        &self.inner.found
-    }
-
-    /// Why, the weightiest reason first.
-    #[getter]
-    fn reasons(&self) -> Vec<String> {
-        self.inner.reasons.clone()
-    }
-
-    /// What to do now.
-    #[getter]
-    fn next(&self) -> &str {
-        &self.inner.next
-    }
-
-    fn __repr__(&self) -> String {
-        self.inner.to_string()
-    }
-
-    fn _repr_html_(&self) -> String {
-        html::text(&self.inner.to_string())
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String, Vec<String>, String))> {
-        let of =
-            (self.trust().to_string(), self.inner.found.clone(), self.inner.reasons.clone(), self.inner.next.clone());
-        Ok((py.import("rist")?.getattr("_verdict")?, of))
-    }
-}
-
-/// What a pickle of a verdict calls.
-#[pyfunction]
-pub fn _verdict(trust: &str, found: String, reasons: Vec<String>, next: String) -> Verdict {
-    let trust = match trust {
-        "yes" => Trust::Yes,
-        "with care" => Trust::WithCare,
-        _ => Trust::No,
-    };
-    Verdict { inner: rist::Verdict { trust, found, reasons, next } }
-}
 
 /// Identified parameters with their deviations, the residuals they leave, and what the data cannot tell.
 ///

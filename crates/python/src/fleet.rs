@@ -53,7 +53,9 @@ impl Accumulator {
         let given = Keywords::new("Accumulator", &OPTIONS, options)?;
         let inner = &model.get().inner;
         if let Some(name) = ["delay", "friction"].into_iter().find(|name| is_auto(&given, name)) {
-            return Err(error(format_args!("Accumulator: {name}='auto' needs the rows twice: identify finds it on some of the logs")));
+            return Err(error(format_args!(
+                "Accumulator: {name}='auto' needs the rows twice: identify finds it on some of the logs"
+            )));
         }
         let options = options_of_samples(&given, inner)?;
         if options.signal.order > 0 && options.signal.cutoff.is_none() {

@@ -6,6 +6,7 @@
 mod arrays;
 mod arrow;
 mod artefact;
+mod base_parameters;
 mod error;
 mod estimate;
 mod experiments;
@@ -16,6 +17,7 @@ mod keywords;
 mod logs;
 mod model;
 mod validation;
+mod verdict;
 mod work;
 
 use pyo3::prelude::*;
@@ -28,9 +30,11 @@ use pyo3::prelude::*;
 #[pymodule(name = "_rist")]
 mod module {
     #[pymodule_export]
+    use crate::base_parameters::BaseParameters;
+    #[pymodule_export]
     use crate::error::Error;
     #[pymodule_export]
-    use crate::estimate::{_estimate, _verdict, Estimate, Verdict};
+    use crate::estimate::{_estimate, Estimate};
     #[pymodule_export]
     use crate::experiments::{ExcitingMotion, ExperimentPlan, check, excite, plan, simulate};
     #[pymodule_export]
@@ -38,9 +42,11 @@ mod module {
     #[pymodule_export]
     use crate::identify::{Passport, doctor, identify};
     #[pymodule_export]
-    use crate::model::{_model, BaseParameters, Model};
+    use crate::model::{_model, Model};
     #[pymodule_export]
     use crate::validation::{Validation, validate};
+    #[pymodule_export]
+    use crate::verdict::{_verdict, Verdict};
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]

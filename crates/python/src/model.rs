@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use identification::model::parameter::Parameter;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -11,6 +10,7 @@ use rist::{Evaluation, Language, ManyStates, ModelOptions, Quantity, RotorInerti
 use robot::format::{Angles, Mimic};
 
 use crate::arrays::{Rows, States, array, empty};
+use crate::base_parameters::{BaseParameters, standard_names};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::html;
@@ -224,7 +224,7 @@ impl Model {
     /// The p base parameters, with names, rules and matrix.
     #[getter]
     fn base_parameters(&self) -> BaseParameters {
-        BaseParameters { model: Arc::clone(&self.inner) }
+        BaseParameters::of(Arc::clone(&self.inner))
     }
 
     /// Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each
@@ -372,61 +372,4 @@ impl Model {
 #[pyfunction]
 pub fn _model(py: Python<'_>, path: PathBuf, text: String, options: &Bound<'_, PyDict>) -> PyResult<Model> {
     Model::derive(py, text, path, self::options("Model", Some(options))?)
-}
-
-fn standard_names(model: &rist::Model) -> Vec<String> {
-    model.parameters.standard.iter().map(|s| s.display(&model.robot).to_string()).collect()
-}
-
-/// The least set of parameters on which the torques depend.
-#[pyclass(frozen, module = "rist")]
-pub struct BaseParameters {
-    model: Arc<rist::Model>,
-}
-
-#[pymethods]
-impl BaseParameters {
-    /// p names, in the order of the columns of `base_regressor`.
-    #[getter]
-    fn names(&self) -> Vec<String> {
-        self.model.parameters.base.iter().map(|b| b.name.clone()).collect()
-    }
-
-    /// SI units, one a parameter.
-    #[getter]
-    fn units(&self) -> Vec<String> {
-        self.model.regressor().parameters().iter().map(|base| Parameter::from(base).unit().to_string()).collect()
-    }
-
-    /// How each follows from the standard parameters, exact in the symbols of the description: "ZZR1 = ZZ1 + IA1 + ..".
-    #[getter]
-    fn rules(&self) -> Vec<String> {
-        self.model.parameters.rules().base
-    }
-
-    /// Standard parameters without effect on the torques, by name.
-    #[getter]
-    fn no_effect(&self) -> Vec<String> {
-        let names = standard_names(&self.model);
-        self.model.parameters.no_effect.iter().map(|&k| names[k].clone()).collect()
-    }
-
-    /// K, shape (p, p_s): X_base = K X_standard.
-    #[getter]
-    fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (base, columns) = (&self.model.parameters.base, self.model.parameters.standard.len());
-        let mut numbers = vec![0.0; base.len() * columns];
-        for (k, b) in base.iter().enumerate() {
-            b.terms.iter().for_each(|t| numbers[k * columns + t.parameter] = t.coefficient);
-        }
-        array(py, &[base.len(), columns], &numbers)
-    }
-
-    fn __len__(&self) -> usize {
-        self.model.parameters.len()
-    }
-
-    fn __repr__(&self) -> String {
-        self.model.parameters.rule_lines().join("\n")
-    }
 }

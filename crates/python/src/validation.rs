@@ -8,11 +8,12 @@ use rist::MOTION_CUTOFF;
 
 use crate::artefact::artefact;
 use crate::error::{OrError, error};
-use crate::estimate::{Estimate, Verdict};
+use crate::estimate::Estimate;
 use crate::experiments::gains;
 use crate::keywords::Keywords;
 use crate::logs::{logs, open};
 use crate::model::Model;
+use crate::verdict::Verdict;
 use crate::work::work;
 
 artefact! {

@@ -1,5 +1,7 @@
 """The code of docs/how-to/python.md and of the examples runs."""
 
+import ast
+import inspect
 import re
 import runpy
 import shutil
@@ -26,17 +28,27 @@ def test_the_notebook_runs(tmp_path, monkeypatch, recwarn):
     assert names["validation"].total < 0.1
 
 
+def arguments_of(stub):
+    found = stub.args
+    return [a.arg for a in (*found.posonlyargs, *found.args, *found.kwonlyargs) if a.arg != "self"]
+
+
 def test_every_name_has_its_stub():
-    """What the stubs say is there, and what is there has its stub."""
-    text = (ROOT / "crates/python/python/rist/__init__.pyi").read_text()
-    for name in (name for name in vars(rist) if not name.startswith("_")):
-        thing = getattr(rist, name)
-        if isinstance(thing, type):
-            part = re.search(rf"^class {name}\b.*?(?=^class |^def )", text, re.MULTILINE | re.DOTALL).group(0)
-            members = {m for m in vars(thing) if not m.startswith("_")}
-            assert members == {m for m in re.findall(r"def (\w+)", part) if not m.startswith("_")}, name
-        elif callable(thing):
-            found = re.search(rf"^def {name}\((.*?)^?\) ->", text, re.MULTILINE | re.DOTALL).group(1)
-            stubs = re.findall(r"(\w+):", found)
-            signature = thing.__text_signature__
-            assert stubs == re.findall(r"(\w+)(?=[,=)])(?!')", re.sub(r"='[^']*'|=\([^)]*\)|=[\w.]+", "", signature)), name
+    """What the stubs say is there, with these arguments, and what is there has its stub."""
+    stubs = ast.parse((ROOT / "crates/python/python/rist/__init__.pyi").read_text()).body
+    classes = {node.name: node for node in stubs if isinstance(node, ast.ClassDef)}
+    functions = {node.name: node for node in stubs if isinstance(node, ast.FunctionDef)}
+    names = {name for name in vars(rist) if not name.startswith("_")}
+    # Frame is a protocol for the reader of the stubs.
+    assert names == (set(classes) | set(functions)) - {"Frame"}
+    for name, stub in functions.items():
+        assert list(inspect.signature(getattr(rist, name)).parameters) == arguments_of(stub), name
+    for name in names & set(classes):
+        members = {m: value for m, value in vars(getattr(rist, name)).items() if not m.startswith("_")}
+        methods = {node.name: node for node in classes[name].body if isinstance(node, ast.FunctionDef)}
+        methods = {m: node for m, node in methods.items() if not m.startswith("_")}
+        assert set(members) == set(methods), name
+        for method, stub in methods.items():
+            if not any(getattr(d, "id", "") == "property" for d in stub.decorator_list):
+                found = list(inspect.signature(getattr(getattr(rist, name), method)).parameters)
+                assert [x for x in found if x != "self"] == arguments_of(stub), f"{name}.{method}"

@@ -1,0 +1,62 @@
+"""W of a million Panda states: rist from Python, the library alone, and Pinocchio's loop, in one run.
+
+python observation_matrix.py RUST_EXAMPLE RIST_PROGRAM [STATES]
+"""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+import rist
+
+MODEL = pathlib.Path(__file__).resolve().parents[3] / "models/panda.yaml"
+
+
+def best(call, runs=3):
+    seconds = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        call()
+        seconds.append(time.perf_counter() - start)
+    return min(seconds)
+
+
+def pinocchio_loop(program, q, dq, ddq):
+    """Seconds a state of computeJointTorqueRegressor in a loop, its results copied into one array."""
+    import pinocchio
+
+    with tempfile.TemporaryDirectory() as folder:
+        urdf = pathlib.Path(folder) / "panda.urdf"
+        urdf.write_text(subprocess.run([program, "convert", MODEL, "--to", "urdf"], check=True, capture_output=True, text=True).stdout)
+        model = pinocchio.buildModelFromUrdf(str(urdf))
+    data, n = model.createData(), model.nv
+    w = np.empty((len(q), n, 10 * n))
+
+    def loop():
+        for k in range(len(q)):
+            w[k] = pinocchio.computeJointTorqueRegressor(model, data, q[k], dq[k], ddq[k])
+
+    return best(loop) / len(q)
+
+
+def main(rust, program, count=1_000_000):
+    model = rist.Model.read(MODEL)
+    states = np.random.default_rng(1).normal(size=(3, int(count), 7))
+    rows = [("the library", float(subprocess.run([rust, MODEL, str(count)], check=True, capture_output=True, text=True).stdout))]
+    rows.append(("rist.Model.base_regressor", best(lambda: model.base_regressor(*states))))
+    rows.append(("rist.Model.regressor (standard, by tape)", best(lambda: model.regressor(*states), 1)))
+    try:
+        few = states[:, : int(count) // 20]
+        rows.append(("Pinocchio's loop (standard)", pinocchio_loop(program, *few) * int(count)))
+    except ImportError:
+        print("Pinocchio is not installed (pip install pin)")
+    for what, seconds in rows:
+        print(f"{what:<42} {seconds:8.3f} s  {seconds / rows[0][1]:6.2f}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

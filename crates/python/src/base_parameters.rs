@@ -1,0 +1,74 @@
+//! `rist.BaseParameters`.
+
+use std::sync::Arc;
+
+use identification::model::parameter::Parameter;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+use crate::arrays::array;
+
+/// Names of the standard parameters, in the order of their columns.
+pub fn standard_names(model: &rist::Model) -> Vec<String> {
+    model.parameters.standard.iter().map(|s| s.display(&model.robot).to_string()).collect()
+}
+
+/// The least set of parameters on which the torques depend.
+#[pyclass(frozen, module = "rist")]
+pub struct BaseParameters {
+    model: Arc<rist::Model>,
+}
+
+impl BaseParameters {
+    /// Those of a model.
+    pub fn of(model: Arc<rist::Model>) -> BaseParameters {
+        BaseParameters { model }
+    }
+}
+
+#[pymethods]
+impl BaseParameters {
+    /// p names, in the order of the columns of `base_regressor`.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.model.parameters.base.iter().map(|b| b.name.clone()).collect()
+    }
+
+    /// SI units, one a parameter.
+    #[getter]
+    fn units(&self) -> Vec<String> {
+        self.model.regressor().parameters().iter().map(|base| Parameter::from(base).unit().to_string()).collect()
+    }
+
+    /// How each follows from the standard parameters, exact in the symbols of the description: "ZZR1 = ZZ1 + IA1 + ..".
+    #[getter]
+    fn rules(&self) -> Vec<String> {
+        self.model.parameters.rules().base
+    }
+
+    /// Standard parameters without effect on the torques, by name.
+    #[getter]
+    fn no_effect(&self) -> Vec<String> {
+        let names = standard_names(&self.model);
+        self.model.parameters.no_effect.iter().map(|&k| names[k].clone()).collect()
+    }
+
+    /// K, shape (p, p_s): X_base = K X_standard.
+    #[getter]
+    fn matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let (base, columns) = (&self.model.parameters.base, self.model.parameters.standard.len());
+        let mut numbers = vec![0.0; base.len() * columns];
+        for (k, b) in base.iter().enumerate() {
+            b.terms.iter().for_each(|t| numbers[k * columns + t.parameter] = t.coefficient);
+        }
+        array(py, &[base.len(), columns], &numbers)
+    }
+
+    fn __len__(&self) -> usize {
+        self.model.parameters.len()
+    }
+
+    fn __repr__(&self) -> String {
+        self.model.parameters.rule_lines().join("\n")
+    }
+}
