@@ -50,9 +50,7 @@ fn friction_is_told_by_a_velocity_of_its_own() {
     let (log, truth) = (robot.log(Truth::Tanh, 1), robot.truth());
     let (options, fit) = smooth(&log, &robot);
     // tanh of nearly that width, or a sign less what is missing below it.
-    let is_narrow = |term: &FrictionTerm| {
-        matches!(term, FrictionTerm::SmoothCoulomb(speed) | FrictionTerm::Stribeck(speed) if *speed < 0.01)
-    };
+    let is_narrow = |term: &FrictionTerm| matches!(term, FrictionTerm::SmoothCoulomb(speed) | FrictionTerm::Stribeck(speed) if *speed < 0.01);
     assert!(options.friction.iter().any(is_narrow), "{:?}", options.friction);
     // The noise leaves 0.0022; friction filtered after its sign was taken 0.02.
     assert!(fit.estimate.total < 0.004, "{}", fit.estimate.total);
