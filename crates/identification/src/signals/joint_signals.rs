@@ -89,10 +89,10 @@ impl<'a> JointSignals<'a> {
             check_velocity(&self.log.name, &self.log.coordinates, &t, &self.q, dq, period)?;
         }
         let content = content.cloned().unwrap_or_else(|| cutoff::rule(&self.q, period));
-        let filters =
-            Filters::new(signal, content.cutoff, period).map_err(|message| Error::at(&self.log.name, 0, message))?;
-        let decimate = signal.decimation(filters.cutoff, period);
         let differentiated = self.dq.is_none() || signal.velocity == Velocity::Differentiated;
+        let filters = Filters::new(signal, content.cutoff, period, differentiated)
+            .map_err(|message| Error::at(&self.log.name, 0, message))?;
+        let decimate = signal.decimation(filters.cutoff, period);
         let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(self.log, &t, border, signal.window, decimate);
         let (log, n) = (self.log, self.log.coordinates.len());
@@ -146,6 +146,10 @@ impl Pass {
     }
 }
 
+/// Share of the rate up to which the slope of positions tells a reversal: the noise of a slope grows with the power 3/2 of
+/// its cut-off, and beyond this the steps of an encoder turn the sign over many times.
+const FASTEST_SLOPE: f64 = 0.2;
+
 /// The low-passes of a log.
 struct Filters {
     /// Of positions and velocities.
@@ -160,14 +164,17 @@ struct Filters {
 }
 
 impl Filters {
-    /// `rule`: the cut-off where the options name none, Hz.
-    fn new(signal: &Signal, rule: f64, period: f64) -> Result<Filters, String> {
+    /// `rule`: the cut-off where the options name none, Hz; `differentiated`: the velocity is the slope of positions.
+    fn new(signal: &Signal, rule: f64, period: f64, differentiated: bool) -> Result<Filters, String> {
         let cutoff = if signal.order == 0 { 0.0 } else { signal.cutoff.unwrap_or(rule) };
         let effort_cutoff = if signal.order == 0 { 0.0 } else { signal.effort_cutoff.unwrap_or(cutoff) };
         let pass = |cutoff: f64| Pass::new(signal.order, cutoff, period);
         let (motion, effort) = (pass(cutoff)?, pass(effort_cutoff)?);
+        let wide = signal.reversal_cutoff.unwrap_or_else(|| match differentiated {
+            true => (REVERSAL * effort_cutoff).min(FASTEST_SLOPE / period).max(effort_cutoff),
+            false => REVERSAL * effort_cutoff,
+        });
         // Where the rate does not allow for it, the velocity stays as it was measured.
-        let wide = signal.reversal_cutoff.unwrap_or(REVERSAL * effort_cutoff);
         let reversal = if wide < 0.45 / period { pass(wide)? } else { Pass(None) };
         Ok(Filters { motion, effort, reversal, cutoff, effort_cutoff })
     }

@@ -112,7 +112,7 @@ fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<
         if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > NO_ANGLE) {
             let (row, name) = (log.rows.get(r).copied().unwrap_or(0), &log.coordinates[k]);
             let message = format!(
-                "row {row}: {name} is at {angle:.1} rad, more than a thousand turns, where the angle of a joint in rad is \
+                "row {row}: {name} is at {angle:.4e} rad, more than a thousand turns, where the angle of a joint in rad is \
                  expected: these are probably counts of an encoder; divide the column by the counts of a radian of the \
                  joint, and where a joint does turn so far subtract whole turns"
             );
