@@ -239,7 +239,8 @@ fn groups(source: &Source) -> Vec<Group> {
             name: base.name.clone(),
             meaning: parameters.meaning(robot, k),
             rule: if base.terms.len() > 1 { rules.base[k].clone() } else { String::new() },
-            value: described.map_or(String::new(), |x| format!("{} {}", trimmed(&significant(x[k], 4)), unit(robot, own))),
+            value: described
+                .map_or(String::new(), |x| format!("{} {}", trimmed(&significant(x[k], 4)), unit(robot, own))),
             absorbed: base.terms.iter().map(absorbed).collect(),
         };
         let title = title(robot, own.link);
