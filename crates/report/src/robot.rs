@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::sheet::Sheet;
 use crate::template::{plain, rendered};
-use crate::wrap::{Column, table, wrapped};
+use crate::wrap::{table, wrapped};
 
 /// Text for a terminal of `width` columns.
 pub fn text(sheet: &Sheet, width: usize) -> String {
@@ -31,8 +31,7 @@ pub fn text(sheet: &Sheet, width: usize) -> String {
             l.frame.clone(),
         ]
     };
-    let columns = heads.map(|head| Column { head });
-    s += &table(&columns, &sheet.links.iter().map(row).collect::<Vec<_>>(), width);
+    s += &table(&heads, &sheet.links.iter().map(row).collect::<Vec<_>>(), width);
     s += "\n";
     let _ = writeln!(s, "{}:", sheet.count);
     for group in &sheet.groups {

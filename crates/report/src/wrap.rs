@@ -44,24 +44,28 @@ pub struct Column {
     pub head: &'static str,
 }
 
-/// A table of left-aligned columns; the last is wrapped within `width`.
-pub fn table(columns: &[Column], rows: &[Vec<String>], width: usize) -> String {
+/// Indent of a last column that stands below its row.
+const BELOW: usize = 6;
+
+/// A table of left-aligned columns. Where it does not fit into `width`, the last column stands below the others.
+pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
     let wide = |c: usize| {
         let cells = rows.iter().map(|row| row[c].chars().count());
-        cells.chain([columns[c].head.chars().count()]).max().unwrap_or(0)
+        cells.chain([heads[c].chars().count()]).max().unwrap_or(0)
     };
-    let widths: Vec<usize> = (0..columns.len()).map(wide).collect();
-    let before: usize = widths.iter().rev().skip(1).map(|w| w + 2).sum();
-    let line = |cells: &mut dyn Iterator<Item = &str>| {
-        let mut text = String::new();
-        for (cell, w) in cells.zip(&widths) {
-            let _ = write!(text, "{cell:<w$}  ");
+    let widths: Vec<usize> = (0..heads.len()).map(wide).collect();
+    let total: usize = widths.iter().map(|w| w + 2).sum();
+    let beside = if total <= width + 2 { heads.len() } else { heads.len().saturating_sub(1) };
+    let line = |cells: &[&str]| {
+        let padded = cells[..beside].iter().zip(&widths).map(|(cell, w)| format!("{cell:<w$}  "));
+        let mut text = padded.collect::<String>().trim_end().to_string() + "\n";
+        for cell in cells[beside..].iter().filter(|cell| !cell.is_empty()) {
+            text += &wrapped(cell, BELOW, BELOW + 2, width);
         }
-        wrapped(text.trim_end(), 0, before.min(width / 2), width)
+        text
     };
-    let mut s = line(&mut columns.iter().map(|c| c.head));
-    rows.iter().for_each(|row| s += &line(&mut row.iter().map(String::as_str)));
-    s
+    let rows = rows.iter().map(|row| line(&row.iter().map(String::as_str).collect::<Vec<_>>()));
+    [line(heads)].into_iter().chain(rows).collect()
 }
 
 #[cfg(test)]
@@ -79,7 +83,8 @@ mod tests {
     #[test]
     fn columns_stand_below_their_heads() {
         let rows = [vec!["1".into(), "upper arm".into()], vec!["2".into(), "tool".into()]];
-        let text = table(&[Column { head: "link" }, Column { head: "name" }], &rows, 80);
-        assert_eq!(text, "link  name\n1     upper arm\n2     tool\n");
+        let text = |width: usize| table(&["link", "name"], &rows, width);
+        assert_eq!(text(80), "link  name\n1     upper arm\n2     tool\n");
+        assert_eq!(text(12), "link\n      name\n1\n      upper\n        arm\n2\n      tool\n");
     }
 }

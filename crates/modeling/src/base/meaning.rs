@@ -37,7 +37,7 @@ pub fn standard_meaning(robot: &Robot, parameter: StandardParameter) -> String {
     let link = called(robot, parameter.link);
     match parameter.inertial {
         Inertial::M => format!("mass of {link}"),
-        Inertial::Ia => format!("rotor inertia of the motor of {}", robot.link(parameter.link).joint.name),
+        Inertial::Ia => format!("rotor inertia of the motor of joint {}", robot.link(parameter.link).joint.name),
         inertial if inertial.is_first_moment() => format!("first moment of {link} along {}", axis(inertial)),
         Inertial::Xx | Inertial::Yy | Inertial::Zz => {
             format!("moment of inertia of {link} about {}", axis(parameter.inertial))

@@ -1,0 +1,85 @@
+//! The page of an identification, and the sheet of a robot: made by the program, they say what the estimate says, load
+//! nothing, and stay small however long the log is.
+
+use tests::planar_log::{HEADER, log_of};
+use tests::program::{folder, rist};
+use tests::random::Random;
+use tests::{model, model_path};
+
+fn rubbed(_: usize, dq: f64, tau: f64) -> f64 {
+    tau + 0.4 * dq + 0.3 * dq.signum()
+}
+
+#[test]
+fn a_log_becomes_a_page_and_a_series() {
+    let here = folder("page");
+    let robot = model("planar2r_vertical.yaml");
+    let arm = model_path("planar2r_vertical.yaml").display().to_string();
+    let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
+    std::fs::write(here.join("a <b>.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
+    let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];
+    let run = rist(&here, &[&["identify", &arm, "a <b>.csv"], &made[..]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let page = std::fs::read_to_string(here.join("page.html")).unwrap();
+    // One chart each of torque, residual, parts, friction, spectrum and autocorrelation, of two joints.
+    assert_eq!(page.matches("<svg").count(), 12);
+    let parts = ["Trust it", "1 April 2026", "a &lt;b&gt;.csv", "upper arm (joint 1)", "ZZR1 = ZZ1 + IA1 + L1^2*M2"];
+    for part in parts {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("could not be made") && !page.contains("NaN") && !page.contains("a <b>"));
+    assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
+    // Made again from the estimate: the same but for the command.
+    let run =
+        rist(&here, &["report", "--model", &arm, "--estimate", "e.yaml", "--out", "b.html", "--date", "1 April 2026"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let again = std::fs::read_to_string(here.join("b.html")).unwrap();
+    let charts = |page: &str| {
+        page.split("<svg").skip(1).map(|s| s.split("</svg>").next().unwrap_or("").to_string()).collect::<Vec<_>>()
+    };
+    assert!(charts(&page) == charts(&again), "the charts differ");
+
+    // Of a right model, the series of predicted torques is that of the measured ones.
+    let series = std::fs::read_to_string(here.join("torques.csv")).unwrap();
+    let mut lines = series.lines();
+    let expected = "log,t,measured_q1,predicted_q1,counts_q1,measured_q2,predicted_q2,counts_q2";
+    assert_eq!(lines.next(), Some(expected));
+    let (mut left, mut whole) = (0.0, 0.0);
+    for line in lines {
+        let numbers: Vec<f64> = line.rsplit(',').take(6).map(|x| x.parse().unwrap()).collect();
+        // Behind the name, which has no comma: measured, predicted, counts, from the end.
+        if let [counts, predicted, measured, ..] = numbers[..] {
+            left += counts * (measured - predicted).powi(2);
+            whole += measured * measured;
+        }
+    }
+    // The filter rounds the jumps of the friction: to a percent.
+    assert!(left.sqrt() < 0.01 * whole.sqrt(), "{left} {whole}");
+}
+
+#[test]
+fn a_sheet_in_every_language() {
+    let here = folder("sheet");
+    let arm = model_path("race.yaml").display().to_string();
+    let of = |format: &str| {
+        let run = rist(&here, &["inspect", &arm, "--format", format]);
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        assert!(!run.out.contains("could not be made"), "{}", run.out);
+        run.out
+    };
+    // A word that is longer than a line stays whole; the rules of this robot have none.
+    assert!(of("text").lines().all(|line| line.chars().count() <= 80));
+    assert!(of("markdown").contains("| ZZR4 | 0.065 kg m^2 |"));
+    let latex = of("latex");
+    assert_eq!(latex.matches("\\\\\n").count(), 18 + 2);
+    let html = of("html");
+    assert!(html.contains("id=\"base-ZZR4\"") && !html.contains("http"));
+    // YY10 went into ZZR1 and XXR4.
+    let json: serde_json::Value = serde_json::from_str(&of("json")).unwrap();
+    let holds = |b: &&serde_json::Value| b["terms"].as_array().unwrap().iter().any(|t| t["parameter"] == "YY10");
+    let holders: Vec<_> = json["base"].as_array().unwrap().iter().filter(holds).map(|b| &b["name"]).collect();
+    assert_eq!(holders, ["ZZR1", "XXR4"]);
+    let fate = html.split("<code>YY10</code></td><td>").nth(1).unwrap().split("</td>").next().unwrap();
+    assert!(fate.contains("ZZR1") && fate.contains("XXR4"), "{fate}");
+    assert!((json["links"][2]["geometry"]["d"]["number"].as_f64().unwrap() - 0.3).abs() < 1e-12);
+}
