@@ -5,6 +5,7 @@ use std::fmt;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
