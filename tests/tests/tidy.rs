@@ -102,7 +102,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
         "crates/cli",
         &[
             "failure", "output", "verdict", "model", "artefact", "check", "convert", "doctor", "evaluate", "generate",
-            "report", "identify", "excite", "inspect", "lint", "plan", "simulate", "validate", "main",
+            "report", "identify", "excite", "inspect", "lint", "plan", "shell", "simulate", "validate", "main",
         ],
     ),
     (

@@ -15,13 +15,14 @@ mod model;
 mod output;
 mod plan;
 mod report;
+mod shell;
 mod simulate;
 mod validate;
 mod verdict;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
 /// identified on the machine.
@@ -47,6 +48,8 @@ enum Command {
     Identify(Box<identify::Arguments>),
     Validate(validate::Arguments),
     Report(report::Arguments),
+    Completions(shell::CompletionArguments),
+    Man(shell::ManualArguments),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +67,8 @@ fn main() -> ExitCode {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
+        Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -164,7 +164,6 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::directions::Direction;
     use crate::estimate::identified::Deviations;
     use crate::model::unit::Unit;
 
