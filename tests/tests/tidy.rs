@@ -124,6 +124,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "inspect",
             "lint",
             "plan",
+            "shell",
             "simulate",
             "validate",
             "main",

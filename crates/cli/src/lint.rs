@@ -8,6 +8,8 @@ use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
 
 /// Look for classic mistakes in a description's inertial parameters
+///
+/// Exit code 1 where there is one.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -25,9 +27,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let unknown = robot.links.iter().filter(|l| l.inertial.is_none()).count();
     let _ = writeln!(
         text,
-        "{} findings in {} links, {unknown} of them without parameters",
-        findings.len(),
-        robot.links.len()
+        "{} in {}, {unknown} of them without parameters",
+        counted(findings.len(), "finding"),
+        counted(robot.links.len(), "link")
     );
-    print(&text)
+    print(&text)?;
+    match findings.len() {
+        0 => Ok(()),
+        n => Err(Failure::verdict(counted(n, "finding"))),
+    }
+}
+
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

@@ -17,6 +17,7 @@ mod merge;
 mod model;
 mod plan;
 mod report;
+mod shell;
 mod simulate;
 mod solve;
 mod validate;
@@ -24,7 +25,7 @@ mod verdict;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
 /// identified on the machine.
@@ -54,6 +55,8 @@ enum Command {
     Merge(merge::Arguments),
     Solve(solve::Arguments),
     Compare(compare::Arguments),
+    Completions(shell::CompletionArguments),
+    Man(shell::ManualArguments),
 }
 
 fn main() -> ExitCode {
@@ -75,6 +78,8 @@ fn main() -> ExitCode {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
+        Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,7 +1,7 @@
 //! The joints: what each torque is made of, what is left of it, and whether that is noise.
 
 use identification::estimate::artefact::Estimate;
-use identification::estimate::autocorrelation::NOISE_MEMORY;
+use identification::estimate::autocorrelation::{NOISE_MEMORY, filtered_noise};
 use identification::estimate::identified::INTERVAL;
 use identification::portrait::split::PARTS;
 use identification::portrait::{JointPortrait, Portrait};
@@ -188,11 +188,7 @@ fn autocorrelation<'a>(joint: &JointPortrait, name: &str, memory: Option<f64>, c
         .line("what is left", "d", found);
     let mut caption = "How far what is left resembles itself".to_string();
     if cutoff > 0.0 {
-        let filtered = |t: f64| {
-            let x = std::f64::consts::TAU * cutoff * t;
-            if x == 0.0 { 1.0 } else { x.sin() / x }
-        };
-        let noise: Vec<(f64, f64)> = found.iter().map(|p| (p.0, filtered(p.0))).collect();
+        let noise: Vec<(f64, f64)> = found.iter().map(|p| (p.0, filtered_noise(cutoff, p.0))).collect();
         chart = chart.line("filtered noise", "c", &noise);
         if let Some(memory) = memory {
             let times = memory * cutoff / NOISE_MEMORY;

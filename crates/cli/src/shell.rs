@@ -1,0 +1,50 @@
+//! `rist completions` and `rist man`: what a shell and a reader of manuals need, from the arguments themselves.
+
+use std::path::PathBuf;
+
+use clap::{Args, Command};
+use clap_complete::Shell;
+
+use crate::artefact::make_directory;
+use crate::failure::{Failure, print};
+use crate::output::write_file;
+
+/// Print the completions of a shell
+///
+/// For bash: rist completions bash > ~/.local/share/bash-completion/completions/rist
+#[derive(Args)]
+pub struct CompletionArguments {
+    /// The shell
+    shell: Shell,
+}
+
+/// Write the manual pages of the program and its commands
+#[derive(Args)]
+pub struct ManualArguments {
+    /// Directory of the pages; it is made where there is none
+    #[arg(long, value_name = "DIRECTORY", default_value = "man")]
+    out: PathBuf,
+}
+
+/// Prints the completions of `command`.
+pub fn completions(arguments: &CompletionArguments, mut command: Command) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command, "rist", &mut text);
+    print(&String::from_utf8_lossy(&text))
+}
+
+/// Writes rist.1 and one page a command, rist-identify.1.
+pub fn manual(arguments: &ManualArguments, command: Command) -> Result<(), Failure> {
+    make_directory(&arguments.out)?;
+    let mut command = command.disable_help_subcommand(true);
+    // The names of the commands' pages are known once all of them are put together.
+    command.build();
+    for part in command.get_subcommands().chain([&command]) {
+        let manual = clap_mangen::Man::new(part.clone());
+        let place = arguments.out.join(manual.get_filename());
+        let mut page = Vec::new();
+        manual.render(&mut page).map_err(|e| Failure::new(format_args!("{}: {e}", place.display())))?;
+        write_file(&place, &String::from_utf8_lossy(&page), &[])?;
+    }
+    Ok(())
+}
