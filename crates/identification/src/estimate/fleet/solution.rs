@@ -54,9 +54,9 @@ impl Solved {
         (self.solution.variance * self.solution.inverse[(c, c)]).sqrt().max(self.deviation.sigma[c])
     }
 
-    /// Degrees of freedom of the deviations.
-    pub(super) fn freedom(&self) -> f64 {
-        self.deviation.blocks.saturating_sub(1) as f64
+    /// Degrees of freedom of that deviation.
+    pub(super) fn freedom(&self, c: usize) -> f64 {
+        self.deviation.freedom[c]
     }
 }
 
@@ -70,8 +70,10 @@ impl Accumulator {
         let couplings = options.transmission.coupled();
         let model = Model::new(&columns, &options.friction, &couplings);
         let solved = Solved::of(self)?;
-        let reach = if solved.deviation.blocks > 1 { reach(0.05, solved.freedom()) / INTERVAL } else { 0.0 };
-        let sigma: Vec<f64> = solved.deviation.sigma.iter().map(|sigma| reach * sigma).collect();
+        // Below one degree of freedom the reach grows without end, and the deviation it belongs to is none.
+        let reach = |freedom: &f64| reach(0.05, freedom.max(1.0)) / INTERVAL;
+        let deviation = &solved.deviation;
+        let sigma: Vec<f64> = deviation.sigma.iter().zip(&deviation.freedom).map(|(s, free)| reach(free) * s).collect();
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let held_out = cross_validate(&model, &solved.observation, options.weights);
