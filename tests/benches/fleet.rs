@@ -1,6 +1,7 @@
 //! What `rist compare` finds in fleets of 500 robots of which 25 changed: `cargo bench -p tests --bench fleet`.
 //!
-//! Arguments: model (a path below the repository), robots (500), fleets (10), logs of each robot (16), s of a log (8). A rate
+//! Arguments: model (a path below the repository), robots (500), fleets (10), logs of each robot (16), s of a log (8), size
+//! of the changes in deviations (2, 4, .. 10). A rate
 //! is the mean of the shares of the fleets: what is promised is a mean, and the share of one fleet is of some 26 robots.
 
 use rist::Model;
@@ -16,7 +17,7 @@ fn main() {
     let model = Model::read(workspace().join(path)).unwrap_or_else(|e| panic!("{e}"));
     let changed = robots / 20;
     println!("{path}: {fleets} fleets, {changed} of {robots} robots changed, {logs} logs of {seconds} s each");
-    let sizes = [2.0, 4.0, 6.0, 8.0, 10.0];
+    let sizes = numbers.get(4).map_or(vec![2.0, 4.0, 6.0, 8.0, 10.0], |&size| vec![size as f64]);
     let found: Vec<Vec<(f64, Found)>> = (0..fleets as u64)
         .map(|k| {
             let seed = 100 + k;

@@ -3,9 +3,11 @@
 //! Residuals that stay the same for a while, of one joint or of several together, are alike within a block and unlike
 //! between blocks. The solution without block g, the weights by joint held, is
 //!   x_(g) = x - (A - A_g)^-1 s_g,   A_g = sum_j w_j^2 W_jg' W_jg,   s_g = sum_j w_j^2 W_jg' (y_jg - W_jg x),
-//!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g,
-//! of which G - 1 are free [Miller 1974; Kunsch 1989, for blocks of a series]. Everything comes out of the triangles of
-//! the blocks, so that sums over many logs have deviations without a second pass over their rows. What differs from log
+//!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g
+//! [Miller 1974; Kunsch 1989, for blocks of a series]. Where a parameter is told by few of the blocks, its variance scatters
+//! as if there were few. With pi_g the share of block g in what tells the parameter, its degrees of freedom are
+//!   nu_c = 1 / sum_g pi_g^2 - 1,   pi_g = (A^-1 A_g A^-1)_cc / (A^-1)_cc       [Satterthwaite 1946]
+//! which is G - 1 where all blocks tell as much. Everything comes out of the triangles of the blocks, so that sums over many logs have deviations without a second pass over their rows. What differs from log
 //! to log (temperature) is in them where a block is a log.
 //!
 //! | symbol | code | shape |
@@ -25,7 +27,9 @@ use crate::algebra::triangle::Triangle;
 pub struct BlockDeviation {
     /// One a parameter, in its unit; zero with fewer than two blocks.
     pub sigma: Vec<f64>,
-    /// Blocks that hold rows; one less is the number of degrees of freedom.
+    /// Degrees of freedom of each; zero where one block alone shows the parameter.
+    pub freedom: Vec<f64>,
+    /// Blocks that hold rows.
     pub blocks: usize,
 }
 
@@ -72,19 +76,31 @@ pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solu
     let products: Vec<Products> = with_rows.map(|part| Products::of(part, weights, &solution.x)).collect();
     let total = products.iter().fold(DMatrix::zeros(p, p), |sum, block| sum + &block.matrix);
     let scale = total.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
-    let (mut variance, mut blocks) = (vec![0.0; p], 0);
+    let held = |matrix: &DMatrix<f64>| {
+        let entry = |i: usize, j: usize| scale[i] * matrix[(i, j)] * scale[j] + if i == j { HELD * HELD } else { 0.0 };
+        Cholesky::new(DMatrix::from_fn(p, p, entry))
+    };
+    let inverse = held(&total).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());
+    let (mut variance, mut squares, mut blocks) = (vec![0.0; p], vec![0.0; p], 0);
     for block in &products {
-        let scaled = |i: usize, j: usize| scale[i] * (total[(i, j)] - block.matrix[(i, j)]) * scale[j];
-        let held = |i: usize, j: usize| if i == j { HELD * HELD } else { 0.0 };
-        let rest = DMatrix::from_fn(p, p, |i, j| scaled(i, j) + held(i, j));
         // What is held is positive definite; numbers that are none are left out.
-        let Some(factor) = Cholesky::new(rest) else { continue };
+        let Some(factor) = held(&(&total - &block.matrix)) else { continue };
+        let told = DMatrix::from_fn(p, p, |i, j| scale[i] * block.matrix[(i, j)] * scale[j]) * &inverse;
+        for c in 0..p {
+            let share = inverse.column(c).dot(&told.column(c)) / inverse[(c, c)];
+            squares[c] += share * share;
+        }
         let moved = factor.solve(&block.score.component_mul(&scale)).component_mul(&scale);
         variance.iter_mut().zip(moved.iter()).for_each(|(v, d)| *v += d * d);
         blocks += 1;
     }
     let share = if blocks > 1 { (blocks - 1) as f64 / blocks as f64 } else { 0.0 };
-    BlockDeviation { sigma: variance.into_iter().map(|v| (share * v).sqrt()).collect(), blocks }
+    let free = |squares: f64| if squares > 0.0 { (1.0 / squares - 1.0).max(0.0) } else { 0.0 };
+    BlockDeviation {
+        sigma: variance.into_iter().map(|v| (share * v).sqrt()).collect(),
+        freedom: squares.into_iter().map(free).collect(),
+        blocks,
+    }
 }
 
 #[cfg(test)]
@@ -134,8 +150,8 @@ mod tests {
                 let observation = Observation::of(&model, &states, 16);
                 let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
                 let found = block_deviation(&observation.parts, &weights, &solution);
-                let half = reach(0.05, (found.blocks - 1) as f64);
-                covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half * found.sigma[c]).count();
+                let half = |c: usize| reach(0.05, found.freedom[c]) * found.sigma[c];
+                covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half(c)).count();
             }
             // 95 % are promised; 600 draws scatter by 1 %, three alike, and what crosses the ends of blocks is missing.
             assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
@@ -159,7 +175,10 @@ mod tests {
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
         // Eight blocks leave a deviation uncertain by a quarter; twice is beyond it.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
+        // The first block alone tells ZZ; the others tell the rest as well as it does.
+        assert!(found.freedom[0] < 0.1 && found.freedom[1] > 5.0 && found.freedom[1] <= 7.0, "{found:?}");
         let one = block_deviation(&observation.parts[..1], &weights, &solution);
         assert_eq!((one.sigma, one.blocks), (vec![0.0; 3], 1));
+        assert!(one.freedom.iter().all(|&free| free < 1e-6), "{:?}", one.freedom);
     }
 }

@@ -1,7 +1,7 @@
 //! What changed: the parameters of robots, or of days of one robot, against those of a reference.
 //!
 //! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference): the sums are of different logs. Each sigma is
-//! the larger of the white deviation and that between replicates, which has nu degrees of freedom; d_c / sd d_c is held
+//! the larger of the white deviation and that between replicates, which has nu degrees of freedom of its own; d_c / sd d_c is held
 //! against Student's t with
 //!   nu_d = (s_1^2 + s_2^2)^2 / (s_1^4 / nu_1 + s_2^4 / nu_2)       [Welch 1947]
 //! and the questions of all parameters and robots are answered together (`false_discovery`). Compared is what both
@@ -136,14 +136,14 @@ impl Pair<'_> {
     fn differences(&self, a: &Solved, b: &Solved) -> ComparedRobot {
         let columns = &self.ours.1.settings().columns;
         let (mut parameters, mut open) = (Vec::new(), Vec::new());
-        let sigma = [a, b].map(|solved| solved.sigma(1.0));
+        let sigma = [a, b].map(|solved| solved.sigma(|_| 1.0));
         for (c, column) in columns.iter().enumerate() {
             if !(a.solution.determined[c] && b.solution.determined[c]) {
                 open.push(column.name.clone());
                 continue;
             }
             let [one, other] = [0, 1].map(|k: usize| sigma[k][c].powi(2));
-            let freedom = (one + other).powi(2) / (one * one / a.freedom() + other * other / b.freedom());
+            let freedom = (one + other).powi(2) / (one * one / a.freedom(c) + other * other / b.freedom(c));
             let sigma = (one + other).sqrt();
             let difference = a.solution.x[c] - b.solution.x[c];
             // Without noise nothing scatters, and what differs by rounding has not moved.

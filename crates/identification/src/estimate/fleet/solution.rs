@@ -50,15 +50,17 @@ impl Solved {
         Ok(Solved { observation, joints, solution, deviation })
     }
 
-    /// The larger of the deviation of white noise and `reach` times that of the blocks, one a parameter.
-    pub(super) fn sigma(&self, reach: f64) -> Vec<f64> {
-        let both = white_deviation(&self.solution).into_iter().zip(&self.deviation.sigma);
-        both.map(|(white, blocks)| white.max(reach * blocks)).collect()
+    /// The larger of the deviation of white noise and that of the blocks times `reach` of its degrees of freedom, one a
+    /// parameter.
+    pub(super) fn sigma(&self, reach: impl Fn(f64) -> f64) -> Vec<f64> {
+        let BlockDeviation { sigma, freedom, .. } = &self.deviation;
+        let both = white_deviation(&self.solution).into_iter().zip(sigma.iter().zip(freedom));
+        both.map(|(white, (blocks, freedom))| white.max(reach(*freedom) * blocks)).collect()
     }
 
-    /// Degrees of freedom of the deviations.
-    pub(super) fn freedom(&self) -> f64 {
-        self.deviation.blocks.saturating_sub(1) as f64
+    /// Degrees of freedom of that deviation.
+    pub(super) fn freedom(&self, c: usize) -> f64 {
+        self.deviation.freedom[c]
     }
 }
 
@@ -72,8 +74,8 @@ impl Accumulator {
         let couplings = options.transmission.coupled();
         let model = Model::new(&columns, &options.friction, &couplings);
         let solved = Solved::of(self)?;
-        let reach = if solved.deviation.blocks > 1 { reach(0.05, solved.freedom()) / INTERVAL } else { 0.0 };
-        let sigma = solved.sigma(reach);
+        // Below one degree of freedom the reach grows without end, and the deviation it belongs to is none.
+        let sigma = solved.sigma(|freedom| reach(0.05, freedom.max(1.0)) / INTERVAL);
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let held_out = cross_validate(&model, &solved.observation, options.weights);
