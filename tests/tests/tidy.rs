@@ -135,7 +135,10 @@ const ORDERS: [(&str, &[&str]); 10] = [
 /// Packages without an order, each with the reason.
 const WITHOUT_ORDER: [(&str, &str); 2] = [
     ("generated", "the machine's table of robots takes the macro of the root, and the root the table"),
-    ("crates/python", "the classes of Python name each other: an estimate has its model, and a model takes an estimate"),
+    (
+        "crates/python",
+        "the classes of Python name each other: an estimate has its model, and a model takes an estimate",
+    ),
 ];
 
 /// Package -> packages of this workspace it depends on, in whatever way.
