@@ -62,6 +62,7 @@ const ORDERS: [(&str, &[&str]); 10] = [
             "output",
             "tape_regressor",
             "torque_difference",
+            "description",
             "model",
             "evaluation",
             "doctor",

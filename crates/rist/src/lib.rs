@@ -34,6 +34,7 @@
 #![warn(missing_docs)]
 
 mod checking;
+mod description;
 mod doctor;
 mod error;
 mod evaluation;
@@ -57,6 +58,7 @@ mod verdict;
 mod write_back;
 
 pub use checking::{Checked, check};
+pub use description::{ModelOptions, RotorInertias, check_values, parse_robot, read_robot, snapping};
 pub use doctor::examine;
 pub use error::Error;
 pub use evaluation::{Evaluation, ManyStates, Quantity};
@@ -74,7 +76,7 @@ pub use identification::experiments::excitation::artefact::ExcitingMotion;
 pub use identification::experiments::experiment_plan::ExperimentPlan;
 pub use load::Load;
 pub use logs::LogSource;
-pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, parse_robot, read_robot, snapping};
+pub use model::{Model, base_columns};
 pub use output::{check_output, is_same, write_file};
 pub use planning::{PlanRequest, Planned, plan};
 pub use samples::{Bodies, Identification, IdentifyRequest, identify};
