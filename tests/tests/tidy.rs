@@ -81,6 +81,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "output",
             "tape_regressor",
             "torque_difference",
+            "description",
             "model",
             "evaluation",
             "doctor",

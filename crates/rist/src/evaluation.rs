@@ -7,6 +7,7 @@
 //! standard parameters; A (n x n, kg m^2); h, g and tau (n; N m, or N of a joint that slides). A state is a row, and its
 //! outputs are one matrix, row by row.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use expr::{Function, Tape};
@@ -56,7 +57,13 @@ enum Source {
     /// The model's own base regressor: compiled where this robot is.
     Regressor,
     /// Any function of the states, with the solver of the passive joints where loops are closed numerically.
-    Tape { tape: Tape, groups: Vec<Group>, closure: Option<Mutex<Closure>> },
+    Tape(Box<OnTape>),
+}
+
+struct OnTape {
+    tape: Tape,
+    groups: Vec<Group>,
+    closure: Option<Mutex<Closure>>,
 }
 
 /// An argument of the function.
@@ -98,7 +105,8 @@ impl Evaluation {
             Quantity::Regressor | Quantity::BaseRegressor => (n, model.parameters.standard.len()),
             Quantity::Torque | Quantity::Bias | Quantity::Gravity => (n, 1),
         };
-        Ok(Evaluation { source: Source::Tape { tape: Tape::new(&function), groups, closure }, n, shape })
+        let on_tape = OnTape { tape: Tape::new(&function), groups, closure };
+        Ok(Evaluation { source: Source::Tape(Box::new(on_tape)), n, shape })
     }
 
     /// Rows and columns of the outputs of one state.
@@ -131,52 +139,19 @@ impl Evaluation {
         if outputs.is_empty() {
             return Ok(());
         }
-        let mut inputs = Vec::new();
-        match &self.source {
-            Source::Regressor => {
-                for (first, outputs) in (0..count).step_by(TOGETHER).zip(outputs.chunks_mut(TOGETHER * size)) {
-                    inputs.clear();
-                    for k in first..count.min(first + TOGETHER) {
-                        let row = k * n..(k + 1) * n;
-                        inputs.extend([states.q, states.dq, states.ddq].iter().flat_map(|x| &x[row.clone()]));
+        for (first, outputs) in (0..count).step_by(TOGETHER).zip(outputs.chunks_mut(TOGETHER * size)) {
+            let rows = first..count.min(first + TOGETHER);
+            match &self.source {
+                Source::Regressor => {
+                    let mut inputs = Vec::with_capacity(3 * n * rows.len());
+                    for k in rows {
+                        for x in [states.q, states.dq, states.ddq] {
+                            inputs.extend_from_slice(&x[k * n..][..n]);
+                        }
                     }
                     model.regressor().fill_many(&inputs, outputs);
                 }
-            }
-            Source::Tape { tape, groups, closure } => {
-                let mut work = tape.workspace();
-                let mut closure = closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
-                for (first, outputs) in (0..count).step_by(TOGETHER).zip(outputs.chunks_mut(TOGETHER * size)) {
-                    inputs.clear();
-                    let mut open = Vec::new();
-                    for k in first..count.min(first + TOGETHER) {
-                        let row = k * n..(k + 1) * n;
-                        for group in groups {
-                            match group {
-                                Group::Q => inputs.extend(&states.q[row.clone()]),
-                                Group::Dq => inputs.extend(&states.dq[row.clone()]),
-                                Group::Ddq => inputs.extend(&states.ddq[row.clone()]),
-                                Group::Parameters(_) => inputs.extend(states.parameters),
-                                Group::Passive(passive) => {
-                                    match closure.as_mut().map(|c| c.passive(&states.q[row.clone()])) {
-                                        Some(Ok(found)) => inputs.extend(found),
-                                        Some(Err(_)) => {
-                                            open.push(k - first);
-                                            inputs.extend(std::iter::repeat_n(0.0, *passive));
-                                        }
-                                        None => {}
-                                    }
-                                }
-                            }
-                        }
-                    }
-                    match tape.n_inputs() {
-                        // Constants alone: every state has the same.
-                        0 => outputs.chunks_mut(size).for_each(|one| tape.evaluate(&[], &mut work, one)),
-                        _ => tape.evaluate_many(&inputs, &mut work, outputs),
-                    }
-                    open.into_iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));
-                }
+                Source::Tape(on_tape) => on_tape.fill(n, states, rows, outputs),
             }
         }
         Ok(())
@@ -186,15 +161,50 @@ impl Evaluation {
     pub fn needs(&self, argument: &str) -> bool {
         match (&self.source, argument) {
             (_, "q") | (Source::Regressor, _) => true,
-            (Source::Tape { groups, .. }, "dq") => groups.contains(&Group::Dq),
-            (Source::Tape { groups, .. }, _) => groups.contains(&Group::Ddq),
+            (Source::Tape(on_tape), "dq") => on_tape.groups.contains(&Group::Dq),
+            (Source::Tape(on_tape), _) => on_tape.groups.contains(&Group::Ddq),
         }
     }
 
     /// Number of parameters, where the outputs depend on them.
     pub fn parameters(&self) -> Option<usize> {
-        let Source::Tape { groups, .. } = &self.source else { return None };
-        groups.iter().find_map(|group| if let Group::Parameters(p) = group { Some(*p) } else { None })
+        let Source::Tape(on_tape) = &self.source else { return None };
+        on_tape.groups.iter().find_map(|group| if let Group::Parameters(p) = group { Some(*p) } else { None })
+    }
+}
+
+impl OnTape {
+    /// Writes the outputs of some states.
+    fn fill(&self, n: usize, states: &ManyStates, rows: Range<usize>, outputs: &mut [f64]) {
+        let size = outputs.len() / rows.len();
+        let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
+        let (mut inputs, mut open) = (Vec::new(), Vec::new());
+        for (place, k) in rows.enumerate() {
+            let row = k * n..(k + 1) * n;
+            for group in &self.groups {
+                match group {
+                    Group::Q => inputs.extend(&states.q[row.clone()]),
+                    Group::Dq => inputs.extend(&states.dq[row.clone()]),
+                    Group::Ddq => inputs.extend(&states.ddq[row.clone()]),
+                    Group::Parameters(_) => inputs.extend(states.parameters),
+                    Group::Passive(count) => match closure.as_mut().map(|c| c.passive(&states.q[row.clone()])) {
+                        Some(Ok(found)) => inputs.extend(found),
+                        Some(Err(_)) => {
+                            open.push(place);
+                            inputs.extend(std::iter::repeat_n(0.0, *count));
+                        }
+                        None => {}
+                    },
+                }
+            }
+        }
+        let mut work = self.tape.workspace();
+        match self.tape.n_inputs() {
+            // Constants alone: every state has the same.
+            0 => outputs.chunks_mut(size).for_each(|one| self.tape.evaluate(&[], &mut work, one)),
+            _ => self.tape.evaluate_many(&inputs, &mut work, outputs),
+        }
+        open.into_iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));
     }
 }
 

@@ -34,6 +34,7 @@
 #![warn(missing_docs)]
 
 mod checking;
+mod description;
 mod doctor;
 mod error;
 mod evaluation;
@@ -59,6 +60,7 @@ mod verdict;
 mod write_back;
 
 pub use checking::{Checked, check};
+pub use description::{ModelOptions, RotorInertias, check_values, parse_robot, read_robot, snapping};
 pub use doctor::examine;
 pub use error::Error;
 pub use evaluation::{Evaluation, ManyStates, Quantity};
@@ -78,7 +80,7 @@ pub use identification::portrait::Portrait;
 pub use identification::portrait::series::{TorqueSeries, series_to_csv};
 pub use load::Load;
 pub use logs::LogSource;
-pub use model::{Model, ModelOptions, RotorInertias, base_columns, check_values, parse_robot, read_robot, snapping};
+pub use model::{Model, base_columns};
 pub use output::{check_output, is_same, write_file};
 pub use page::{Origin, PageRequest, page};
 pub use planning::{PlanRequest, Planned, plan};
