@@ -44,7 +44,7 @@ pub fn manual(arguments: &ManualArguments, command: Command) -> Result<(), Failu
         let place = arguments.out.join(manual.get_filename());
         let mut page = Vec::new();
         manual.render(&mut page).map_err(|e| Failure::new(format_args!("{}: {e}", place.display())))?;
-        write_file(&place, &String::from_utf8_lossy(&page), &[])?;
+        write_file(&place, &page, &[])?;
     }
     Ok(())
 }
