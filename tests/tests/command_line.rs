@@ -304,3 +304,32 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
     write_log(&here, &rows.iter().map(without_q2).collect::<Vec<_>>());
     refused(&here, &arguments, &["log.csv"]);
 }
+
+#[test]
+fn shells_and_manuals_know_every_command() {
+    let here = folder("shells");
+    let run = rist(&here, &["completions", "bash"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    assert!(run.out.contains("_rist()") && run.out.contains("--rotor-inertia"));
+    assert_eq!(rist(&here, &["man", "--out", "man"]).code, Some(0));
+    let pages = files(&here.join("man"));
+    for command in ["rist.1", "rist-identify.1", "rist-inspect.1"] {
+        assert!(pages.iter().any(|page| page == command), "{pages:?}");
+    }
+    let page = std::fs::read_to_string(here.join("man/rist-identify.1")).unwrap();
+    assert!(page.contains("rist\\-identify") && page.contains("SIGNALS") && page.contains("Examples"), "{page}");
+}
+
+#[test]
+fn lint_fails_on_findings_only() {
+    let here = folder("lint");
+    let arm = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\nstandard_parameters:\n";
+    let of = |zz: f64| {
+        let text = format!("{arm}  1: {{XX: 0.1, XY: 0, XZ: 0, YY: 0.1, YZ: 0, ZZ: {zz}, MX: 0, MY: 0, MZ: 0, M: 4}}\n");
+        std::fs::write(here.join("arm.yaml"), text).unwrap();
+        rist(&here, &["lint", "arm.yaml"])
+    };
+    // A body is no wider than it is long and high together.
+    assert_eq!(of(0.1).code, Some(0), "{}", of(0.1).out);
+    assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
+}

@@ -9,12 +9,30 @@ use identification::model::friction::terms::FrictionTerm;
 
 use crate::model::ModelArguments;
 
+/// Headings of the help.
+const METHOD: &str = "Method";
+const SIGNALS: &str = "Signals";
+const BODIES: &str = "Bodies and loads";
+const OUTPUTS: &str = "Outputs";
+
+const EXAMPLES: &str = "\
+Examples:
+  rist identify robot.urdf log.csv --rotor-inertia actuated --out estimate.yaml --report page.html
+      what a log tells of a robot, with the inertias of its motors
+  rist identify robot.urdf a.csv b.csv --validate c.csv --friction auto --delay auto
+      two logs together, the friction model and the delay of the torques found, a third log predicted
+  rist identify robot.urdf log.mcap --gain elbow=11.5,wrist=7+-2 --consistent --write-urdf identified.urdf
+      motor currents, bodies that can exist, and the description with them
+  rist identify robot.yaml logs --plan plan.yaml --method rist-mh --gain q3=1
+      the experiments of a plan";
+
 /// Identify a robot's base parameters and friction from logs
 ///
 /// A log is CSV (also .csv.gz) with a header, .npz, Parquet, or the joint states of an MCAP file or a rosbag2
 /// directory. It holds the time t and, for every coordinate, positions, torques or currents, and velocities where they
 /// were measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
@@ -26,98 +44,98 @@ pub struct Arguments {
 
     /// ls: least squares on filtered samples. For the experiments of a plan: rist takes the paper's rows of Sp, rist-mh
     /// all harmonics, with friction
-    #[arg(long, value_enum, default_value_t = Method::Ls)]
+    #[arg(long, value_enum, default_value_t = Method::Ls, help_heading = METHOD)]
     pub method: Method,
 
     /// The plan behind the logs, for rist and rist-mh
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = METHOD)]
     pub plan: Option<PathBuf>,
 
     /// Torque per unit of current of a drive, N m/A [default: as the file says; with --load, none]. Where only some
     /// drives are given, the others are estimated. With ls, q5=11+-2 expects a gain near 11
-    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
+    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',', help_heading = METHOD)]
     pub gain: Vec<String>,
 
     /// Predict this log, which is not fitted; may be given several times
-    #[arg(long, value_name = "LOG")]
+    #[arg(long, value_name = "LOG", help_heading = OUTPUTS)]
     pub validate: Vec<PathBuf>,
 
     /// A known load, for rist and rist-mh: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2).
     /// The logs of the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = METHOD)]
     pub load: Option<PathBuf>,
 
     /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]; rist-mh: highest frequency
     /// of its equations [default: 20]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", help_heading = SIGNALS)]
     pub cutoff: Option<f64>,
 
     /// Order of the Butterworth filter, 0 for none [default: 4]
-    #[arg(long)]
+    #[arg(long, help_heading = SIGNALS)]
     pub order: Option<usize>,
 
     /// Keep every N-th filtered sample [default: by the cut-off]
-    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..), help_heading = SIGNALS)]
     pub decimate: Option<usize>,
 
     /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]; rist-mh: auto
     /// estimates what is left of it with the parameters
-    #[arg(long, value_name = "SECONDS", value_parser = delay)]
+    #[arg(long, value_name = "SECONDS", value_parser = delay, help_heading = SIGNALS)]
     pub delay: Option<Delay>,
 
     /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
     /// stribeck=V (V in rad/s), none, or auto: the set that best predicts what was left out [default:
     /// viscous,coulomb,offset]
-    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
+    #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction, help_heading = METHOD)]
     pub friction: Option<Vec<Friction>>,
 
     /// What rows weigh [default: joint]
-    #[arg(long, value_parser = weights())]
+    #[arg(long, value_parser = weights(), help_heading = METHOD)]
     pub weights: Option<Weights>,
 
     /// YAML with any option of an identification; flags override it
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = METHOD)]
     pub options: Option<PathBuf>,
 
     /// Physically consistent parameters: only bodies that can exist. Where the log is silent, the bodies of the
     /// description hold them
-    #[arg(long)]
+    #[arg(long, help_heading = BODIES)]
     pub consistent: bool,
 
     /// Also identify the load that the last link carries in this log; may be given several times
-    #[arg(long, value_name = "LOG")]
+    #[arg(long, value_name = "LOG", help_heading = BODIES)]
     pub loaded: Vec<PathBuf>,
 
     /// The link that carries the load [default: the last]
-    #[arg(long, value_name = "LINK", requires = "loaded")]
+    #[arg(long, value_name = "LINK", requires = "loaded", help_heading = BODIES)]
     pub loaded_link: Option<String>,
 
     /// Write the URDF with the identified inertials, joint damping and friction; implies --consistent
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub write_urdf: Option<PathBuf>,
 
     /// Write joint damping, friction loss and armature as MuJoCo's <joint> elements; implies --consistent
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub write_mjcf: Option<PathBuf>,
 
     /// Write the URDF and the MuJoCo elements even where the verdict is no
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUTS)]
     pub anyway: bool,
 
     /// Write the estimate as YAML
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub out: Option<PathBuf>,
 
     /// Write a page with verdict, torques, residuals, friction and parameters as HTML
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub report: Option<PathBuf>,
 
     /// The date on that page, as you would have it
-    #[arg(long, requires = "report")]
+    #[arg(long, requires = "report", help_heading = OUTPUTS)]
     pub date: Option<String>,
 
     /// Write measured and predicted torques, filtered as they were fitted, as CSV
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub series: Option<PathBuf>,
 }
 
