@@ -248,7 +248,7 @@ struct Clean {
 
 impl Clean {
     fn new() -> Clean {
-        let none = vec![Vec::with_capacity(rows()); 6];
+        let none = vec![Vec::new(); 6];
         Clean { q: none.clone(), dq: none.clone(), tau: none }
     }
 

@@ -85,7 +85,7 @@ pub fn identify_consistent(
         bodies: references.to_vec(),
         scale: scale(&model, &fit),
         gamma: consistency.prior_weight,
-        discount: if consistency.discount { fit.deviation.correlated() } else { 1.0 },
+        discount: if consistency.discount { fit.deviation.correlated } else { 1.0 },
         friction: friction_deviation(&model, &fit, consistency.bounded_friction),
     };
     let consistent = consistent(&weighted(&joints, &weights), map, &prior);

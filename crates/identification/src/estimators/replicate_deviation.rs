@@ -51,6 +51,9 @@ pub struct ReplicateDeviation {
     pub by_part: Vec<f64>,
     /// The bands of speed of each joint as replicates.
     pub by_speed: Vec<f64>,
+    /// How many correlated samples are worth one. The share that the fit has hidden is left out here (k = 0): it says how
+    /// few the parts are, not how alike their samples.
+    pub correlated: f64,
 }
 
 impl ReplicateDeviation {
@@ -59,14 +62,14 @@ impl ReplicateDeviation {
         let both = self.by_part.iter().zip(&self.by_speed);
         both.zip(&self.white).map(|((part, speed), white)| part.max(*speed).max(*white)).collect()
     }
+}
 
-    /// How many correlated samples are worth one: the median of the variance by parts over that of white noise, at least 1.
-    pub fn correlated(&self) -> f64 {
-        let ratio = |(part, white): (&f64, &f64)| Some((part / white).powi(2)).filter(|r| r.is_finite());
-        let mut ratios: Vec<f64> = self.by_part.iter().zip(&self.white).filter_map(ratio).collect();
-        ratios.sort_by(f64::total_cmp);
-        ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
-    }
+/// The median of the variance by replicates over that of white noise, at least 1.
+fn median_ratio(replicates: &[f64], white: &[f64]) -> f64 {
+    let ratio = |(found, white): (&f64, &f64)| Some((found / white).powi(2)).filter(|r| r.is_finite());
+    let mut ratios: Vec<f64> = replicates.iter().zip(white).filter_map(ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
 }
 
 /// From the rows of a fit (reweighted where `reweighted` says how), its solution and its weights by joint.
@@ -88,9 +91,12 @@ pub fn replicate_deviation<R: Records + ?Sized>(
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
     let count = parts.len() as f64;
     let by_part = root(whole.variance(&parts, PART).into_iter().map(|v| v * (count - 1.0) / count).collect());
+    let sums = root(whole.variance(&parts, 0.0).into_iter().map(|v| v * count / (count - 1.0)).collect());
     let weight = |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.weight(j, e));
     let by_speed = root(whole.variance(&bands(model, records, observation, solution, &weight)?, BAND));
-    Ok(ReplicateDeviation { white: white_deviation(solution), by_part, by_speed })
+    let white = white_deviation(solution);
+    let correlated = median_ratio(&sums, &white);
+    Ok(ReplicateDeviation { white, by_part, by_speed, correlated })
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
