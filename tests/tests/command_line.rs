@@ -325,7 +325,8 @@ fn lint_fails_on_findings_only() {
     let here = folder("lint");
     let arm = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\nstandard_parameters:\n";
     let of = |zz: f64| {
-        let text = format!("{arm}  1: {{XX: 0.1, XY: 0, XZ: 0, YY: 0.1, YZ: 0, ZZ: {zz}, MX: 0, MY: 0, MZ: 0, M: 4}}\n");
+        let text =
+            format!("{arm}  1: {{XX: 0.1, XY: 0, XZ: 0, YY: 0.1, YZ: 0, ZZ: {zz}, MX: 0, MY: 0, MZ: 0, M: 4}}\n");
         std::fs::write(here.join("arm.yaml"), text).unwrap();
         rist(&here, &["lint", "arm.yaml"])
     };

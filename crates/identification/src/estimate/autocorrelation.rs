@@ -96,7 +96,7 @@ impl Autocorrelation {
         let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
         // Few pairs make a poor mean.
         let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / 4;
-        if !(mean(0) > 0.0) {
+        if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
         }
         (0..=LAGS).take_while(enough).map(|lag| (lag as f64 * self.period, mean(lag) / mean(0))).collect()

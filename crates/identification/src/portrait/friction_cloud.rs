@@ -58,7 +58,7 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
     let terms: Vec<FrictionTerm> = model.friction.to_vec();
     let per_joint: usize = terms.iter().map(|t| t.parameters().len()).sum();
     let x = &x[j * per_joint..(j + 1) * per_joint];
-    if per_joint == 0 || !(speed > 0.0) {
+    if per_joint == 0 || speed.is_nan() || speed <= 0.0 {
         return Vec::new();
     }
     let at = |dq: f64| {
