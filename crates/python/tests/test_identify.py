@@ -38,7 +38,7 @@ def test_the_bytes_are_those_of_the_program(program, csv, tmp_path):
 def test_arrays_and_frames_are_the_file(ur5, log, csv, estimate):
     of_dict = rist.identify(ur5, log)
     np.testing.assert_array_equal(of_dict.values, estimate.values)
-    np.testing.assert_array_equal(of_dict.robust_sigma, estimate.robust_sigma)
+    np.testing.assert_array_equal(of_dict.white_sigma, estimate.white_sigma)
     columns = {"t": log["t"]} | {f"{key}{k + 1}": log[key][:, k] for key in ("q", "dq", "tau") for k in range(6)}
     for library in ("pandas", "polars", "pyarrow"):
         try:
@@ -110,11 +110,11 @@ def test_what_an_estimate_can_do(ur5, log, csv, estimate, tmp_path):
     names = estimate.names
     assert len(names) == len(estimate.values) == len(estimate.sigma) == len(estimate.units) == len(estimate.status)
     truth = dict(zip(ur5.base_parameters.names, ur5.described_parameters))
-    for name, value, sigma in zip(names, estimate.values, estimate.robust_sigma):
+    for name, value, sigma in zip(names, estimate.values, estimate.sigma):
         if name in truth:
-            # Six of the larger deviation: friction at reversals is no white noise.
+            # Six deviations: parts and bands are few draws.
             assert abs(value - truth[name]) < 6 * sigma + 1e-3, name
-    assert list(estimate.table) == ["name", "value", "sigma", "robust_sigma", "unit", "status"]
+    assert list(estimate.table) == ["name", "value", "sigma", "white_sigma", "unit", "status"]
     assert estimate.parameters[names[0]] == estimate.values[0]
     assert estimate.covariance is None
     covariance = rist.identify(ur5, csv, covariance=True).covariance
