@@ -1,6 +1,6 @@
 //! From logs to parameters that a simulator accepts: the way in to `estimators::consistent`.
 //!
-//! The weights by joint are those of WLS. The data are discounted by the median of (robust sigma / white sigma)^2 over
+//! The weights by joint are those of WLS. The data are discounted by the median of (sigma by parts / white sigma)^2 over
 //! the parameters, so that the reference is weighed against what the residuals are worth. The torque that friction would
 //! make bounds the friction that the motion does not show: the standard deviation of FV_j is max|tau_j| / (fastest
 //! joint's speed), that of FS_j, FT_j and OFF_j is max|tau_j|.
