@@ -4,8 +4,8 @@
 //! k the largest with p_(k) <= k q / m [Benjamini, Hochberg 1995]; the adjusted value of a question is the smallest q at
 //! which it is one. That holds q for independent questions and for positively dependent ones, which is what estimates of
 //! one robot are to a good approximation, and what robots that share a reference are. The bound for any dependence
-//! [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, eleven for 25 000 questions: what that costs is
-//! power, and the measured rate (docs/benchmarks.md) does not ask for it.
+//! [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, eleven for 25 000 questions: it costs more
+//! power than asking for a smaller rate does. Measured rates are in docs/benchmarks.md.
 //!
 //! Questions come in families, the parameters of one robot. A family is asked whether any of it is a yes, by the smallest
 //! adjusted value in it [Simes 1986]; R of m families say so at q; within these the questions are asked at q R / m
