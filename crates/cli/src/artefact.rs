@@ -58,6 +58,7 @@ pub fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     }
     let motion = ExcitingMotion::from_yaml(&file, &text)?;
     model.check(path, &motion.model)?;
+    motion.motion(&file)?;
     Ok(MotionFile::Motion(motion))
 }
 
