@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use identification::estimate::identified::{Identified, Status};
 use identification::model::reference::ModelReference;
-use identification::write::html::report;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rist::{Bodies, Trust};
+use rist::{Bodies, Origin, PageRequest, Trust};
 
 use crate::arrays::array;
 use crate::artefact::{read_text, save};
@@ -269,10 +268,26 @@ impl Estimate {
         save(&path, &self.to_yaml()?, &inputs)
     }
 
-    /// Writes one self-contained HTML page, with the plan and the validation where they are given.
-    #[pyo3(signature = (path, plan=None, validation=None))]
-    fn report(&self, path: PathBuf, plan: Option<&ExperimentPlan>, validation: Option<&Validation>) -> PyResult<()> {
-        save(&path, &report(plan.map(|p| &p.inner), Some(&self.inner), validation.map(|v| &v.inner)), &[])
+    /// Writes one self-contained HTML page: the verdict, the parameters with their rules and meanings, the plan and the
+    /// validation where they are given. `rist report --log` draws torques too.
+    #[pyo3(signature = (path, plan=None, validation=None, date=None))]
+    fn report(
+        &self,
+        path: PathBuf,
+        plan: Option<&ExperimentPlan>,
+        validation: Option<&Validation>,
+        date: Option<&str>,
+    ) -> PyResult<()> {
+        let request = PageRequest {
+            model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
+            plan: plan.map(|p| &p.inner),
+            estimate: Some(&self.inner),
+            portrait: None,
+            validation: validation.map(|v| &v.inner),
+            verdict: Some(&self.verdict),
+            origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
+        };
+        save(&path, &rist::page(&request).0, &[])
     }
 
     /// Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
