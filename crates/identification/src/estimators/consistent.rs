@@ -12,7 +12,7 @@
 //!
 //! What stands beside the data pulls: chi^2 lies above the least that bodies can reach, by more than the
 //! logarithms alone would cost where the reference is far from the data. So the problem is solved for lower and
-//! lower weights of all that is no data, down to a millionth, from which chi^2 has nothing left to gain
+//! lower weights of all that is no data, down to a millionth, and lower until chi^2 has little left to gain
 //! (`Problem::slack`). The solution is that of the greatest weight, at most one, whose chi^2/2 is within
 //! gamma (4 bodies + rotors) of it: a reference that the data contradict yields.
 //!
@@ -64,8 +64,12 @@ pub struct Consistent {
     pub newton_steps: usize,
 }
 
-/// Share of the prior that a bound on chi^2 is taken from. It costs a millionth of what the prior does.
-const LEAST_SHARE: f64 = 1e-6;
+/// Share of the prior that a bound on chi^2 is taken from: it costs a millionth of what the prior does.
+const SMALL_SHARE: f64 = 1e-6;
+/// Where bodies have outgrown their references so far that the bound is wider than half of what the logarithms may cost,
+/// it is taken from a smaller share, down to this one; rounding of the Hessian is what is left below it.
+const LEAST_SHARE: f64 = 1e-9;
+const TIGHT: f64 = 0.5;
 
 /// Solves for standard parameters and friction; `triangle` is whitened (residual of unit variance).
 pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Consistent {
@@ -83,10 +87,12 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let mut share = 1.0;
     while path.follow(share * prior.gamma) {
         shares.push((share, path.y.clone()));
-        if share <= LEAST_SHARE {
+        let is_tight = problem.slack(&path.y, share) <= TIGHT * prior.gamma * problem.barriers();
+        if share <= LEAST_SHARE || (share <= SMALL_SHARE && is_tight) {
             break;
         }
-        share = (0.2 * share).max(LEAST_SHARE);
+        let least = if share > SMALL_SHARE { SMALL_SHARE } else { LEAST_SHARE };
+        share = (0.2 * share).max(least);
     }
     let (steps, mut y) = (path.steps, path.y);
     let (mut excess, mut prior_share) = (None, 1.0);
