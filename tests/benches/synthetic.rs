@@ -29,7 +29,7 @@ use std::cell::RefCell;
 use identification::algebra::least_squares::solve;
 use identification::algebra::random::Random;
 use identification::algebra::total_least_squares::total_least_squares;
-use identification::algebra::triangle::{Accumulator, Triangle};
+use identification::algebra::triangle::{Triangle, TriangleBuilder};
 use identification::estimate::consistent::{Consistency, identify_consistent};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
@@ -189,7 +189,7 @@ impl<'a> Bench<'a> {
         let rows = 3.0 * self.states.len() as f64;
         let of = |name: &str| self.robot.column(name).expect("a base parameter of the arm");
         let noisy = [of("MX2"), of("MX3")].map(|c| (c, 0.05 * self.information.column_norm(c) / rows.sqrt()));
-        let mut block = Accumulator::new(model.p());
+        let mut block = TriangleBuilder::new(model.p());
         model.rows(&self.states, 0..self.states.len(), |r, w| {
             for (j, row) in w.chunks_exact_mut(model.p()).enumerate() {
                 row.iter_mut().for_each(|x| *x /= NOISE[j]);

@@ -2,7 +2,8 @@
 
 use std::process::Command;
 
-use rist::{Language, generate};
+use rist::generate;
+use rist::source::Language;
 use tests::{model, workspace};
 
 /// What an example prints; panics where it fails. Built as `cargo test --workspace` has built it already.

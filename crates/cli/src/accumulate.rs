@@ -8,13 +8,14 @@ use clap::Args;
 use identification::estimate::options::Options;
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
-use rist::{AccumulateRequest, Accumulator, Model};
+use rist::fleet::AccumulateRequest;
+use rist::{Accumulator, Model};
 
 use crate::artefact::{gains, read_sums};
 use crate::failure::{Failure, print};
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
-use rist::{check_output, is_same, write_file};
+use rist::output::{check_output, is_same, write_file};
 
 /// Add logs up: triangles that rist merge, rist solve and rist compare take instead of the logs
 ///
@@ -109,7 +110,7 @@ fn model_and_options(arguments: &Arguments) -> Result<(Model, Options), Failure>
     if let Some(path) = &arguments.like {
         let like = read_sums(path)?;
         let model = arguments.model.derive_as(like.settings().description.as_ref())?;
-        rist::check_sums(&model, &like).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
+        rist::fleet::check_sums(&model, &like).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
         return Ok((model, like.settings().options.clone()));
     }
     let model = arguments.model.derive()?;

@@ -7,7 +7,7 @@ use rist::Accumulator;
 
 use crate::artefact::read_sums;
 use crate::failure::{Failure, print};
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 /// Say which parameters moved between sums of rist accumulate: two robots, or two days of one
 ///
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = |path: &PathBuf| path.display().to_string();
     let names: Vec<String> = arguments.robots.iter().map(name).collect();
     let named: Vec<(&str, &Accumulator)> = names.iter().map(String::as_str).zip(&robots).collect();
-    let found = rist::compare((&name(&arguments.reference), &reference), &named, arguments.fdr)?;
+    let found = rist::fleet::compare((&name(&arguments.reference), &reference), &named, arguments.fdr)?;
     print(&found.to_string())?;
     if let Some(out) = &arguments.out {
         write_file(out, &found.to_yaml()?, &inputs)?;

@@ -9,7 +9,7 @@ use robot::{PassiveCoordinate, Robot, transform_inertial};
 
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use rist::write_file;
+use rist::output::write_file;
 
 /// Write a robot's description in another format, and say what that format cannot carry
 #[derive(Args)]
@@ -112,7 +112,7 @@ fn read_back(robot: &Robot, text: &str, format: Format) -> Result<Vec<String>, F
         let starts: Vec<String> = robot.passive.iter().map(start).collect();
         differences.push(format!("where the search for passive joints starts is not carried: {}", starts.join(", ")));
     }
-    if let Some(x) = rist::torque_difference(robot, &read).filter(|x| *x > ROUNDING) {
+    if let Some(x) = rist::torque_difference::torque_difference(robot, &read).filter(|x| *x > ROUNDING) {
         differences.push(format!("the result is another robot: its torques differ by {x:.1e} of the largest"));
     }
     Ok(differences)

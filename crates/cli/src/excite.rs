@@ -9,13 +9,14 @@ use identification::experiments::excitation::limits::LimitsFile;
 use identification::experiments::servo_script::servo_script;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
 use identification::model::friction::terms::FrictionTerm;
-use rist::{ExciteRequest, Model};
+use rist::Model;
+use rist::exciting::ExciteRequest;
 
 use crate::artefact::read_text;
 use crate::failure::{Failure, print};
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
-use rist::write_file;
+use rist::output::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use rist::Language;
+use rist::source::Language;
 
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use rist::write_file;
+use rist::output::write_file;
 
 /// Write a robot's base regressor, and other functions of it, as source that needs no other file
 #[derive(Args)]
@@ -36,7 +36,7 @@ enum LanguageWord {
 }
 
 fn functions_help() -> String {
-    format!("Functions beside base-regressor: {}", rist::function_names())
+    format!("Functions beside base-regressor: {}", rist::source::function_names())
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

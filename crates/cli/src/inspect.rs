@@ -105,7 +105,7 @@ impl Tilted {
             return Ok(tilted);
         }
         let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options() };
-        let given = rist::read_robot(&arguments.model.model, &options)?;
+        let given = rist::description::read_robot(&arguments.model.model, &options)?;
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
         tilted.appear = match Model::of(given, &arguments.model.model) {
@@ -203,61 +203,70 @@ fn link(robot: &Robot, link: &robot::Link) -> Value {
     })
 }
 
-fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
-    let robot = &derived.robot;
-    let parameters = &derived.parameters;
+/// A base parameter: its rule, what it means, and the standard parameters that it absorbs.
+fn base(derived: &Model, rules: &Rules, described: Option<&[f64]>, k: usize) -> Value {
+    let (robot, parameters) = (&derived.robot, &derived.parameters);
+    let b = &parameters.base[k];
     let name = |c: usize| parameters.standard[c].display(robot).to_string();
-    let described = described(derived);
-    let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
     // Nested rules have no coefficients in full.
-    let base = |(k, b): (usize, &modeling::BaseParameter)| {
-        let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
-        let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
-        json!({
-            "name": b.name,
-            "parameter": name(b.column),
-            "rule": rules.base[k],
-            "meaning": parameters.meaning(robot, k),
-            "value": described.as_ref().map(|x| x[k]),
-            "unit": sheet::unit(robot, parameters.standard[b.column]),
-            "share": b.share,
-            "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
-        })
-    };
-    // A symbol without a value is any number.
-    let symbol = |i: usize| match robot.symbols[i].generic {
+    let symbolic = |t: usize| rules.coefficients.get(k).map_or(Value::Null, |c| json!(c[t]));
+    let term = |(i, t): (usize, &modeling::Term)| json!({"parameter": name(t.parameter), "coefficient": t.coefficient, "symbolic": symbolic(i)});
+    json!({
+        "name": b.name,
+        "parameter": name(b.column),
+        "rule": rules.base[k],
+        "meaning": parameters.meaning(robot, k),
+        "value": described.map(|x| x[k]),
+        "unit": sheet::unit(robot, parameters.standard[b.column]),
+        "share": b.share,
+        "terms": b.terms.iter().enumerate().map(term).collect::<Vec<_>>(),
+    })
+}
+
+/// A symbol of the geometry; one without a value is any number.
+fn symbol(robot: &Robot, i: usize) -> Value {
+    let value = match robot.symbols[i].generic {
         true => Value::Null,
         false => json!(robot::Value::Symbol(SymbolId(i)).number(&robot.symbols)),
     };
-    let rank = &parameters.rank;
+    json!({"name": robot.symbols[i].name, "value": value})
+}
+
+/// How sure the rank is.
+fn rank(rank: &modeling::Rank) -> Value {
+    json!({
+        "numeric": rank.numeric,
+        "exact": rank.exact,
+        // JSON has no infinity, which stands for a model without dropped columns.
+        "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
+        "smallest_kept": rank.smallest_kept,
+        "largest_dropped": rank.largest_dropped,
+        "exact_relations": rank.exact_relations,
+        "numeric_relations": rank.numeric_relations,
+    })
+}
+
+fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
+    let (robot, parameters) = (&derived.robot, &derived.parameters);
+    let name = |c: usize| parameters.standard[c].display(robot).to_string();
+    let names = |columns: &[usize]| columns.iter().map(|&c| name(c)).collect::<Vec<_>>();
+    let described = described(derived);
+    let count = |c: Count| json!({"mul": c.mul, "add": c.add, "sin_cos": c.sin_cos});
+    let added = |(name, share): &(String, f64)| json!({"parameter": name, "share": share});
     json!({
         "robot": robot.name,
         "source": robot.source,
         "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
-        "symbols": robot.symbols.iter().enumerate().map(|(i, s)| json!({"name": s.name, "value": symbol(i)})).collect::<Vec<_>>(),
+        "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
         "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
-        "base": parameters.base.iter().enumerate().map(base).collect::<Vec<_>>(),
+        "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
         "regrouped": rules.regrouped,
-        "as_given": tilted
-            .appear
-            .iter()
-            .flatten()
-            .map(|(name, share)| json!({"parameter": name, "share": share}))
-            .collect::<Vec<_>>(),
+        "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
         "as_given_refused": tilted.appear.as_ref().err(),
-        "coincident": parameters.coincident.iter().map(|&c| name(c)).collect::<Vec<_>>(),
-        "no_effect": parameters.no_effect.iter().map(|&c| name(c)).collect::<Vec<_>>(),
-        "rank": {
-            "numeric": rank.numeric,
-            "exact": rank.exact,
-            // JSON has no infinity, which stands for a model without dropped columns.
-            "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
-            "smallest_kept": rank.smallest_kept,
-            "largest_dropped": rank.largest_dropped,
-            "exact_relations": rank.exact_relations,
-            "numeric_relations": rank.numeric_relations,
-        },
+        "coincident": names(&parameters.coincident),
+        "no_effect": names(&parameters.no_effect),
+        "rank": rank(&parameters.rank),
         "ops": {
             "regressor": count(derived.standard_regressor.count()),
             "base_regressor": count(derived.base_regressor.count()),

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::accumulate::account;
 use crate::artefact::read_sums;
 use crate::failure::{Failure, print};
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 /// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order
 #[derive(Args)]

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use identification::model::description_options::DescriptionOptions;
-use rist::{Model, ModelOptions, RotorInertias};
+use rist::description::RotorInertias;
+use rist::{Model, ModelOptions};
 use robot::Robot;
 use robot::format::{Angles, Mimic};
 
@@ -89,8 +90,8 @@ impl ModelArguments {
 
     fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
         let text = robot::format::text_of(&self.model)?;
-        let robot = rist::parse_robot(&text, &self.model, options)?;
-        if let Some(sentence) = rist::snapping(&robot, &text, &self.model, options) {
+        let robot = rist::description::parse_robot(&text, &self.model, options)?;
+        if let Some(sentence) = rist::description::snapping(&robot, &text, &self.model, options) {
             eprintln!("note: {sentence}");
         }
         Ok(robot)
@@ -99,7 +100,7 @@ impl ModelArguments {
     /// The description; refused where a symbol has no value.
     pub fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
-        rist::check_values(&robot, &self.model)?;
+        rist::description::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
@@ -119,7 +120,7 @@ impl ModelArguments {
 
     fn derive_by(&self, options: &ModelOptions) -> Result<Model, Failure> {
         let robot = self.read_by(options)?;
-        rist::check_values(&robot, &self.model)?;
+        rist::description::check_values(&robot, &self.model)?;
         let mut model = Model::of(robot, &self.model)?;
         model.description = options.description();
         Ok(model)

@@ -6,12 +6,12 @@ use clap::{Args, ValueEnum};
 use identification::experiments::exchange::Criterion;
 use identification::experiments::profile::Profile;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
-use rist::PlanRequest;
+use rist::planning::PlanRequest;
 
 use crate::artefact::make_directory;
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 /// Plan the exciting experiments of identification by spectrum analysis
 ///
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let progress = |done: usize, all: usize, best: f64| eprintln!("start {done} of {all}, best {best:.3}");
-    let rist::Planned { plan, notes } = rist::plan(&model, &request, &progress)?;
+    let rist::planning::Planned { plan, notes } = rist::plan(&model, &request, &progress)?;
     let notes: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
     print(&format!("{notes}{plan}"))?;
     if let Some(directory) = &arguments.trajectories {

@@ -7,11 +7,14 @@ use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::reference::ModelReference;
-use rist::{LogSource, Model, ModelOptions, Origin, PageRequest, Portrait, Verdict};
+use rist::page::{Origin, PageRequest};
+use rist::validation::Portrait;
+use rist::verdict::Verdict;
+use rist::{LogSource, Model, ModelOptions};
 
 use crate::artefact::{make_directory, read_text};
 use crate::failure::Failure;
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 /// Write plan, estimate and validation as one self-contained HTML page
 ///
@@ -74,12 +77,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Some(model), Some(estimate)) if estimate.options.is_some() => drawn(arguments, model, estimate)?,
         (_, Some(estimate)) => {
             let predicted = validation.as_ref().map(|validation| validation.total);
-            Drawn { verdict: Some(rist::predicted_verdict(estimate, predicted)), portrait: None }
+            Drawn { verdict: Some(rist::verdict::predicted_verdict(estimate, predicted)), portrait: None }
         }
         _ => Drawn { verdict: None, portrait: None },
     };
     let command = command();
-    let (page, pictures) = rist::page(&PageRequest {
+    let (page, pictures) = rist::page::page(&PageRequest {
         model: model.as_ref(),
         plan: plan.as_ref(),
         estimate: estimate.as_ref(),
@@ -133,7 +136,7 @@ struct Drawn {
 
 fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Drawn, Failure> {
     let Some(options) = &estimate.options else {
-        return Ok(Drawn { verdict: Some(rist::estimate_verdict(estimate)), portrait: None });
+        return Ok(Drawn { verdict: Some(rist::verdict::estimate_verdict(estimate)), portrait: None });
     };
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
     let is_of_others = !arguments.log.is_empty();
@@ -149,9 +152,9 @@ fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Dr
     let verdict = match is_of_others {
         true => {
             let total = rist::validate(model, estimate, &logs)?.total;
-            rist::validation_verdict(model, estimate, &logs, total)?
+            rist::verdict::validation_verdict(model, estimate, &logs, total)?
         }
-        false => rist::fitted_verdict(model, estimate, &logs)?,
+        false => rist::verdict::fitted_verdict(model, estimate, &logs)?,
     };
-    Ok(Drawn { verdict: Some(verdict), portrait: rist::portrait(model, estimate, &logs)? })
+    Ok(Drawn { verdict: Some(verdict), portrait: rist::validation::portrait(model, estimate, &logs)? })
 }

@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 use crate::artefact::make_directory;
 use crate::failure::{Failure, print};
-use rist::write_file;
+use rist::output::write_file;
 
 /// Print the completions of a shell
 ///

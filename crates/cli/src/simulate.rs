@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use identification::experiments::record::Record;
 use logs::Effort;
-use rist::{Motions, SimulateRequest};
+use rist::simulation::{Motions, SimulateRequest};
 
 use crate::artefact::{MotionFile, gains, make_directory, read_estimate, read_load, read_motions};
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
-use rist::write_file;
+use rist::output::write_file;
 
 /// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
 ///

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::artefact::read_sums;
 use crate::failure::{Failure, print};
 use crate::verdict::refused;
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
 #[derive(Args)]
@@ -26,7 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let failed = |e: logs::Error| Failure::new(format_args!("{}: {e}", arguments.sums.display()));
     let estimate = read_sums(&arguments.sums)?.solve().map_err(failed)?;
-    let verdict = rist::estimate_verdict(&estimate);
+    let verdict = rist::verdict::estimate_verdict(&estimate);
     print(&format!("{estimate}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
         write_file(out, &estimate.to_yaml()?, &inputs)?;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rist::MOTION_CUTOFF;
+use rist::validation::MOTION_CUTOFF;
 
 use crate::artefact::{gains, read_estimate};
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
 use crate::verdict::refused;
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 /// Compare measured and predicted torques on motions that were not used
 #[derive(Args)]
@@ -63,12 +63,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
             let validation = rist::validate(&model, &estimate, &logs)?;
             if arguments.series.is_some() {
-                series = Some(rist::series_to_csv(
-                    &rist::predicted_torques(&model, &estimate, &logs)?,
+                series = Some(rist::validation::series_to_csv(
+                    &rist::validation::predicted_torques(&model, &estimate, &logs)?,
                     model.regressor().coordinates(),
                 ));
             }
-            let verdict = rist::validation_verdict(&model, &estimate, &logs, validation.total)?;
+            let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total)?;
             (validation, verdict)
         }
         None if arguments.series.is_some() => {
@@ -77,8 +77,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => {
             let (motions, gains) = (motions(&arguments.logs)?, gains(&arguments.gain, &model)?);
             let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
-            let validation = rist::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?;
-            let verdict = rist::validation_verdict(&model, &estimate, &[], validation.total)?;
+            let validation = rist::validation::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?;
+            let verdict = rist::verdict::validation_verdict(&model, &estimate, &[], validation.total)?;
             (validation, verdict)
         }
     };

@@ -1,6 +1,6 @@
 //! How a command ends whose verdict is no.
 
-use rist::{Trust, Verdict};
+use rist::verdict::{Trust, Verdict};
 
 use crate::failure::Failure;
 

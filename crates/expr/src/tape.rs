@@ -178,8 +178,8 @@ impl Tape {
             work.many = work.one.iter().map(|&[x]| [x; LANES]).collect();
         }
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs());
-        for (inputs, outputs) in inputs.chunks(n_in * LANES).zip(outputs.chunks_mut(n_out * LANES)) {
-            let n = inputs.len() / n_in;
+        for (block, outputs) in outputs.chunks_mut((n_out * LANES).max(1)).enumerate() {
+            let (inputs, n) = (&inputs[block * n_in * LANES..], outputs.len() / n_out);
             // Lanes past the end repeat the last sample.
             self.run(
                 &mut work.many,

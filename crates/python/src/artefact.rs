@@ -14,7 +14,7 @@ pub fn read_text(path: &Path) -> PyResult<String> {
 
 /// Writes a text to a file that is no input of it.
 pub fn save(path: &Path, text: &str, inputs: &[&Path]) -> PyResult<()> {
-    rist::write_file(path, text, inputs).or_error()
+    rist::output::write_file(path, text, inputs).or_error()
 }
 
 /// A class that holds one artefact of the library.

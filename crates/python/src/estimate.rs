@@ -8,7 +8,9 @@ use identification::model::reference::ModelReference;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rist::{Bodies, Origin, PageRequest, Trust};
+use rist::page::{Origin, PageRequest};
+use rist::samples::Bodies;
+use rist::verdict::Trust;
 
 use crate::arrays::array;
 use crate::artefact::{read_text, save};
@@ -28,7 +30,7 @@ use crate::work::work;
 pub struct Estimate {
     pub inner: rist::Estimate,
     pub model: Option<Py<Model>>,
-    pub verdict: rist::Verdict,
+    pub verdict: rist::verdict::Verdict,
     /// The bodies, where only those that can exist were asked for.
     pub bodies: Option<Bodies>,
     /// The load of the loaded logs, as the program prints it.
@@ -40,7 +42,7 @@ pub struct Estimate {
 impl Estimate {
     /// An estimate out of a file or a simulation.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
-        let verdict = rist::estimate_verdict(&inner);
+        let verdict = rist::verdict::estimate_verdict(&inner);
         Estimate { inner, model, verdict, bodies: None, load: None, findings: Vec::new() }
     }
 
@@ -237,7 +239,7 @@ impl Estimate {
         let (py, model, given) = (log.py(), &self.the_model()?.inner, logs(log)?);
         let is_one = given.len() == 1;
         let columns = self.inner.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
-        let series = work(py, None, |_| rist::predicted_torques(model, &self.inner, &open(given, model, &columns)?))?;
+        let series = work(py, None, |_| rist::validation::predicted_torques(model, &self.inner, &open(given, model, &columns)?))?;
         let n = model.robot.n_coordinates();
         let mut found = Vec::new();
         for one in &series {
@@ -287,7 +289,7 @@ impl Estimate {
             verdict: Some(&self.verdict),
             origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
         };
-        save(&path, &rist::page(&request).0, &[])
+        save(&path, &rist::page::page(&request).0, &[])
     }
 
     /// Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
@@ -305,7 +307,7 @@ impl Estimate {
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let text = rist::write_mjcf_joints(&model.inner, &bodies, &self.inner).or_error()?;
+        let text = rist::write_back::write_mjcf_joints(&model.inner, &bodies, &self.inner).or_error()?;
         save(&path, &text, &[&model.inner.path])
     }
 

@@ -14,7 +14,9 @@ use logs::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::{ExciteRequest, PlanRequest, SimulateRequest};
+use rist::exciting::ExciteRequest;
+use rist::planning::PlanRequest;
+use rist::simulation::SimulateRequest;
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};
@@ -26,7 +28,7 @@ use crate::work::work;
 
 artefact! {
     ExperimentPlan,
-    rist::ExperimentPlan,
+    rist::planning::ExperimentPlan,
     "Experiments to run for identification by spectrum analysis, with what they promise.",
     /// Names of the experiments: their logs are e01.csv, ..
     #[getter]
@@ -49,13 +51,13 @@ artefact! {
 
 impl ExperimentPlan {
     /// A plan, or the path of one; refused where it was made with another model.
-    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::ExperimentPlan> {
+    pub fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<rist::planning::ExperimentPlan> {
         let (plan, path) = match given.cast::<ExperimentPlan>() {
             Ok(plan) => (plan.get().inner.clone(), PathBuf::from("plan")),
             Err(_) => {
                 let path: PathBuf =
                     given.extract().map_err(|_| error("a plan is an ExperimentPlan or the path of plan.yaml"))?;
-                (rist::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()?, path)
+                (rist::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()?, path)
             }
         };
         model.check(&path, &plan.model).or_error()?;
@@ -65,7 +67,7 @@ impl ExperimentPlan {
 
 artefact! {
     ExcitingMotion,
-    rist::ExcitingMotion,
+    rist::exciting::ExcitingMotion,
     "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
     /// Whether every limit is proven to be kept, between samples too.
     #[getter]
@@ -208,7 +210,7 @@ pub fn simulate<'py>(
         let take = &mut |name: &str, record: &Record| {
             if let Some(out) = &out {
                 let text = record.to_csv(inner.regressor().coordinates(), Effort::Current);
-                rist::write_file(&out.join(format!("{name}.csv")), &text, &[&inner.path])?;
+                rist::output::write_file(&out.join(format!("{name}.csv")), &text, &[&inner.path])?;
             }
             records.push((name.into(), record.clone()));
             reporter.tell(records.len(), all, name);

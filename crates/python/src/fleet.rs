@@ -63,7 +63,7 @@ impl Accumulator {
                 "Accumulator: cutoff= is missing: parts of a sum are filtered alike, so it does not follow from a log",
             ));
         }
-        let sums = rist::accumulator(inner, &options, &gains(&given, "gain", inner)?).or_error()?;
+        let sums = rist::fleet::accumulator(inner, &options, &gains(&given, "gain", inner)?).or_error()?;
         Ok(Accumulator { model: model.clone().unbind(), sums: Mutex::new(sums) })
     }
 
@@ -80,7 +80,7 @@ impl Accumulator {
             let mut part = rist::Accumulator::new(this.sums().settings().clone());
             let part = work(slf.py(), None, |_| {
                 let log = log.open(model, &part.settings().options.columns)?;
-                rist::update(model, &mut part, &log, anyway)?;
+                rist::fleet::update(model, &mut part, &log, anyway)?;
                 Ok(part)
             })?;
             this.sums().merge(&part).or_error()?;
@@ -134,7 +134,7 @@ impl Accumulator {
     /// Writes the .tri file of the program.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         let bytes = self.sums().to_bytes().or_error()?;
-        rist::write_file(&path, &bytes, &[&self.model.get().inner.path]).or_error()
+        rist::output::write_file(&path, &bytes, &[&self.model.get().inner.path]).or_error()
     }
 
     /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
@@ -162,7 +162,7 @@ impl Accumulator {
 impl Accumulator {
     fn of_bytes(path: &Path, bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
         let sums = rist::Accumulator::from_bytes(&path.display().to_string(), bytes).or_error()?;
-        rist::check_sums(&model.get().inner, &sums).or_error()?;
+        rist::fleet::check_sums(&model.get().inner, &sums).or_error()?;
         Ok(Accumulator { model, sums: Mutex::new(sums) })
     }
 }
@@ -175,7 +175,7 @@ pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
 
 artefact! {
     Comparison,
-    rist::Comparison,
+    rist::fleet::Comparison,
     "What changed between sums: which robots, which parameters, by how many deviations.",
     /// Names of those that changed.
     #[getter]
@@ -214,7 +214,7 @@ pub fn compare(py: Python<'_>, reference: &Accumulator, robots: &Bound<'_, PyDic
     let reference = reference.copy();
     let inner = work(py, None, |_| {
         let named: Vec<(&str, &rist::Accumulator)> = named.iter().map(|(name, sums)| (name.as_str(), sums)).collect();
-        Ok(rist::compare(("reference", &reference), &named, fdr)?)
+        Ok(rist::fleet::compare(("reference", &reference), &named, fdr)?)
     })?;
     Ok(Comparison { inner })
 }

@@ -10,7 +10,8 @@ use identification::spectrum::identify::SpectralMethod;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::{ExperimentLogs, IdentifyRequest};
+use rist::experiments::ExperimentLogs;
+use rist::IdentifyRequest;
 
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
@@ -95,7 +96,7 @@ fn identify_samples(
     }
     let mut paths: Vec<PathBuf> = Vec::new();
     for path in fitted.iter().chain(&loaded).chain(&others).filter_map(|log| log.path()) {
-        if paths.iter().any(|other| rist::is_same(path, other)) {
+        if paths.iter().any(|other| rist::output::is_same(path, other)) {
             return Err(error(format_args!("{}: given twice; a log counts once, in one role", path.display())));
         }
         paths.push(path.into());
@@ -110,7 +111,7 @@ fn identify_samples(
         let request =
             IdentifyRequest { options, gains, find_delay, find_friction, consistent, loaded: &loaded, loaded_link };
         let found = rist::identify(inner, &fitted, &request)?;
-        let predictions = rist::predictions(inner, &found.estimate, &others)?;
+        let predictions = rist::validation::predictions(inner, &found.estimate, &others)?;
         let verdict = found.verdict(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
         Ok((found, verdict))
     })?;
@@ -266,7 +267,7 @@ fn expected_gains(given: &Keywords<'_>) -> PyResult<Vec<(String, Gain)>> {
 /// What logs and a description have to do with each other.
 #[pyclass(frozen, module = "rist")]
 pub struct Passport {
-    inner: rist::Passport,
+    inner: rist::doctor::Passport,
 }
 
 #[pymethods]

@@ -6,7 +6,10 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rist::{Evaluation, Language, ManyStates, ModelOptions, Quantity, RotorInertias};
+use rist::description::RotorInertias;
+use rist::evaluation::{Evaluation, ManyStates, Quantity};
+use rist::source::Language;
+use rist::ModelOptions;
 use robot::format::{Angles, Mimic};
 
 use crate::arrays::{Rows, States, array, empty};
@@ -48,7 +51,7 @@ impl Model {
     fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
         let derived = || rist::Model::parse(&text, &path, &options);
         let model = py.detach(derived).or_error()?;
-        let snapped = rist::snapping(&model.robot, &text, &path, &options);
+        let snapped = rist::description::snapping(&model.robot, &text, &path, &options);
         if let Some(sentence) = snapped {
             py.import("warnings")?.call_method1("warn", (sentence,))?;
         }

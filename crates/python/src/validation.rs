@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::MOTION_CUTOFF;
+use rist::validation::MOTION_CUTOFF;
 
 use crate::artefact::artefact;
 use crate::error::{OrError, error};
@@ -69,7 +69,7 @@ pub fn validate(
             work(py, None, |_| {
                 let logs = open(logs, model, &options.columns)?;
                 let validation = rist::validate(model, estimate, &logs)?;
-                let verdict = rist::validation_verdict(model, estimate, &logs, validation.total)?;
+                let verdict = rist::verdict::validation_verdict(model, estimate, &logs, validation.total)?;
                 Ok((validation, verdict))
             })?
         }
@@ -80,8 +80,8 @@ pub fn validate(
             let cutoff = given.get("cutoff", "a number of Hz")?.unwrap_or(MOTION_CUTOFF);
             let gains = gains(&given, "gain", model)?;
             work(py, None, |_| {
-                let validation = rist::validate_experiments(model, estimate, &paths, &gains, cutoff)?;
-                let verdict = rist::validation_verdict(model, estimate, &[], validation.total)?;
+                let validation = rist::validation::validate_experiments(model, estimate, &paths, &gains, cutoff)?;
+                let verdict = rist::verdict::validation_verdict(model, estimate, &[], validation.total)?;
                 Ok((validation, verdict))
             })?
         }

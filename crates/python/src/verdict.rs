@@ -1,14 +1,14 @@
 //! `rist.Verdict`.
 
 use pyo3::prelude::*;
-use rist::Trust;
+use rist::verdict::Trust;
 
 use crate::html;
 
 /// Whether to trust a result: `trust` is "yes", "with care" or "no".
 #[pyclass(frozen, module = "rist")]
 pub struct Verdict {
-    pub inner: rist::Verdict,
+    pub inner: rist::verdict::Verdict,
 }
 
 #[pymethods]
@@ -64,5 +64,5 @@ pub fn _verdict(trust: &str, found: String, reasons: Vec<String>, next: String) 
         "with care" => Trust::WithCare,
         _ => Trust::No,
     };
-    Verdict { inner: rist::Verdict { trust, found, reasons, next } }
+    Verdict { inner: rist::verdict::Verdict { trust, found, reasons, next } }
 }

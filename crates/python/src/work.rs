@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use rist::Interruption;
+use rist::exciting::Interruption;
 
 use crate::error::OrError;
 

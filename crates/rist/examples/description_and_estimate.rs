@@ -6,7 +6,8 @@ use std::path::Path;
 
 use identification::estimate::identified::Identified;
 use report::chart::Chart;
-use rist::{Error, Estimate, IdentifyRequest, LogSource, Model, identify, predicted_torques};
+use rist::validation::predicted_torques;
+use rist::{Error, Estimate, IdentifyRequest, LogSource, Model, identify};
 
 fn main() -> Result<(), Error> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

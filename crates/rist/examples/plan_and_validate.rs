@@ -6,10 +6,11 @@ use std::path::PathBuf;
 
 use identification::spectrum::identify::SpectralMethod;
 use logs::Effort;
-use rist::{
-    Error, ExperimentLogs, MOTION_CUTOFF, Model, PlanRequest, SimulateRequest, identify_experiments, plan, simulate,
-    validate_experiments,
-};
+use rist::experiments::ExperimentLogs;
+use rist::planning::PlanRequest;
+use rist::simulation::SimulateRequest;
+use rist::validation::{MOTION_CUTOFF, validate_experiments};
+use rist::{Error, Model, identify_experiments, plan, simulate};
 
 fn main() -> Result<(), Error> {
     let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");

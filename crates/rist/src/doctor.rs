@@ -1,9 +1,11 @@
 //! Whether logs belong to the robot of a description, before anything is fitted.
 
 use identification::estimate::options::Options;
-use identification::estimate::passport::{Passport, passport};
+use identification::estimate::passport::passport;
 use identification::signals::records::SourceRecords;
 use logs::{Effort, LogSource};
+
+pub use identification::estimate::passport::Passport;
 
 use crate::error::Error;
 use crate::model::Model;

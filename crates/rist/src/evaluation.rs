@@ -7,14 +7,11 @@
 //! standard parameters; A (n x n, kg m^2); h, g and tau (n; N m, or N of a joint that slides). A state is a row, and its
 //! outputs are one matrix, row by row.
 
-use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
-
-use expr::{Function, Tape};
-use modeling::{Closure, Derivation, UnclearRank};
+use modeling::{Derivation, UnclearRank};
 
 use crate::error::Error;
 use crate::model::Model;
+use crate::state_tape::{Argument, StateTape};
 
 /// What is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,24 +53,8 @@ pub struct Evaluation {
 enum Source {
     /// The model's own base regressor: compiled where this robot is.
     Regressor,
-    /// Any function of the states, with the solver of the passive joints where loops are closed numerically.
-    Tape(Box<OnTape>),
-}
-
-struct OnTape {
-    tape: Tape,
-    groups: Vec<Group>,
-    closure: Option<Mutex<Closure>>,
-}
-
-/// An argument of the function.
-#[derive(Clone, Copy, PartialEq)]
-enum Group {
-    Q,
-    Passive(usize),
-    Dq,
-    Ddq,
-    Parameters(usize),
+    /// Any function of the states.
+    Tape(Box<StateTape>),
 }
 
 /// States that go through a tape or a compiled function together: their inputs and outputs stay in the cache.
@@ -97,16 +78,13 @@ impl Evaluation {
             Quantity::Bias => derivation.bias(&model.parameters).bound(),
             Quantity::Gravity => derivation.gravity(&model.parameters).bound(),
         };
-        let groups = groups(&function);
-        let is_passive = |group: &Group| matches!(group, Group::Passive(k) if *k > 0);
-        let closure = derivation.closure().filter(|_| groups.iter().any(is_passive)).map(Mutex::new);
         let shape = match quantity {
             Quantity::InertiaMatrix => (n, n),
             Quantity::Regressor | Quantity::BaseRegressor => (n, model.parameters.standard.len()),
             Quantity::Torque | Quantity::Bias | Quantity::Gravity => (n, 1),
         };
-        let on_tape = OnTape { tape: Tape::new(&function), groups, closure };
-        Ok(Evaluation { source: Source::Tape(Box::new(on_tape)), n, shape })
+        let tape = StateTape::new(&function, derivation.closure());
+        Ok(Evaluation { source: Source::Tape(Box::new(tape)), n, shape })
     }
 
     /// Rows and columns of the outputs of one state.
@@ -117,7 +95,7 @@ impl Evaluation {
     /// Writes the outputs of one state after the other. Where a loop does not close, they are not numbers.
     ///
     /// Fails where the lengths are not those of whole states, of the same number of them, and of the parameters.
-    pub fn fill(&self, model: &Model, states: &ManyStates, outputs: &mut [f64]) -> Result<(), Error> {
+    pub fn fill<'a>(&self, model: &Model, states: &ManyStates<'a>, outputs: &mut [f64]) -> Result<(), Error> {
         let (n, size) = (self.n, self.shape.0 * self.shape.1);
         let count = states.q.len().checked_div(n).unwrap_or(0);
         let wrong = |what: &str, expected: usize, found: usize| {
@@ -141,17 +119,14 @@ impl Evaluation {
         }
         for (first, outputs) in (0..count).step_by(TOGETHER).zip(outputs.chunks_mut(TOGETHER * size)) {
             let rows = first..count.min(first + TOGETHER);
+            // An argument that is not needed may be empty.
+            let row = |x: &'a [f64], k: usize| x.get(k * n..(k + 1) * n).unwrap_or_default();
+            let rows = rows.map(|k| [row(states.q, k), row(states.dq, k), row(states.ddq, k)]);
             match &self.source {
                 Source::Regressor => {
-                    let mut inputs = Vec::with_capacity(3 * n * rows.len());
-                    for k in rows {
-                        for x in [states.q, states.dq, states.ddq] {
-                            inputs.extend_from_slice(&x[k * n..][..n]);
-                        }
-                    }
-                    model.regressor().fill_many(&inputs, outputs);
+                    model.regressor().fill_many(&rows.flatten().flatten().copied().collect::<Vec<f64>>(), outputs)
                 }
-                Source::Tape(on_tape) => on_tape.fill(n, states, rows, outputs),
+                Source::Tape(tape) => tape.fill(rows, states.parameters, outputs),
             }
         }
         Ok(())
@@ -161,63 +136,16 @@ impl Evaluation {
     pub fn needs(&self, argument: &str) -> bool {
         match (&self.source, argument) {
             (_, "q") | (Source::Regressor, _) => true,
-            (Source::Tape(on_tape), "dq") => on_tape.groups.contains(&Group::Dq),
-            (Source::Tape(on_tape), _) => on_tape.groups.contains(&Group::Ddq),
+            (Source::Tape(tape), "dq") => tape.arguments().contains(&Argument::Dq),
+            (Source::Tape(tape), _) => tape.arguments().contains(&Argument::Ddq),
         }
     }
 
     /// Number of parameters, where the outputs depend on them.
     pub fn parameters(&self) -> Option<usize> {
-        let Source::Tape(on_tape) = &self.source else { return None };
-        on_tape.groups.iter().find_map(|group| if let Group::Parameters(p) = group { Some(*p) } else { None })
+        let Source::Tape(tape) = &self.source else { return None };
+        tape.arguments().iter().find_map(|a| if let Argument::Parameters(p) = a { Some(*p) } else { None })
     }
-}
-
-impl OnTape {
-    /// Writes the outputs of some states.
-    fn fill(&self, n: usize, states: &ManyStates, rows: Range<usize>, outputs: &mut [f64]) {
-        let size = outputs.len() / rows.len();
-        let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
-        let (mut inputs, mut open) = (Vec::new(), Vec::new());
-        for (place, k) in rows.enumerate() {
-            let row = k * n..(k + 1) * n;
-            for group in &self.groups {
-                match group {
-                    Group::Q => inputs.extend(&states.q[row.clone()]),
-                    Group::Dq => inputs.extend(&states.dq[row.clone()]),
-                    Group::Ddq => inputs.extend(&states.ddq[row.clone()]),
-                    Group::Parameters(_) => inputs.extend(states.parameters),
-                    Group::Passive(count) => match closure.as_mut().map(|c| c.passive(&states.q[row.clone()])) {
-                        Some(Ok(found)) => inputs.extend(found),
-                        Some(Err(_)) => {
-                            open.push(place);
-                            inputs.extend(std::iter::repeat_n(0.0, *count));
-                        }
-                        None => {}
-                    },
-                }
-            }
-        }
-        let mut work = self.tape.workspace();
-        match self.tape.n_inputs() {
-            // Constants alone: every state has the same.
-            0 => outputs.chunks_mut(size).for_each(|one| self.tape.evaluate(&[], &mut work, one)),
-            _ => self.tape.evaluate_many(&inputs, &mut work, outputs),
-        }
-        open.into_iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));
-    }
-}
-
-/// The arguments of a function, by their names.
-fn groups(function: &Function) -> Vec<Group> {
-    let group = |input: &expr::Input| match input.name.as_str() {
-        "q" => Group::Q,
-        "dq" => Group::Dq,
-        "ddq" => Group::Ddq,
-        "x" => Group::Parameters(input.entries.len()),
-        _ => Group::Passive(input.entries.len()),
-    };
-    function.inputs.iter().map(group).collect()
 }
 
 #[cfg(test)]

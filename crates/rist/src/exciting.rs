@@ -1,7 +1,6 @@
 //! From a model to one motion that makes its parameters visible, within proved limits.
 
-use identification::algebra::interruption::Interruption;
-use identification::experiments::excitation::artefact::{ExcitingMotion, MotionJoint};
+use identification::experiments::excitation::artefact::MotionJoint;
 use identification::experiments::excitation::barrier::Timing;
 use identification::experiments::excitation::columns::visible_columns;
 use identification::experiments::excitation::criterion::Aim;
@@ -19,6 +18,9 @@ use identification::model::parameter::FrictionParameter;
 use identification::model::regressor::Regressor;
 use robot::RotorInertia;
 use robot::value::CoordinateId;
+
+pub use identification::algebra::interruption::Interruption;
+pub use identification::experiments::excitation::artefact::ExcitingMotion;
 
 use crate::error::Error;
 use crate::model::Model;

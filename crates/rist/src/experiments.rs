@@ -11,9 +11,10 @@ use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
 use identification::spectrum::rist_mh::data::HarmonicOptions;
 use logs::{ColumnNames, Effort, Log};
 
+use crate::Estimate;
 use crate::error::Error;
 use crate::model::Model;
-use crate::{Estimate, ExperimentPlan};
+use crate::planning::ExperimentPlan;
 
 /// The logs of a plan, and what is known of the scale of their currents.
 pub struct ExperimentLogs<'a> {

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use identification::algebra::in_order::on_threads;
 use identification::algebra::interruption::Interruption;
-use identification::estimate::fleet::accumulator::Accumulator;
 use identification::estimate::fleet::replicate::Replicate;
 use identification::estimate::fleet::settings::Settings;
 use identification::estimate::options::Options;
@@ -15,6 +14,9 @@ use identification::model::linear_model::Model as LinearModel;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use logs::{Effort, LogSource};
+
+pub use identification::estimate::fleet::accumulator::Accumulator;
+pub use identification::estimate::fleet::comparison::{Comparison, compare};
 
 use crate::error::Error;
 use crate::model::Model;

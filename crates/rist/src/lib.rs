@@ -28,66 +28,52 @@
 //! # Ok::<(), rist::Error>(())
 //! ```
 //!
+//! The root has the steps and what passes between them; each module has what one step takes and returns besides.
 //! `examples/` has the five things people do: inspect a robot, identify a log, run a generated file in a control loop,
 //! plan and validate experiments, convert a description and write identified bodies back.
 
 #![warn(missing_docs)]
 
-mod checking;
-mod description;
-mod doctor;
+pub mod checking;
+pub mod description;
+pub mod doctor;
 mod error;
-mod evaluation;
-mod exciting;
-mod experiments;
-mod fleet;
-mod load;
-mod model;
-mod output;
-mod page;
-mod planning;
+pub mod evaluation;
+pub mod exciting;
+pub mod experiments;
+pub mod fleet;
+pub mod load;
+pub mod model;
+pub mod output;
+pub mod page;
+pub mod planning;
 mod regressor_slope;
-mod samples;
-mod simulation;
-mod source;
+pub mod samples;
+pub mod simulation;
+pub mod source;
+mod state_tape;
 mod tape_dynamics;
 mod tape_regressor;
 mod thread_tapes;
-mod torque_difference;
+pub mod torque_difference;
 mod torque_enclosure;
-mod validation;
-mod verdict;
-mod write_back;
+pub mod validation;
+pub mod verdict;
+pub mod write_back;
 
-pub use checking::{Checked, check};
-pub use description::{ModelOptions, RotorInertias, check_values, parse_robot, read_robot, snapping};
+pub use checking::check;
+pub use description::ModelOptions;
 pub use doctor::examine;
 pub use error::Error;
-pub use evaluation::{Evaluation, ManyStates, Quantity};
-pub use exciting::{ExciteProgress, ExciteRequest, default_period, excite};
-pub use experiments::{ExperimentLogs, identify_experiments};
-pub use fleet::{AccumulateRequest, accumulate, accumulator, check_sums, update};
-pub use identification::algebra::interruption::Interruption;
+pub use exciting::excite;
+pub use experiments::identify_experiments;
+pub use fleet::{Accumulator, accumulate};
 pub use identification::estimate::artefact::Estimate;
-pub use identification::estimate::fleet::accumulator::Accumulator;
-pub use identification::estimate::fleet::comparison::{Comparison, compare};
-pub use identification::estimate::passport::Passport;
-pub use identification::estimate::validation::Validation;
-pub use identification::estimate::verdict::{Trust, Verdict};
-pub use identification::experiments::excitation::artefact::ExcitingMotion;
-pub use identification::experiments::experiment_plan::ExperimentPlan;
-pub use identification::portrait::Portrait;
-pub use identification::portrait::series::{TorqueSeries, series_to_csv};
-pub use load::Load;
 pub use logs::LogSource;
-pub use model::{Model, base_columns};
-pub use output::{check_output, is_same, write_file};
-pub use page::{Origin, PageRequest, page};
-pub use planning::{PlanRequest, Planned, plan};
-pub use samples::{Bodies, Identification, IdentifyRequest, identify};
-pub use simulation::{Motions, SimulateRequest, Simulated, simulate};
-pub use source::{Language, Source, function_named, function_names, generate};
-pub use torque_difference::torque_difference;
-pub use validation::{MOTION_CUTOFF, portrait, predicted_torques, predictions, validate, validate_experiments};
-pub use verdict::{estimate_verdict, fitted_verdict, predicted_verdict, validation_verdict};
-pub use write_back::{write_mjcf_joints, write_urdf};
+pub use model::Model;
+pub use planning::plan;
+pub use samples::{IdentifyRequest, identify};
+pub use simulation::simulate;
+pub use source::generate;
+pub use validation::{Validation, validate};
+pub use write_back::write_urdf;

@@ -1,12 +1,14 @@
 //! The page of an identification: whatever there is of it, as one file of HTML.
 
-use identification::portrait::Portrait;
 use report::identification::{Page, Subject};
 
 pub use report::identification::Origin;
 
+use crate::Estimate;
 use crate::model::Model;
-use crate::{Estimate, ExperimentPlan, Validation, Verdict};
+use crate::planning::ExperimentPlan;
+use crate::validation::{Portrait, Validation};
+use crate::verdict::Verdict;
 
 /// What the page tells; each part is left out where it is not given.
 #[derive(Clone, Copy, Default)]
@@ -17,7 +19,7 @@ pub struct PageRequest<'a> {
     pub plan: Option<&'a ExperimentPlan>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
-    /// What they make of logs: [`crate::portrait`].
+    /// What they make of logs: [`crate::validation::portrait`].
     pub portrait: Option<&'a Portrait>,
     /// How well they predict others.
     pub validation: Option<&'a Validation>,

@@ -8,7 +8,8 @@ use identification::experiments::ranges::{check_limits, check_samples};
 use identification::simulate::dynamics::RegressorDynamics;
 use identification::simulate::setup::{SimulationSetup, motion_limits};
 
-use crate::ExperimentPlan;
+pub use identification::experiments::experiment_plan::ExperimentPlan;
+
 use crate::error::Error;
 use crate::model::Model;
 

@@ -16,10 +16,12 @@ use identification::simulate::closed_loop::Stop;
 use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::simulate::setup::SimulationSetup;
 
+use crate::Estimate;
 use crate::error::Error;
+use crate::exciting::ExcitingMotion;
 use crate::model::Model;
+use crate::planning::ExperimentPlan;
 use crate::tape_dynamics::dynamics as dynamics_of;
-use crate::{Estimate, ExcitingMotion, ExperimentPlan};
 
 /// What is simulated.
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@ use crate::thread_tapes::ThreadTapes;
 /// tau = A(q) ddq + h(q, dq) of a robot with given base parameters.
 struct TapeDynamics {
     /// A(q, X) and h(q, dq, X).
-    tapes: ThreadTapes<2>,
+    tapes: ThreadTapes,
     parameters: Vec<f64>,
     n: usize,
 }
@@ -29,7 +29,7 @@ pub fn dynamics(model: &Model, mut parameters: Vec<f64>) -> Box<dyn Dynamics + '
     let inertia = derivation.inertia_matrix(&model.parameters).bound();
     let bias = derivation.bias(&model.parameters).bound();
     Box::new(TapeDynamics {
-        tapes: ThreadTapes::new([Tape::new(&inertia), Tape::new(&bias)]),
+        tapes: ThreadTapes::new(vec![Tape::new(&inertia), Tape::new(&bias)]),
         parameters,
         n: model.robot.n_coordinates(),
     })
@@ -41,12 +41,12 @@ impl Dynamics for TapeDynamics {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
-        self.tapes.with(|[mut a, mut h], inputs| {
+        self.tapes.with(|tapes, work, inputs| {
             inputs.extend(q.iter().chain(&self.parameters));
-            a.evaluate(inputs, inertia);
+            tapes[0].evaluate(inputs, &mut work[0], inertia);
             inputs.clear();
             inputs.extend(q.iter().chain(dq).chain(&self.parameters));
-            h.evaluate(inputs, bias);
+            tapes[1].evaluate(inputs, &mut work[1], bias);
         });
     }
 }

@@ -1,19 +1,15 @@
 //! A base regressor evaluated by tape: any robot, no compiler.
 
-use std::sync::Mutex;
-
-use expr::{Function, Tape};
+use expr::Function;
 use identification::model::parameter::BaseParameter;
 use identification::model::regressor::{Coordinate, Regressor};
 use modeling::Closure;
 
-use crate::thread_tapes::ThreadTapes;
+use crate::state_tape::StateTape;
 
 /// tau = Y(q, dq, ddq) X by interpreting the function of Y.
 pub struct TapeRegressor {
-    tapes: ThreadTapes<1>,
-    /// Where loops are closed numerically, the solver.
-    closure: Option<Mutex<Closure>>,
+    tape: StateTape,
     coordinates: Vec<String>,
     prismatic: Vec<bool>,
     parameters: Vec<BaseParameter>,
@@ -29,8 +25,7 @@ impl TapeRegressor {
         parameters: Vec<BaseParameter>,
     ) -> TapeRegressor {
         TapeRegressor {
-            tapes: ThreadTapes::new([Tape::new(base)]),
-            closure: closure.map(Mutex::new),
+            tape: StateTape::new(base, closure),
             prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
             coordinates: coordinates.into_iter().map(|c| c.name).collect(),
             parameters,
@@ -57,46 +52,14 @@ impl Regressor for TapeRegressor {
     }
 
     fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
-        self.fill_states(std::iter::once([q, dq, ddq]), y);
+        self.tape.fill(std::iter::once([q, dq, ddq]), &[], y);
     }
 
     fn fill_many(&self, states: &[f64], y: &mut [f64]) {
         let n = self.coordinates.len();
         if !y.is_empty() {
-            self.fill_states(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), y);
+            self.tape.fill(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), &[], y);
         }
-    }
-}
-
-impl TapeRegressor {
-    /// Y at each of the states q, dq, ddq, one after the other.
-    fn fill_states<'a>(&self, states: impl Iterator<Item = [&'a [f64]; 3]>, y: &mut [f64]) {
-        let [tape] = self.tapes.tapes();
-        let n_passive = tape.n_inputs() - 3 * self.coordinates.len();
-        let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(|poisoned| poisoned.into_inner()));
-        let (mut count, mut open) = (0, Vec::new());
-        self.tapes.with(|[mut tape], inputs| {
-            for [q, dq, ddq] in states {
-                inputs.extend(q);
-                match closure.as_mut().map(|closure| closure.passive(q)) {
-                    None => {}
-                    Some(Ok(passive)) => inputs.extend(passive),
-                    Some(Err(_)) => {
-                        open.push(count);
-                        inputs.extend(std::iter::repeat_n(0.0, n_passive));
-                    }
-                }
-                inputs.extend(dq.iter().chain(ddq));
-                count += 1;
-            }
-            match count {
-                1 => tape.evaluate(inputs, y),
-                _ => tape.evaluate_many(inputs, y),
-            }
-        });
-        // No torque is known where the loops do not close: not a number, which is refused later.
-        let size = y.len() / count.max(1);
-        open.into_iter().for_each(|i| y[i * size..][..size].fill(f64::NAN));
     }
 }
 

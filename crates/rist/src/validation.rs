@@ -6,15 +6,18 @@ use identification::estimate::held_out;
 use identification::estimate::residuals::Residuals;
 use identification::experiments::record::Record;
 use identification::model::linear_model::Model as LinearModel;
-use identification::portrait::Portrait;
-use identification::portrait::series::{TorqueSeries, series};
+use identification::portrait::series::series;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
 use logs::{ColumnNames, Effort, Log, LogSource};
 
+pub use identification::estimate::validation::Validation;
+pub use identification::portrait::Portrait;
+pub use identification::portrait::series::{TorqueSeries, series_to_csv};
+
+use crate::Estimate;
 use crate::error::Error;
 use crate::model::{Model, predicts};
-use crate::{Estimate, Validation};
 
 /// Hz, of the low-pass on position and torque of motions of a plan, where none is given: twice the cut-off of the
 /// equations is where the paper's figure 2 looks.

@@ -3,18 +3,20 @@
 use identification::estimate::described::described_residuals;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
-use identification::estimate::verdict::{Evidence, Verdict};
+use identification::estimate::verdict::Evidence;
 use identification::model::linear_model::Model as LinearModel;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use logs::LogSource;
+
+pub use identification::estimate::verdict::{Trust, Verdict};
 
 use crate::Estimate;
 use crate::doctor::examine;
 use crate::error::Error;
 use crate::model::Model;
 
-/// Whether to trust an estimate by what it says of itself; [`crate::Identification::verdict`] knows more.
+/// Whether to trust an estimate by what it says of itself; [`crate::samples::Identification::verdict`] knows more.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }

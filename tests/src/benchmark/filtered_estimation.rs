@@ -4,7 +4,7 @@
 //! same next year. tau = D X + equation (5), four friction columns a joint.
 
 use identification::algebra::least_squares::solve;
-use identification::algebra::triangle::Accumulator;
+use identification::algebra::triangle::TriangleBuilder;
 use identification::experiments::measured_motion::MeasuredMotion;
 use identification::model::regressor::Regressor;
 use identification::signals::butterworth::Butterworth;
@@ -28,7 +28,7 @@ pub fn filtered_least_squares(
     let filters =
         (Butterworth::low_pass(4, 40.0, rate), Butterworth::low_pass(4, 0.4 * rate / DECIMATION as f64, rate));
     let (Some(first), Some(second)) = filters else { return vec![] };
-    let mut rows = Accumulator::new(p + 4 * n);
+    let mut rows = TriangleBuilder::new(p + 4 * n);
     for e in experiments {
         let mut row = vec![0.0; p + 4 * n];
         if e.period().is_none() {

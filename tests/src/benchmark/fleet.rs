@@ -14,7 +14,8 @@ use identification::algebra::in_order::in_order;
 use identification::algebra::random::Random;
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
-use rist::{Accumulator, Comparison, Model, compare};
+use rist::fleet::{Comparison, compare};
+use rist::{Accumulator, Model};
 use robot::{Inertial, StandardParameter};
 
 /// Seconds between samples.
@@ -181,10 +182,10 @@ impl<'a> Workshop<'a> {
 
     /// The sums over the logs of one machine.
     fn sums(&self, machine: &Machine, name: &str, logs: usize, seconds: f64, random: &mut Random) -> Accumulator {
-        let mut sums = rist::accumulator(self.model, &self.options, &[]).expect("the options are those of sums");
+        let mut sums = rist::fleet::accumulator(self.model, &self.options, &[]).expect("the options are those of sums");
         for k in 0..logs {
             let log = LogSource::Held(self.log(machine, &format!("{name}-{k:03}"), seconds, random));
-            rist::update(self.model, &mut sums, &log, true).unwrap_or_else(|e| panic!("{e}"));
+            rist::fleet::update(self.model, &mut sums, &log, true).unwrap_or_else(|e| panic!("{e}"));
         }
         sums
     }

@@ -19,7 +19,7 @@ use crate::benchmark::filtered_estimation::{filtered_least_squares, friction_row
 use crate::benchmark::scenario::{BenchmarkArm, Scenario};
 use identification::algebra::least_squares::solve;
 use identification::algebra::random::Random;
-use identification::algebra::triangle::Accumulator;
+use identification::algebra::triangle::TriangleBuilder;
 use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
 use identification::experiments::measured_motion::MeasuredMotion;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
@@ -115,7 +115,7 @@ impl<'a> Fixture<'a> {
         let (n, p) = (arm.drives.gain.len(), arm.truth.len());
         let mut fixture =
             Fixture { arm, scenario, experiments: vec![], sigma: vec![], validation: vec![], tracking: 0.0 };
-        let mut information = Accumulator::new(p + 4 * n);
+        let mut information = TriangleBuilder::new(p + 4 * n);
         for (trajectory, record) in plan.iter().zip(fixture.records(arm.dynamics, plan, 77)?) {
             let reference = trajectory.reference();
             for k in 0..n {
@@ -327,7 +327,7 @@ fn cut_motion(record: &Record, windows: &[std::ops::Range<usize>]) -> MeasuredMo
 
 /// Rows of every sample and moving joint with four friction columns, over the torque noise.
 fn add_information(
-    information: &mut Accumulator,
+    information: &mut TriangleBuilder,
     arm: &BenchmarkArm,
     sensing: &Sensing,
     trajectory: &ExcitingTrajectory,

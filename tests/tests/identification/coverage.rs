@@ -134,7 +134,7 @@ fn consistency_helps_poor_data_only() {
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);
         for _ in 0..40 {
-            let mut rows = identification::algebra::triangle::Accumulator::new(10);
+            let mut rows = identification::algebra::triangle::TriangleBuilder::new(10);
             for _ in 0..60 {
                 let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
                 let y: f64 = row.iter().zip(body).map(|(a, b)| a * b).sum();

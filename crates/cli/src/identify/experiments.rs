@@ -6,13 +6,13 @@ use identification::estimate::options::Options;
 use identification::spectrum::identify::SpectralMethod;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
 use logs::ColumnNames;
-use rist::ExperimentLogs;
+use rist::experiments::ExperimentLogs;
 
 use super::arguments::{Arguments, Delay};
 use crate::artefact::{gains, read_load, read_plan};
 use crate::failure::{Failure, print};
 use crate::verdict::refused;
-use rist::{check_output, write_file};
+use rist::output::{check_output, write_file};
 
 pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let options = options(arguments, method)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
     let estimate = rist::identify_experiments(&model, &logs, method)?;
-    let verdict = rist::estimate_verdict(&estimate);
+    let verdict = rist::verdict::estimate_verdict(&estimate);
     print(&format!("{estimate}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
         inputs.extend(estimate.logs.iter().map(Path::new));

@@ -8,14 +8,16 @@ use identification::estimate::residuals::Residuals;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
-use rist::{Estimate, IdentifyRequest, Model, PageRequest, Trust, Validation, Verdict};
+use rist::page::PageRequest;
+use rist::verdict::{Trust, Verdict};
+use rist::{Estimate, IdentifyRequest, Model, Validation};
 
 use super::arguments::{Arguments, Delay, Friction};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print};
 use crate::report::{command, origin};
 use crate::verdict::refused;
-use rist::{check_output, is_same, write_file};
+use rist::output::{check_output, is_same, write_file};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
@@ -38,19 +40,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut found = rist::identify(&model, &logs, &request)?;
 
-    // A String never fails to grow.
-    if let Some(delay) = &found.delay {
-        let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
-        let _ = writeln!(text, "delay {seconds:.4} s: residual away from reversals {with:.4}, without it {without:.4}");
-    }
-    if let Some(selection) = &found.friction {
-        let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
-    }
-    let _ = write!(text, "{}", found.estimate);
-    if let Some(load) = &found.load {
-        let _ = write!(text, "{load}");
-    }
-    let predictions = rist::predictions(&model, &found.estimate, &others)?;
+    text.push_str(&chosen(&found));
+    let predictions = rist::validation::predictions(&model, &found.estimate, &others)?;
     for (log, validation) in &predictions {
         let _ = write!(text, "\n{log}, not fitted:\n{validation}");
     }
@@ -64,22 +55,41 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         bodies.refusal = None;
     }
     let is_withheld = verdict.trust == Trust::No && !arguments.anyway;
-    let written = if is_withheld { Vec::new() } else { written(arguments, &model, &found)? };
+    let simulators = if is_withheld { Vec::new() } else { for_simulators(arguments, &model, &found)? };
     print(&text)?;
-    for (out, text) in written {
-        write_file(out, &text, &inputs(arguments))?;
+    let (estimate, read) = (&found.estimate, inputs(arguments));
+    for (out, text) in simulators {
+        write_file(out, text, &read)?;
     }
     if let Some(out) = &arguments.out {
-        write_file(out, &found.estimate.to_yaml()?, &inputs(arguments))?;
+        write_file(out, estimate.to_yaml()?, &read)?;
     }
     if let Some(out) = &arguments.report {
-        write_file(out, &page(arguments, &model, &found.estimate, &logs, &predictions, &verdict)?, &inputs(arguments))?;
+        write_file(out, page(arguments, &model, estimate, &logs, &predictions, &verdict)?, &read)?;
     }
     if let Some(out) = &arguments.series {
-        let series = rist::predicted_torques(&model, &found.estimate, &logs)?;
-        write_file(out, rist::series_to_csv(&series, model.regressor().coordinates()), &inputs(arguments))?;
+        let series = rist::validation::predicted_torques(&model, estimate, &logs)?;
+        write_file(out, rist::validation::series_to_csv(&series, model.regressor().coordinates()), &read)?;
     }
     refused(&verdict, is_withheld && writes)
+}
+
+/// What was chosen, and the estimate.
+fn chosen(found: &rist::samples::Identification) -> String {
+    let mut text = String::new();
+    // A String never fails to grow.
+    if let Some(delay) = &found.delay {
+        let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
+        let _ = writeln!(text, "delay {seconds:.4} s: residual away from reversals {with:.4}, without it {without:.4}");
+    }
+    if let Some(selection) = &found.friction {
+        let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
+    }
+    let _ = write!(text, "{}", found.estimate);
+    if let Some(load) = &found.load {
+        let _ = write!(text, "{load}");
+    }
+    text
 }
 
 /// The page of --report.
@@ -91,7 +101,7 @@ fn page(
     predictions: &[(String, Residuals)],
     verdict: &Verdict,
 ) -> Result<String, Failure> {
-    let portrait = rist::portrait(model, estimate, logs)?;
+    let portrait = rist::validation::portrait(model, estimate, logs)?;
     let (reference, method) = (model.reference.clone(), &estimate.method);
     let of_logs =
         |logs: &[(String, Residuals)]| Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), logs);
@@ -106,19 +116,19 @@ fn page(
         origin: origin(arguments.date.as_deref(), &command),
         ..PageRequest::default()
     };
-    Ok(rist::page(&request).0)
+    Ok(rist::page::page(&request).0)
 }
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
-fn written<'a>(
+fn for_simulators<'a>(
     arguments: &'a Arguments,
     model: &Model,
-    found: &rist::Identification,
+    found: &rist::samples::Identification,
 ) -> Result<Vec<(&'a PathBuf, String)>, Failure> {
     let mut written = Vec::new();
     let Some(bodies) = &found.bodies else { return Ok(written) };
     if let Some(out) = &arguments.write_mjcf {
-        written.push((out, rist::write_mjcf_joints(model, bodies, &found.estimate)?));
+        written.push((out, rist::write_back::write_mjcf_joints(model, bodies, &found.estimate)?));
     }
     if let Some(out) = &arguments.write_urdf {
         let urdf = rist::write_urdf(model, &read_text(&arguments.model.model)?, bodies, &found.estimate)?;

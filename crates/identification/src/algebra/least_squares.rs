@@ -104,11 +104,11 @@ fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Accumulator;
+    use crate::algebra::triangle::TriangleBuilder;
 
     fn triangle(rows: &[(Vec<f64>, f64)]) -> Triangle {
         let p = rows[0].0.len();
-        let mut block = Accumulator::new(p);
+        let mut block = TriangleBuilder::new(p);
         for (row, y) in rows {
             block.push(row, *y);
         }

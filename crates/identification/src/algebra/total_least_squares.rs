@@ -69,11 +69,11 @@ mod tests {
     use super::*;
     use crate::algebra::least_squares::solve;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Accumulator;
+    use crate::algebra::triangle::TriangleBuilder;
 
     fn triangle(column_noise: f64, noise: f64, seed: u64) -> Triangle {
         let mut random = Random::new(seed);
-        let mut rows = Accumulator::new(2);
+        let mut rows = TriangleBuilder::new(2);
         for _ in 0..500 {
             let (a, b) = (random.normal(), random.normal());
             rows.push(&[a + column_noise * random.normal(), b], 2.0 * a - b + noise * random.normal());

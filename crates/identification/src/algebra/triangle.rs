@@ -28,15 +28,15 @@ pub struct Triangle {
 
 /// Rows on their way into a triangle.
 #[derive(Clone, Debug)]
-pub struct Accumulator {
+pub struct TriangleBuilder {
     triangle: Triangle,
     block: RowBlock,
 }
 
-impl Accumulator {
+impl TriangleBuilder {
     /// No row yet, with `p` columns and a right-hand side.
-    pub fn new(p: usize) -> Accumulator {
-        Accumulator { triangle: Triangle::new(p), block: RowBlock::new(p + 1) }
+    pub fn new(p: usize) -> TriangleBuilder {
+        TriangleBuilder { triangle: Triangle::new(p), block: RowBlock::new(p + 1) }
     }
 
     /// Appends a row of coefficients and its right-hand side.
@@ -187,7 +187,7 @@ impl Triangle {
 /// The triangle of some of the columns.
 pub fn select(triangle: &Triangle, columns: &[usize]) -> Triangle {
     let p = triangle.columns();
-    let mut out = Accumulator::new(columns.len());
+    let mut out = TriangleBuilder::new(columns.len());
     let entry = |i: usize, j: usize| if i <= j { triangle.at(i, j) } else { 0.0 };
     for i in 0..=p {
         let row: Vec<f64> = columns.iter().map(|&c| entry(i, c)).collect();
@@ -209,7 +209,7 @@ mod tests {
     }
 
     fn triangle(rows: &[Vec<f64>], p: usize) -> Triangle {
-        let mut all = Accumulator::new(p);
+        let mut all = TriangleBuilder::new(p);
         rows.iter().for_each(|row| all.push(&row[..p], row[p]));
         all.finish()
     }

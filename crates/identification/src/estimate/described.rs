@@ -4,7 +4,7 @@
 //! joint of the fit, X stays that of the description.
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::held_out::residuals;
 use crate::estimate::residuals::Residuals;
 use crate::model::linear_model::Model;
@@ -12,7 +12,7 @@ use crate::model::linear_model::Model;
 /// What base parameters `described` leave of the rows behind triangles by joint, friction fitted; `weights` by joint.
 pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
     let (p, base) = (model.p(), described.len());
-    let mut rest = Accumulator::new(p - base);
+    let mut rest = TriangleBuilder::new(p - base);
     for (joint, weight) in joints.iter().zip(weights) {
         for i in 0..=p {
             let entry = |c: usize| if i <= c { weight * joint.at(i, c) } else { 0.0 };

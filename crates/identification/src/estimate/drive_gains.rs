@@ -64,14 +64,14 @@ fn equations(joints: &[Triangle], discount: f64) -> Vec<JointEquations> {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Accumulator;
+    use crate::algebra::triangle::TriangleBuilder;
 
     /// Two joints that share two parameters, currents with noise.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {
         let (x, k) = ([2.0, -1.0], [3.0, 0.5]);
         let mut random = Random::new(seed);
         let joint = |k: f64| {
-            let mut rows = Accumulator::new(2);
+            let mut rows = TriangleBuilder::new(2);
             for _ in 0..500 {
                 let row = [random.normal(), random.normal()];
                 let torque = row[0] * x[0] + row[1] * x[1];

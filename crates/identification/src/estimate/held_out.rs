@@ -7,7 +7,7 @@
 use logs::Error;
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::weighted::{Weights, fit};
 use crate::model::linear_model::Model;
@@ -90,7 +90,7 @@ const HELD: f64 = 1e-3;
 /// Rows that hold each parameter at `x` by a share of its column.
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let p = rows.columns();
-    let mut block = Accumulator::new(p);
+    let mut block = TriangleBuilder::new(p);
     for c in 0..p {
         let mut row = vec![0.0; p];
         row[c] = HELD * rows.column_norm(c);

@@ -195,7 +195,7 @@ fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Accumulator;
+    use crate::algebra::triangle::TriangleBuilder;
     use crate::estimate::consistent::identity_map;
 
     const BODY: Ten = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
@@ -203,7 +203,7 @@ mod tests {
     /// A triangle that measures all ten parameters of one body with unit noise.
     fn measured(truth: &Ten, precision: f64, noise: f64) -> Triangle {
         let mut random = Random::new(21);
-        let mut block = Accumulator::new(10);
+        let mut block = TriangleBuilder::new(10);
         for _ in 0..400 {
             let row: Vec<f64> = (0..10).map(|_| precision * random.normal()).collect();
             let y: f64 = row.iter().zip(truth).map(|(a, b)| a * b).sum();
@@ -287,7 +287,7 @@ mod tests {
         }
         let inverse = map_of_pose.try_inverse().unwrap();
         let mut random = Random::new(5);
-        let (mut a, mut b) = (Accumulator::new(10), Accumulator::new(10));
+        let (mut a, mut b) = (TriangleBuilder::new(10), TriangleBuilder::new(10));
         for _ in 0..4 {
             // Four rows for ten parameters: the prior decides the rest.
             let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();

@@ -81,13 +81,13 @@ fn relative_sigma(solution: &Solution, c: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::algebra::triangle::Accumulator;
+    use crate::algebra::triangle::TriangleBuilder;
 
     #[test]
     fn parameters_that_are_zero_go() {
         let mut random = Random::new(4);
         let truth = [3.0, 0.0, -1.0, 0.0, 0.5];
-        let mut rows = Accumulator::new(5);
+        let mut rows = TriangleBuilder::new(5);
         for _ in 0..500 {
             let row: Vec<f64> = (0..5).map(|_| random.normal()).collect();
             let y: f64 = row.iter().zip(truth).map(|(a, b)| a * b).sum();
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_selection_is_the_smaller_problem() {
         let mut random = Random::new(9);
-        let (mut a, mut b) = (Accumulator::new(3), Accumulator::new(2));
+        let (mut a, mut b) = (TriangleBuilder::new(3), TriangleBuilder::new(2));
         for _ in 0..100 {
             let row = [random.normal(), random.normal(), random.normal()];
             let y = random.normal();

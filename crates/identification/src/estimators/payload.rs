@@ -9,7 +9,7 @@ use logs::Error;
 use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use crate::model::standard_map::StandardMap;
 
@@ -52,7 +52,7 @@ pub fn payload(
     }
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
-    let mut block = Accumulator::new(m);
+    let mut block = TriangleBuilder::new(m);
     for (triangles, loaded) in [(without, false), (with, true)] {
         for (t, &weight) in triangles.iter().zip(weights) {
             for i in 0..=p {
@@ -100,7 +100,7 @@ mod tests {
         let (mut squares, draws) = ([0.0; 10], 200);
         for _ in 0..draws {
             let mut log = |loaded: f64| {
-                let mut block = Accumulator::new(11);
+                let mut block = TriangleBuilder::new(11);
                 for _ in 0..60 {
                     // The eleventh column is friction, which the load does not change.
                     let row: Vec<f64> = (0..11).map(|_| random.normal()).collect();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::Accumulator;
+use crate::algebra::triangle::TriangleBuilder;
 use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
@@ -267,7 +267,7 @@ fn pick(blocks: &[Rows], chosen: &[usize]) -> Vec<Rows> {
 }
 
 fn fit<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Solution {
-    let mut block = Accumulator::new(p);
+    let mut block = TriangleBuilder::new(p);
     for row in blocks.flat_map(|b| b.iter().collect::<Vec<_>>()) {
         block.push(row, 0.0);
     }

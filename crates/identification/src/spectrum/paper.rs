@@ -11,7 +11,7 @@
 //! the motion follows its reference. `rist_mh` does not rely on that.
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::Accumulator;
+use crate::algebra::triangle::TriangleBuilder;
 use crate::experiments::measured_motion::MeasuredMotion;
 use crate::experiments::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
 use crate::model::regressor::Regressor;
@@ -52,7 +52,7 @@ pub fn paper_estimate(
     weights: PaperWeights,
 ) -> Solution {
     let p = blocks.first().map_or(0, |b| b.rows.width());
-    let mut rows = Accumulator::new(p);
+    let mut rows = TriangleBuilder::new(p);
     for (e, block) in blocks.iter().enumerate() {
         let mean = if periodic[e] { 1.0 } else { 1.0 / (samples[e].max(1) as f64).sqrt() };
         for (i, row) in block.rows.iter().enumerate() {

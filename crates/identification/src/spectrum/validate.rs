@@ -11,7 +11,7 @@ use logs::Error;
 
 use crate::algebra::fourier::circular_differences;
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::Accumulator;
+use crate::algebra::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
 use crate::experiments::measured_motion::MeasuredMotion;
 use crate::experiments::record::Record;
@@ -154,7 +154,7 @@ fn compare(
 }
 
 fn fit_friction(motions: &[&Compared]) -> Vec<f64> {
-    let mut block = Accumulator::new(4);
+    let mut block = TriangleBuilder::new(4);
     for c in motions {
         for i in 0..c.tau.len() {
             block.push(&c.friction.iter().map(|f| f[i]).collect::<Vec<_>>(), c.tau[i] - c.rigid[i]);

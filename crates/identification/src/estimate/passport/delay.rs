@@ -10,7 +10,7 @@
 //! sticks.
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::Accumulator;
+use crate::algebra::triangle::TriangleBuilder;
 use crate::algebra::vector::dot;
 use crate::estimate::passport::change::{FEWEST, used};
 use crate::estimate::passport::samples::Samples;
@@ -134,7 +134,7 @@ fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
         all
     };
     let solved = |columns: &dyn Fn(usize, &Row) -> Vec<f64>| {
-        let mut accumulator = Accumulator::new(width);
+        let mut accumulator = TriangleBuilder::new(width);
         for JointRows { joint, weight, rows } in joints {
             for row in rows {
                 let weighted: Vec<f64> = columns(*joint, row).iter().map(|x| weight * x).collect();

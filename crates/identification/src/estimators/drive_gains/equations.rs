@@ -3,7 +3,7 @@
 //! A triangle with the columns of the nuisance in front projects the nuisance out. The rows below them say all that is
 //! left about the parameters; the last entry of the diagonal is what nothing explains.
 
-use crate::algebra::triangle::Accumulator;
+use crate::algebra::triangle::TriangleBuilder;
 use crate::algebra::vector::dot;
 
 /// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
@@ -35,7 +35,7 @@ impl JointEquations {
     /// through the same triangle, behind the parameters.
     pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
         let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
-        let mut block = Accumulator::new(width + 1);
+        let mut block = TriangleBuilder::new(width + 1);
         let mut longer = vec![0.0; width + 1];
         for (row, (&known, &y)) in rows.iter().zip(known.iter().zip(current)) {
             longer[..width].copy_from_slice(row);

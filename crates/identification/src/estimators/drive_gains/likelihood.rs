@@ -21,7 +21,7 @@
 use logs::Error;
 
 use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
 
@@ -175,7 +175,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let free: Vec<usize> = (0..joints.len()).filter(|&j| held[j].is_none()).collect();
     let width = p + free.len() + usize::from(relative);
-    let mut block = Accumulator::new(width);
+    let mut block = TriangleBuilder::new(width);
     for (j, equations) in joints.iter().enumerate() {
         for (d, t, i) in equations.each() {
             let mut row = d.clone();
@@ -204,7 +204,7 @@ fn gauss_newton(
     noise: &[f64],
 ) -> Solution {
     let width = x.len() + unknown.len();
-    let mut block = Accumulator::new(width);
+    let mut block = TriangleBuilder::new(width);
     let mut push = |row: &[f64], y: f64| {
         block.push(row, y);
     };

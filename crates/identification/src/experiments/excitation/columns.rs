@@ -7,7 +7,7 @@
 //! combination of those before it, at random states within the limits, cannot be told apart and is left out.
 
 use crate::algebra::random::Random;
-use crate::algebra::triangle::Accumulator;
+use crate::algebra::triangle::TriangleBuilder;
 use crate::experiments::excitation::limits::CoordinateLimits;
 use crate::model::friction::terms::FrictionTerm;
 use crate::model::linear_model::Model;
@@ -62,7 +62,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
     let mut random = Random::new(1);
-    let mut block = Accumulator::new(p);
+    let mut block = TriangleBuilder::new(p);
     let mut y = vec![0.0; n * base];
     let mut friction = vec![[0.0; 3]; terms];
     for _ in 0..STATES * p.div_ceil(n.max(1)).max(1) {

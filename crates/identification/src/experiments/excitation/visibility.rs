@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::experiments::excitation::columns::visible_columns;
 use crate::experiments::excitation::fourier_motion::FourierMotion;
 use crate::experiments::excitation::limits::CoordinateLimits;
@@ -113,7 +113,7 @@ fn information(
 ) -> Triangle {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
-    let mut block = Accumulator::new(columns.len());
+    let mut block = TriangleBuilder::new(columns.len());
     let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
     for r in 0..(motion.period * motion.rate).round() as usize {
         let state = motion.at(motion.blend + r as f64 / motion.rate);
@@ -191,7 +191,7 @@ mod tests {
         let mut squares = [0.0; 4];
         let mut random = Random::new(9);
         for _ in 0..draws {
-            let mut block = Accumulator::new(4);
+            let mut block = TriangleBuilder::new(4);
             for r in 0..500 {
                 let [q, dq, ddq, _] = motion.at(1.0 + 0.02 * f64::from(r))[0];
                 let mut row = [0.0; 4];

@@ -4,7 +4,7 @@
 //! tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u', each u' held to zero by 1/s. `search` says what is
 //! estimated and why.
 
-use crate::algebra::triangle::{Accumulator, Triangle};
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -128,7 +128,7 @@ impl Fit {
     /// The linearised, weighted rows about the present friction and drift.
     pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
         let unknowns = self.unknowns(data, options);
-        let mut block = Accumulator::new(unknowns);
+        let mut block = TriangleBuilder::new(unknowns);
         self.each_equation(data, options, |_, row, known, y| {
             block.push(row, y - known);
         });
