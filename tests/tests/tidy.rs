@@ -79,6 +79,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "error",
             "thread_tapes",
             "output",
+            "state_tape",
             "tape_regressor",
             "torque_difference",
             "description",
@@ -265,6 +266,51 @@ fn a_file_over_four_hundred_lines_says_why() {
     }
     let stale: Vec<&String> = reasons.keys().filter(|name| !long.contains(*name)).collect();
     assert!(stale.is_empty(), "no longer long: {stale:?}; take them out of tests/data/long_files.yaml");
+}
+
+/// Functions with a body, outside of tests: their names, and their lines. The source is as rustfmt leaves it.
+fn functions(text: &str) -> Vec<(String, usize)> {
+    let lines: Vec<&str> = text.lines().take_while(|l| *l != "#[cfg(test)]").collect();
+    let mut found = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        let code = line.trim_start();
+        let mut words = code.split_whitespace().skip_while(|w| w.starts_with("pub") || ["const", "unsafe"].contains(w));
+        if words.next() != Some("fn") {
+            continue;
+        }
+        let name: String = words.next().unwrap_or_default().chars().take_while(|c| *c != '(' && *c != '<').collect();
+        let indent = &line[..line.len() - code.len()];
+        let end = |l: &&str| l.strip_prefix(indent).is_some_and(|l| l == "}" || l.starts_with(")") && l.ends_with(';'));
+        let is_bare = code.ends_with(';') || code.ends_with('}');
+        let length = if is_bare { 1 } else { 1 + lines[i..].iter().position(end).unwrap_or(lines.len() - i) };
+        found.push((name, length));
+    }
+    found
+}
+
+#[test]
+fn a_function_is_read_at_one_sight() {
+    for path in files() {
+        let name = relative(&path);
+        if !name.ends_with(".rs") || name.starts_with("generated/src/robots/") || name.contains("/tests/") {
+            continue;
+        }
+        for (function, lines) in functions(&std::fs::read_to_string(&path).unwrap()) {
+            assert!(lines <= 60, "{name}: {function} has {lines} lines; give its blocks names of their own");
+        }
+    }
+    let (short, long) =
+        ("fn a() {\n}\n".to_string(), format!("    fn b(\n    ) {{\n{}    }}\n", "        x;\n".repeat(58)));
+    assert_eq!(functions(&(short + &long)), [("a".to_string(), 2), ("b".to_string(), 61)]);
+}
+
+/// Whoever opens the library sees the steps, and looks into a module for the rest.
+#[test]
+fn the_root_of_the_library_has_twenty_names() {
+    let text = std::fs::read_to_string(workspace().join("crates/rist/src/lib.rs")).unwrap();
+    let names = |line: &str| line.rsplit("::").next().map_or(0, |last| last.split(',').count());
+    let count: usize = text.lines().filter(|l| l.starts_with("pub use")).map(names).sum();
+    assert!((15..=20).contains(&count), "{count} names stand at the root of rist");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! (tau = Y X + friction + couplings), [`experiments`], [`signals`] (a log becomes states), [`rows`] (states become
 //! triangles), [`estimators`] (triangles become a solution), [`estimate`] (a solution becomes an estimate with its
 //! evidence), [`portrait`] (what it makes of logs, ready to be drawn), [`simulate`], [`spectrum`] (the experiments of a
-//! plan), [`write`].
+//! plan), [`mod@write`].
 
 #![warn(missing_docs)]
 

@@ -67,7 +67,7 @@ impl Log {
 
     /// Takes the signals out of a table.
     ///
-    /// Fails when a used column holds text, when fewer than [`MIN_ROWS`] rows are usable, or when
+    /// Fails when a used column holds text, when fewer than `MIN_ROWS` rows are usable, or when
     /// the clock is no clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
         let log = Log::part(table, columns, 0..table.rows(), f64::NEG_INFINITY)?;

@@ -23,7 +23,7 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
 
 /// Leaves out each tenth of the record in turn and predicts it from the others: two of the parts that it is kept in.
 ///
-/// A direction that only one part shows (without that part it is weaker than [`HELD`] of its columns) keeps the value
+/// A direction that only one part shows (without that part it is weaker than `HELD` of its columns) keeps the value
 /// of the whole record: leaving the part out does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0

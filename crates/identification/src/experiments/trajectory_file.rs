@@ -11,7 +11,7 @@ use crate::experiments::exciting_trajectory::Reference;
 /// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrajectoryFormat {
-    /// Columns t, q_<coordinate>, dq_<coordinate>, ddq_<coordinate>.
+    /// Columns `t, q_<coordinate>, dq_<coordinate>, ddq_<coordinate>`.
     Csv,
     /// trajectory_msgs/JointTrajectory as YAML.
     RosYaml,

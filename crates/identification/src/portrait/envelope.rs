@@ -1,6 +1,6 @@
 //! A line over time that takes no more room than its picture: of each span of time the smallest and the largest value.
 //!
-//! Spans begin as single samples; when there are more than [`SPANS`] of them, neighbours are put together and the span is
+//! Spans begin as single samples; when there are more than `SPANS` of them, neighbours are put together and the span is
 //! twice as long. So the length of a signal need not be known beforehand, and no peak is lost.
 
 /// Spans that are kept at most, and at least half of it once there are as many samples: about one a pixel.

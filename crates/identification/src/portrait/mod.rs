@@ -2,7 +2,7 @@
 //!
 //! Torques over time are kept as the smallest and the largest value of each of some hundred spans ([`envelope`]), friction
 //! as one point of each cell of a grid ([`friction_cloud`]), the residual also as its spectrum ([`spectrum`]) and its
-//! autocorrelation (`estimate::autocorrelation`). What a joint's torque consists of is in [`split`]; [`series`] writes
+//! autocorrelation (`estimate::autocorrelation`). What a joint's torque consists of is in [`mod@split`]; [`series`] writes
 //! measured and predicted torques sample by sample.
 
 pub mod envelope;

@@ -1,6 +1,6 @@
 //! The spectrum of a signal, averaged over short stretches, and the noise of measured torques.
 //!
-//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2 with Hann's window h over stretches of [`STRETCH`] samples
+//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2 with Hann's window h over stretches of `STRETCH` samples
 //! that overlap by half, averaged [Welch 1967]. What is given is sqrt(S), in the unit of the signal by sqrt(Hz).
 
 use std::sync::Arc;

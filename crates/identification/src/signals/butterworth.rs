@@ -55,7 +55,7 @@ impl Butterworth {
 
     /// Signals of one length without phase shift; shorter than two samples they are returned as they are.
     ///
-    /// Each sample waits for the one before: [`ABREAST`] signals at once take hardly longer than one.
+    /// Each sample waits for the one before: `ABREAST` signals at once take hardly longer than one.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let n = signals.first().map_or(0, Vec::len);
         if n < 2 {

@@ -1,7 +1,7 @@
 //! The records of an identification: states held in memory, or, where they are too many for that, made anew at every pass.
 //!
 //! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. They are made once and
-//! held up to [`HELD`] numbers: after decimation a million rows of seven joints are some four million.
+//! held up to `HELD` numbers: after decimation a million rows of seven joints are some four million.
 
 use logs::{Error, Log, LogSource, LogStream};
 

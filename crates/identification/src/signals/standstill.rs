@@ -1,7 +1,7 @@
 //! When a joint stands still.
 //!
 //! Stiction is not in the model: a joint at rest carries any torque up to its Coulomb friction, so its rows
-//! are wrong. A reversal is no standstill: it is over in less than [`SPAN`].
+//! are wrong. A reversal is no standstill: it is over in less than `SPAN`.
 
 /// Time for which a joint must stay within [`BAND`], s.
 const SPAN: f64 = 0.2;
