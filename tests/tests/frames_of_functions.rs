@@ -118,9 +118,9 @@ fn written(robot: &Robot, functions: &[RobotFunction]) -> String {
 fn functions_carry_their_link_and_stand_once() {
     let robot = arm();
     let frame = |name: &str| LinkFrame::named(&robot, name).unwrap();
-    let pose = |name: &str| RobotFunction::Pose(frame(name));
-    let jacobian = RobotFunction::Jacobian(frame("fore-arm"));
-    let gravity = RobotFunction::Gravity;
+    let pose = |name: &str| RobotFunction::of_link("pose").unwrap()(frame(name));
+    let jacobian = RobotFunction::of_link("jacobian").unwrap()(frame("fore-arm"));
+    let gravity = RobotFunction::of_robot("gravity").unwrap();
     let asked = [pose("upper"), pose("flange"), pose("flange"), jacobian, gravity.clone(), gravity];
     let text = written(&robot, &asked);
     for function in ["pose_upper", "pose_flange", "jacobian_fore_arm", "gravity"] {
@@ -130,15 +130,15 @@ fn functions_carry_their_link_and_stand_once() {
     assert_eq!(LinkFrame::named(&robot, "hand"), None);
     let khalil = tests::model("rx90.yaml");
     let third = LinkFrame::named(&khalil, "3").unwrap();
-    assert!(written(&khalil, &[RobotFunction::Pose(third)]).contains("the frame is Khalil's"));
+    assert!(written(&khalil, &[RobotFunction::of_link("pose").unwrap()(third)]).contains("the frame is Khalil's"));
 }
 
 /// What stands in the head is what a reader of the code counts.
 #[test]
 fn counts_are_those_of_the_code() {
-    for (file, function) in [("ur5.yaml", RobotFunction::InertiaMatrix), ("sr400.par", RobotFunction::Gravity)] {
-        let name = if function == RobotFunction::Gravity { "gravity<" } else { "inertia_matrix<" };
-        let text = written(&tests::model(file), &[function]);
+    for (file, word, name) in [("ur5.yaml", "inertia-matrix", "inertia_matrix<"), ("sr400.par", "gravity", "gravity<")]
+    {
+        let text = written(&tests::model(file), &[RobotFunction::of_robot(word).unwrap()]);
         let counts: Vec<usize> = text
             .lines()
             .filter(|line| line.starts_with("/// ") && line.ends_with("sin_cos."))

@@ -23,11 +23,7 @@ fn fuses() -> bool {
 }
 
 /// Beside the base regressor; forward dynamics divides.
-const FUNCTIONS: &[modeling::RobotFunction] = &[
-    modeling::RobotFunction::Energy,
-    modeling::RobotFunction::InertiaMatrix,
-    modeling::RobotFunction::ForwardDynamics,
-];
+const FUNCTIONS: [&str; 3] = ["energy", "inertia-matrix", "forward-dynamics"];
 
 /// sqrt(x^2 + y^2) / (x - 7), -(x / y), sqrt(-u) y: division and roots of varying expressions, two
 /// functions in a file, inputs named like variables, and an input that nothing reads.
@@ -57,7 +53,8 @@ fn modules() -> Vec<Module> {
     let models = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../models");
     let read = |name: &str| {
         let robot = robot::format::read(&models.join(name)).unwrap_or_else(|e| panic!("{e}"));
-        modeling::module(&robot, FUNCTIONS).unwrap_or_else(|e| panic!("{e}"))
+        let functions = FUNCTIONS.map(|word| modeling::RobotFunction::of_robot(word).unwrap());
+        modeling::module(&robot, &functions).unwrap_or_else(|e| panic!("{e}"))
     };
     vec![quotients(), read("race.yaml"), read("scara.yaml"), read("ur5.yaml")]
 }

@@ -37,7 +37,10 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "format",
         ],
     ),
-    ("crates/modeling", &["random", "kinematics", "derivation", "base", "dynamics", "functions", "robot_module"]),
+    (
+        "crates/modeling",
+        &["random", "kinematics", "derivation", "base", "dynamics", "functions", "robot_function", "robot_module"],
+    ),
     ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
     ("crates/logs", &["error", "cleaning", "table", "columns", "formats", "log", "read", "stream"]),
     (

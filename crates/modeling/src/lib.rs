@@ -13,6 +13,7 @@ mod dynamics;
 mod functions;
 mod kinematics;
 mod random;
+mod robot_function;
 mod robot_module;
 
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
@@ -22,4 +23,5 @@ pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
 pub use dynamics::pose::LinkFrame;
 pub use kinematics::closure::{Closure, Open};
-pub use robot_module::{RobotFunction, module};
+pub use robot_function::RobotFunction;
+pub use robot_module::module;

@@ -6,38 +6,7 @@ use robot::Robot;
 use crate::base::base_parameters::BaseParameters;
 use crate::base::evidence::UnclearRank;
 use crate::derivation::Derivation;
-use crate::dynamics::pose::LinkFrame;
-
-/// A model of a robot that a file may hold.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RobotFunction {
-    /// Y of the base parameters, which every file holds.
-    BaseRegressor,
-    /// D of the standard parameters: [`Derivation::regressor`].
-    Regressor,
-    /// [`Derivation::power_regressor`].
-    PowerRegressor,
-    /// [`Derivation::energy`].
-    Energy,
-    /// [`Derivation::inverse_dynamics`].
-    InverseDynamics,
-    /// [`Derivation::inertia_matrix`].
-    InertiaMatrix,
-    /// [`Derivation::bias`].
-    Bias,
-    /// [`Derivation::gravity`].
-    Gravity,
-    /// [`Derivation::forward_dynamics`].
-    ForwardDynamics,
-    /// [`Derivation::friction`].
-    Friction,
-    /// [`Derivation::pose`] of this frame.
-    Pose(LinkFrame),
-    /// [`Derivation::jacobian`] of this frame.
-    Jacobian(LinkFrame),
-    /// [`Derivation::external_torque`] in this frame.
-    ExternalTorque(LinkFrame),
-}
+use crate::robot_function::{Derived, RobotFunction};
 
 /// The file of a robot's base regressor and of other functions of it, each once. Refused when the rank is not
 /// clear-cut.
@@ -53,36 +22,12 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
             closure.bound(),
         );
     }
+    let derived = Derived { standard: &standard, base: &base };
     for (k, which) in functions.iter().enumerate() {
-        use RobotFunction::*;
-        if functions[..k].contains(which) {
+        if which.is_base_regressor() || functions[..k].contains(which) {
             continue;
         }
-        let (doc, function) = match which {
-            BaseRegressor => continue,
-            Regressor => ("The regressor of the standard parameters, row by row.".to_string(), standard.clone()),
-            PowerRegressor => ("dq^T D: the power per unit of each standard parameter, W.".into(), d.power_regressor()),
-            Energy => ("Kinetic and potential energy per unit of each standard parameter, J.".into(), d.energy()),
-            InverseDynamics => ("The torques from the base parameters x, N m (N).".into(), d.inverse_dynamics(&base)),
-            InertiaMatrix => ("The inertia matrix from the base parameters x, kg m^2.".into(), d.inertia_matrix(&base)),
-            Bias => ("Coriolis, centrifugal and gravity torques from the base parameters x.".into(), d.bias(&base)),
-            Gravity => ("Gravity torques from the base parameters x.".into(), d.gravity(&base)),
-            ForwardDynamics => ("The accelerations from the torques and x.".into(), d.forward_dynamics(&base)),
-            Friction => ("Friction torques: f is FV FS OFF of each coordinate.".into(), d.friction()),
-            Pose(f) => {
-                let doc = format!("Orientation and position of {} in the base frame: {}.", f.name, f.meaning());
-                (doc, d.pose(f.clone()))
-            }
-            Jacobian(f) => {
-                let what = "Velocity of the origin of";
-                let doc = format!("{what} {}, then its angular velocity, in its frame: {}.", f.name, f.meaning());
-                (doc, d.jacobian(f.clone()))
-            }
-            ExternalTorque(f) => {
-                let what = "what to add to the torques when it exerts this force and moment, in its frame";
-                (format!("{}: {what}: {}.", f.name, f.meaning()), d.external_torque(f.clone()))
-            }
-        };
+        let (doc, function) = which.derive(d, &derived);
         let mut function = function.bound();
         // Two names may make one word.
         while module.functions.iter().any(|f| f.function.name == function.name) {

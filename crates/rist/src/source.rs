@@ -27,34 +27,10 @@ pub struct Source {
     pub counts: Vec<(String, expr::Count)>,
 }
 
-/// The functions that a name alone asks for.
-const PLAIN: [(&str, RobotFunction); 10] = [
-    ("base-regressor", RobotFunction::BaseRegressor),
-    ("regressor", RobotFunction::Regressor),
-    ("power-regressor", RobotFunction::PowerRegressor),
-    ("energy", RobotFunction::Energy),
-    ("inverse-dynamics", RobotFunction::InverseDynamics),
-    ("inertia-matrix", RobotFunction::InertiaMatrix),
-    ("bias", RobotFunction::Bias),
-    ("gravity", RobotFunction::Gravity),
-    ("forward-dynamics", RobotFunction::ForwardDynamics),
-    ("friction", RobotFunction::Friction),
-];
-
-/// A function of one link.
-type OfLink = fn(LinkFrame) -> RobotFunction;
-
-/// The functions of one link.
-const OF_LINK: [(&str, OfLink); 3] = [
-    ("pose", RobotFunction::Pose),
-    ("jacobian", RobotFunction::Jacobian),
-    ("external-torque", RobotFunction::ExternalTorque),
-];
-
 /// All that can be asked for, as a list for messages: `base-regressor, ..., pose=LINK`.
 pub fn function_names() -> String {
-    let of_link = OF_LINK.iter().map(|(name, _)| format!("{name}=LINK"));
-    let mut names: Vec<String> = PLAIN.iter().map(|(name, _)| name.to_string()).chain(of_link).collect();
+    let name = |(word, of_link)| if of_link { format!("{word}=LINK") } else { String::from(word) };
+    let mut names: Vec<String> = RobotFunction::words().map(name).collect();
     let last = names.pop().unwrap_or_default();
     format!("{} and {last}", names.join(", "))
 }
@@ -65,10 +41,10 @@ pub fn function_names() -> String {
 /// Fails with the names there are.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {
     let (name, link) = text.split_once('=').map_or((text, None), |(name, link)| (name, Some(link)));
-    if let Some((_, function)) = PLAIN.iter().find(|(plain, _)| link.is_none() && *plain == name) {
-        return Ok(function.clone());
+    if let Some(function) = RobotFunction::of_robot(name).filter(|_| link.is_none()) {
+        return Ok(function);
     }
-    let Some((_, make)) = OF_LINK.iter().find(|(of_link, _)| *of_link == name) else {
+    let Some(make) = RobotFunction::of_link(name) else {
         return Err(Error::new(format_args!("there is no function `{text}`; there are {}", function_names())));
     };
     let Some(wanted) = link else {

@@ -105,6 +105,26 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
     bins.synthesis(&coefficients, h)
 }
 
+/// sum_i x_i x_(i-l) for l = 0 ..= `lags`: the power spectrum of x with as many zeros behind it, transformed back
+/// (the theorem of Wiener and Khinchin).
+pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
+    // Zeros behind the signal keep its end from meeting its start.
+    let n = (x.len() + lags).next_power_of_two();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (mut input, mut spectrum) = (forward.make_input_vec(), forward.make_output_vec());
+    input[..x.len()].copy_from_slice(x);
+    let transformed = forward.process(&mut input, &mut spectrum).and_then(|()| {
+        spectrum.iter_mut().for_each(|c| *c = Complex::from(c.norm_sqr()));
+        back.process(&mut spectrum, &mut input)
+    });
+    match transformed {
+        Ok(()) => input[..=lags].iter().map(|sum| sum / n as f64).collect(),
+        // All buffers come from the planner, and a power spectrum is real at both ends.
+        Err(_) => vec![],
+    }
+}
+
 /// |x(f)| / N at all bins up to half the sample rate.
 pub fn amplitudes(x: &[f64]) -> Vec<f64> {
     if x.is_empty() {
@@ -154,6 +174,16 @@ mod tests {
         let x = noise(&mut Random::new(4), 667);
         for (k, a) in amplitudes(&x).iter().enumerate() {
             assert!((bin(&x, k).norm() / 667.0 - a).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn self_products_are_the_sums_of_their_definition() {
+        let x = noise(&mut Random::new(6), 300);
+        for (lag, found) in self_products(&x, 40).iter().enumerate() {
+            let expected: f64 = x[lag..].iter().zip(&x).map(|(a, b)| a * b).sum();
+            // Rounding of sums of 300 terms of order one.
+            assert!((found - expected).abs() < 1e-11, "{lag}");
         }
     }
 
