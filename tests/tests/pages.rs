@@ -94,6 +94,59 @@ fn items_that_a_page_names_are_there() {
     assert!(count > 60, "{count} items");
 }
 
+/// Fields of a struct, or keys of a list of texts, as the source of a crate has them behind this line.
+fn keys(file: &str, head: &str) -> Vec<String> {
+    let source =
+        std::fs::read_to_string(workspace().join("crates").join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let (_, body) = source.split_once(head).unwrap_or_else(|| panic!("{file} has no `{head}`"));
+    let body = body.lines().skip(1).take_while(|line| !line.starts_with(['}', ']']));
+    let key = |line: &str| match line.strip_prefix("    pub ") {
+        Some(field) => field.split_once(':').map(|(name, _)| name.to_string()),
+        None => line.trim().strip_prefix('"').and_then(|line| Some(line.strip_suffix("\",")?.to_string())),
+    };
+    body.filter_map(key).collect()
+}
+
+/// What the reference of files says of each kind is complete.
+#[test]
+fn every_key_of_a_file_stands_in_the_reference() {
+    let page = text("docs/files.md");
+    let identification = "identification/src/";
+    let kinds = [
+        ("Description", "robot/src/format/yaml/read.rs", "const ROOT_KEYS"),
+        ("Description", "robot/src/format/yaml/link.rs", "const LINK_KEYS"),
+        ("Options", &format!("{identification}estimate/options.rs"), "pub struct Options"),
+        ("Options", "logs/src/columns/names.rs", "pub struct ColumnNames"),
+        ("Options", &format!("{identification}signals/transmission.rs"), "pub struct Transmission"),
+        ("Options", &format!("{identification}signals/signal_options.rs"), "pub struct Signal"),
+        ("Load", &format!("{identification}model/known_load.rs"), "pub struct KnownLoad"),
+        ("Load", &format!("{identification}model/known_load.rs"), "pub struct Inertia"),
+        ("Limits", &format!("{identification}experiments/excitation/limits.rs"), "pub struct AskedLimits"),
+        ("Limits", &format!("{identification}experiments/excitation/limits.rs"), "pub struct LimitsFile"),
+        ("Motion", &format!("{identification}experiments/excitation/artefact.rs"), "pub struct ExcitingMotion"),
+        ("Plan", &format!("{identification}experiments/experiment_plan.rs"), "pub struct ExperimentPlan"),
+        ("Estimate", &format!("{identification}estimate/artefact.rs"), "pub struct Estimate"),
+        ("Estimate", &format!("{identification}estimate/identified.rs"), "pub struct Identified"),
+        ("Estimate", &format!("{identification}model/description_options.rs"), "pub struct DescriptionOptions"),
+        ("Validation", &format!("{identification}estimate/validation.rs"), "pub struct Validation"),
+    ];
+    for (section, file, head) in kinds {
+        let (_, part) = page.split_once(&format!("\n## {section}\n")).unwrap_or_else(|| panic!("no section {section}"));
+        let part = part.split("\n## ").next().unwrap();
+        let keys = keys(file, head);
+        assert!(keys.len() > 1, "{head} of {file}: {keys:?}");
+        for key in keys {
+            // The two whose names in the file are others.
+            let written = match key.as_str() {
+                "id" => "name",
+                "relative_sigma" => "relative_sigma_percent",
+                other => other,
+            };
+            assert!(part.contains(&format!("`{written}`")), "docs/files.md, {section}: `{written}` is missing");
+        }
+    }
+}
+
 #[test]
 fn what_is_named_is_found() {
     assert_eq!(links("a [b](c.md#d), [e](#f), [g](https://h.i/j) and [k](../l)"), ["c.md", "../l"]);
