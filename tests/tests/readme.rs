@@ -1,4 +1,4 @@
-//! README.md, docs/tutorial.md, docs/how-to/fleet.md and docs/ur5/README.md show what the program prints.
+//! README.md, docs/tutorial.md, the how-tos with commands and docs/ur5/README.md show what the program prints.
 //!
 //! In a block of the kind `console`, a line `$ rist ..` is run, and the lines below it, to the next such line or the
 //! end of the block, are its output; `...` alone on a line stands for any lines. The README's commands run at the
@@ -97,6 +97,30 @@ fn the_transcript_of_the_fleet_is_what_rist_prints() {
     write_files("docs/tutorial.md", &here);
     write_files("docs/how-to/fleet.md", &here);
     holds("docs/how-to/fleet.md", &here);
+}
+
+/// The commands run, and a C compiler takes what they write; the numbers of the estimate stand in both files.
+#[test]
+fn the_page_on_code_for_a_loop_runs() {
+    let here = folder("code_page");
+    write_files("docs/tutorial.md", &here);
+    holds("docs/how-to/code-for-a-control-loop.md", &here);
+    let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let estimate = rist::Estimate::from_yaml("samples.yaml", &text("samples.yaml")).unwrap();
+    let (rust, c) = (text("arm.rs"), text("arm.c"));
+    assert!(rust.contains("pub const X: [f64; 7] = [") && c.contains("const arm_real arm_x[7] = {"));
+    assert!(rust.contains("pub const F: [f64; 6] = [") && c.contains("const arm_real arm_f[6] = {"));
+    assert!(estimate.parameters.len() >= 13);
+    for parameter in &estimate.parameters {
+        let written = format!("{:?}", parameter.value.expect("everything is seen"));
+        assert!(rust.contains(&written) && c.contains(&written), "{}: {written}", parameter.id);
+    }
+    let compiled = std::process::Command::new("cc")
+        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-c", "arm.c", "-o", "arm.o"])
+        .current_dir(&here)
+        .output()
+        .expect("a C compiler is there");
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! `rist generate`: a robot's functions as source for a project of the user's own.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use rist::source::Language;
+use rist::source::{IdentifiedValues, Language};
 
+use crate::artefact::read_estimate;
 use crate::failure::{Failure, print};
 use crate::model::ModelArguments;
 use rist::output::write_file;
@@ -17,6 +18,10 @@ pub struct Arguments {
 
     #[arg(long, value_delimiter = ',', value_name = "NAMES", help = functions_help())]
     functions: Vec<String>,
+
+    /// An estimate of this model: its numbers stand in the file as the constants X and F
+    #[arg(long, value_name = "ESTIMATE")]
+    estimate: Option<PathBuf>,
 
     /// Language to write
     #[arg(long, value_enum, default_value_t = LanguageWord::Rust)]
@@ -41,8 +46,17 @@ fn functions_help() -> String {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
-    let robot = arguments.model.read_with_values()?;
     let mut made_by = format!("rist generate {path}{}", arguments.model.options().flags());
+    let (robot, values) = match &arguments.estimate {
+        None => (arguments.model.read_with_values()?, None),
+        Some(file) => {
+            let (estimate, model) = read_estimate(file, &arguments.model)?;
+            made_by += &format!(" --estimate {}", file.display());
+            let refused = |e| Failure::new(format_args!("{}: {e}", file.display()));
+            let values = IdentifiedValues::of(&model, &estimate).map_err(refused)?;
+            (model.robot, Some(values))
+        }
+    };
     if !arguments.functions.is_empty() {
         made_by += &format!(" --functions {}", arguments.functions.join(","));
     }
@@ -58,15 +72,19 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     let refused = |e| Failure::new(format_args!("{path}: {e}"));
-    let source = rist::generate(&robot, &arguments.functions, &language, &made_by).map_err(refused)?;
+    let source = rist::generate(&robot, &arguments.functions, &language, &made_by, values.as_ref()).map_err(refused)?;
+    if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
+        eprintln!("note: the constants X and F do not hold {}", left_out.join(", "));
+    }
     let Some(out) = &arguments.out else { return print(&source.text) };
-    let model = arguments.model.model.as_path();
+    let read: Vec<&Path> =
+        [&arguments.model.model].into_iter().chain(&arguments.estimate).map(PathBuf::as_path).collect();
     match &source.header {
         Some(header) => {
-            write_file(&out.with_extension("h"), header, &[model])?;
-            write_file(&out.with_extension("c"), &source.text, &[model])?;
+            write_file(&out.with_extension("h"), header, &read)?;
+            write_file(&out.with_extension("c"), &source.text, &read)?;
         }
-        None => write_file(out, &source.text, &[model])?,
+        None => write_file(out, &source.text, &read)?,
     }
     for (name, c) in &source.counts {
         eprintln!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos);

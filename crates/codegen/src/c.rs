@@ -110,6 +110,11 @@ fn declaration(prefix: &str, constant: &Constant) -> (String, Option<String>) {
             let defined = format!("{array} = {{\n{}}};\n", texts_in_c.concat());
             (format!("#define {upper}_N_{name} {}\nextern {array};\n", texts.len()), Some(defined))
         }
+        Value::Reals(numbers) => {
+            let array = format!("const {prefix}_real {prefix}_{}[{}]", name.to_ascii_lowercase(), numbers.len());
+            let numbers: Vec<String> = numbers.iter().map(|x| format!("    {x:?},\n")).collect();
+            (format!("extern {array};\n"), Some(format!("{array} = {{\n{}}};\n", numbers.concat())))
+        }
     }
 }
 

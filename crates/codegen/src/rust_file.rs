@@ -70,6 +70,15 @@ fn constant(constant: &Constant) -> TokenStream {
             let x = Literal::u64_unsuffixed(*x);
             quote!(#doc pub const #name: u64 = #x;)
         }
+        Value::Reals(numbers) => {
+            let n = Literal::usize_unsuffixed(numbers.len());
+            // A literal has no sign of its own.
+            let numbers = numbers.iter().map(|x| {
+                let size = Literal::f64_unsuffixed(x.abs());
+                if x.is_sign_negative() { quote!(-#size) } else { quote!(#size) }
+            });
+            quote!(#doc pub const #name: [f64; #n] = [#(#numbers),*];)
+        }
     }
 }
 

@@ -35,6 +35,8 @@ pub enum Value {
     Texts(Vec<String>),
     /// A whole number, such as a fingerprint.
     Number(u64),
+    /// A list of numbers, not empty and all finite.
+    Reals(Vec<f64>),
 }
 
 /// A function and the lines above it: its equation, shapes and units.

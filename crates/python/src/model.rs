@@ -344,7 +344,7 @@ impl Model {
         };
         let refused = |e| error(format_args!("{path}: {e}"));
         let source =
-            py.detach(|| rist::generate(&self.inner.robot, &functions, &language, &made_by)).map_err(refused)?;
+            py.detach(|| rist::generate(&self.inner.robot, &functions, &language, &made_by, None)).map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),
             None => Ok(source.text.into_pyobject(py)?.into_any()),

@@ -1,9 +1,13 @@
 //! A robot's functions as source for a project of the user's own.
 
+use expr::Value;
+use identification::model::parameter::{FrictionParameter, ParameterId};
 use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 
+use crate::Estimate;
 use crate::error::Error;
+use crate::model::{Model, predicts};
 
 /// The language of generated source.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,10 +31,10 @@ pub struct Source {
     pub counts: Vec<(String, expr::Count)>,
 }
 
-/// All that can be asked for, as a list for messages: `base-regressor, ..., pose=LINK`.
+/// All that can be asked for beside the base regressor, as a list for messages: `regressor, ..., pose=LINK`.
 pub fn function_names() -> String {
     let name = |(word, of_link)| if of_link { format!("{word}=LINK") } else { String::from(word) };
-    let mut names: Vec<String> = RobotFunction::words().map(name).collect();
+    let mut names: Vec<String> = RobotFunction::words().skip(1).map(name).collect();
     let last = names.pop().unwrap_or_default();
     format!("{} and {last}", names.join(", "))
 }
@@ -56,13 +60,71 @@ pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error>
     })
 }
 
-/// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names.
+/// The numbers of an estimate for a file of source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IdentifiedValues {
+    /// X, in the order of the base regressor's columns. Of a parameter that the data leave open, the value that
+    /// predictions use.
+    pub base: Vec<f64>,
+    /// FV FS OFF of each coordinate, N m s/rad, N m, N m (N s/m, N, N); zero where the estimate has none.
+    pub friction: Vec<f64>,
+    /// Parameters that neither holds: other laws of friction, couplings, gains.
+    pub left_out: Vec<String>,
+    /// The logs it was made from.
+    pub logs: Vec<String>,
+}
+
+impl IdentifiedValues {
+    /// The numbers of an estimate of this model.
+    ///
+    /// Fails where a base parameter of the model is missing in the estimate, or is no finite number.
+    pub fn of(model: &Model, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
+        use FrictionParameter::{Coulomb, Offset, Viscous};
+        let regressor = model.regressor();
+        let ids: Vec<ParameterId> = regressor.parameters().iter().map(|p| ParameterId::Base(p.name.clone())).collect();
+        let base = ids.iter().map(|id| predicts(estimate, id)).collect::<Result<Vec<f64>, _>>()?;
+        let of_coordinate = |c: &String| [Viscous, Coulomb, Offset].map(|f| ParameterId::friction(f, c));
+        let friction_ids: Vec<ParameterId> = regressor.coordinates().iter().flat_map(of_coordinate).collect();
+        let friction: Vec<f64> = friction_ids.iter().map(|id| estimate.prediction(id).unwrap_or(0.0)).collect();
+        if let Some(i) = base.iter().chain(&friction).position(|x| !x.is_finite()) {
+            let id = ids.iter().chain(&friction_ids).nth(i).map(ParameterId::to_string).unwrap_or_default();
+            return Err(Error::new(format_args!("the value of {id} in the estimate is no finite number")));
+        }
+        let is_held = |id: &ParameterId| ids.contains(id) || friction_ids.contains(id);
+        let left_out = estimate.parameters.iter().filter(|p| !is_held(&p.id)).map(|p| p.id.to_string()).collect();
+        Ok(IdentifiedValues { base, friction, left_out, logs: estimate.logs.clone() })
+    }
+
+    /// Puts them into a file.
+    fn write(&self, module: &mut expr::Module) {
+        let from = if self.logs.is_empty() { "experiments".to_string() } else { self.logs.join(", ") };
+        let x = format!("X: the base parameters as identified from {from}, SI units.");
+        module.constant("X", &x, Value::Reals(self.base.clone()));
+        let mut f = "FV FS OFF of each coordinate as identified: f of `friction`.".to_string();
+        if !self.left_out.is_empty() {
+            f += &format!(" Not held here: {}.", self.left_out.join(", "));
+        }
+        module.constant("F", &f, Value::Reals(self.friction.clone()));
+    }
+}
+
+/// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names;
+/// `values`: numbers that stand in it as the constants X and F.
 ///
 /// Fails where a name is no function's, and where the rank is not clear-cut.
-pub fn generate(robot: &Robot, functions: &[String], language: &Language, made_by: &str) -> Result<Source, Error> {
+pub fn generate(
+    robot: &Robot,
+    functions: &[String],
+    language: &Language,
+    made_by: &str,
+    values: Option<&IdentifiedValues>,
+) -> Result<Source, Error> {
     let functions: Vec<RobotFunction> =
         functions.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
-    let module = modeling::module(robot, &functions).map_err(Error::new)?;
+    let mut module = modeling::module(robot, &functions).map_err(Error::new)?;
+    if let Some(values) = values {
+        values.write(&mut module);
+    }
     let count = |f: &expr::Documented| (f.function.name.clone(), f.function.bound().count());
     let counts = module.functions.iter().map(count).collect();
     Ok(match language {
