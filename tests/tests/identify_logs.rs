@@ -141,3 +141,26 @@ fn counts_of_an_encoder_are_refused() {
         }
     }
 }
+
+/// A MuJoCo model that already has the figures stays as it is, byte by byte; one that is another robot's is refused.
+#[test]
+fn a_mujoco_model_takes_the_figures() {
+    let here = folder("mujoco");
+    let [urdf, log] = ["models/ur5.urdf", "docs/ur5/log.csv"].map(|f| tests::workspace().join(f).display().to_string());
+    let write = |out: &str, into: &[&str]| {
+        let common = ["identify", &urdf, &log, "--consistent", "--anyway", "--write-mjcf", out];
+        rist(&here, &[&common, into].concat())
+    };
+    let first = write("arm.xml", &[]);
+    assert_eq!(first.code, Some(0), "{}", first.err);
+    let text = std::fs::read_to_string(here.join("arm.xml")).unwrap();
+    assert_eq!(text.matches("<inertial ").count(), 6, "{text}");
+    std::fs::write(here.join("own.xml"), &text).unwrap();
+    assert_eq!(write("again.xml", &["--into", "own.xml"]).code, Some(0));
+    assert!(std::fs::read_to_string(here.join("again.xml")).unwrap() == text, "the same figures change the text");
+    std::fs::write(here.join("other.xml"), text.replace("pos=\"-0.425 0 0\"", "pos=\"-0.6 0 0\"")).unwrap();
+    let refused = write("no.xml", &["--into", "other.xml"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.err);
+    assert!(refused.err.contains("other.xml: the body of forearm stands at"), "{}", refused.err);
+    assert!(!here.join("no.xml").exists());
+}

@@ -303,12 +303,12 @@ impl Estimate {
         Ok(written.notes)
     }
 
-    /// Writes MuJoCo's <joint> elements with damping, friction loss and armature; needs consistent=True.
+    /// Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True.
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let text = rist::write_back::write_mjcf_joints(&model.inner, &bodies, &self.inner).or_error()?;
-        save(&path, &text, &[&model.inner.path])
+        let mjcf = rist::write_back::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
+        save(&path, &mjcf.text, &[&model.inner.path])
     }
 
     fn __repr__(&self) -> String {

@@ -9,7 +9,7 @@
 //!   accumulate(logs) -> Accumulator -> merge, solve, compare   (more logs than one machine holds)
 //!   excite -> check -> (the robot runs, or simulate)       (one motion, its limits proved)
 //!   plan -> simulate -> identify_experiments               (the experiments of spectrum analysis)
-//!   write_urdf, write_mjcf_joints                          (back into what simulators read)
+//!   write_urdf, write_mjcf                                 (back into what simulators read)
 //! ```
 //!
 //! The base parameters of a robot, and its regressor at one state:

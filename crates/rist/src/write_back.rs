@@ -2,7 +2,10 @@
 
 use identification::model::parameter::FrictionParameter::*;
 use identification::model::parameter::ParameterId;
-use identification::write::write_back::{JointDynamics, WrittenBack, mjcf_joints};
+use identification::write::body::JointDynamics;
+use identification::write::mjcf::mjcf;
+use identification::write::mjcf_into::mjcf_into;
+use identification::write::urdf::{WrittenBack, write_back};
 
 use crate::Estimate;
 use crate::error::Error;
@@ -19,24 +22,36 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
         return Err(Error::new(format_args!("{file}: --write-urdf needs a model that is a URDF")));
     }
     usable(bodies)?;
-    let dynamics = joint_dynamics(model, estimate).unwrap_or_default();
-    let write_back = identification::write::write_back::write_back;
+    let dynamics = joint_dynamics(model, bodies, estimate).unwrap_or_default();
     let mut written = write_back(urdf, &file, &model.robot, &bodies.links, &dynamics)?;
     let mut notes = missing_in_a_urdf(model, bodies, estimate);
     notes.append(&mut written.notes);
     Ok(WrittenBack { notes, ..written })
 }
 
-/// MuJoCo's `<joint>` elements with damping, friction loss and armature.
+/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature: one of its own without shapes, or
+/// `into`, the name and the text of one that is there.
 ///
-/// Fails where the friction of the estimate has no damping and friction loss, and with a verdict where the bodies are
-/// not to be used.
-pub fn write_mjcf_joints(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Result<String, Error> {
+/// Fails where the friction of the estimate has no damping and friction loss, where the robot floats or has loops and
+/// there is no `into`, where the frames of `into` are others, and with a verdict where the bodies are not to be used.
+pub fn write_mjcf(
+    model: &Model,
+    bodies: &Bodies,
+    estimate: &Estimate,
+    into: Option<(&str, &str)>,
+) -> Result<WrittenBack, Error> {
     usable(bodies)?;
-    match joint_dynamics(model, estimate) {
-        Some(dynamics) => Ok(mjcf_joints(&dynamics, &bodies.armatures)),
-        None => Err(Error::new("--write-mjcf needs --friction viscous,coulomb or asymmetric")),
+    let Some(joints) = joint_dynamics(model, bodies, estimate) else {
+        return Err(Error::new("--write-mjcf needs --friction viscous,coulomb or asymmetric"));
+    };
+    let mut written = match into {
+        Some((file, text)) => mjcf_into(text, file, &model.robot, &bodies.links, &joints)?,
+        None => WrittenBack { text: mjcf(&model.robot, &bodies.links, &joints)?, notes: Vec::new() },
+    };
+    if has_offsets(estimate) {
+        written.notes.push("MuJoCo has no offset of friction: OFF is not in the file".into());
     }
+    Ok(written)
 }
 
 fn usable(bodies: &Bodies) -> Result<(), Error> {
@@ -48,22 +63,22 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
 
 /// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where the
 /// estimate has neither.
-fn joint_dynamics(model: &Model, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
-    let friction = |coordinate: &String| {
+fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
+    let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
         let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
         // Simulators refuse friction that drives.
         let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
         let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
-        Some(JointDynamics { joint: coordinate.clone(), damping, friction })
+        Some(JointDynamics { joint: coordinate.clone(), damping, friction, armature: *armature })
     };
-    model.regressor().coordinates().iter().map(friction).collect()
+    model.regressor().coordinates().iter().zip(&bodies.armatures).map(friction).collect()
 }
 
 /// Sentences on what a URDF has no place for.
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
-    if joint_dynamics(model, estimate).is_none() {
+    if joint_dynamics(model, bodies, estimate).is_none() {
         notes.push("no friction is written: viscous and coulomb, or asymmetric, are not both in the model".into());
     }
     let rotors = model.regressor().coordinates().iter().zip(&bodies.armatures).filter(|(_, a)| **a > 0.0);
@@ -74,9 +89,12 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
             rotors.join(", ")
         ));
     }
-    let is_offset = |id: &ParameterId| matches!(id, ParameterId::Friction(Offset, _));
-    if estimate.parameters.iter().any(|p| is_offset(&p.id)) {
+    if has_offsets(estimate) {
         notes.push("a URDF has no offset of friction: OFF is not in the file".into());
     }
     notes
+}
+
+fn has_offsets(estimate: &Estimate) -> bool {
+    estimate.parameters.iter().any(|p| matches!(p.id, ParameterId::Friction(Offset, _)))
 }

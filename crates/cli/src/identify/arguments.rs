@@ -114,11 +114,16 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub write_urdf: Option<PathBuf>,
 
-    /// Write joint damping, friction loss and armature as MuJoCo's <joint> elements; implies --consistent
+    /// Write a MuJoCo model with the identified inertials, joint damping, friction loss and armature, without shapes;
+    /// implies --consistent
     #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub write_mjcf: Option<PathBuf>,
 
-    /// Write the URDF and the MuJoCo elements even where the verdict is no
+    /// The MuJoCo model whose inertials and joints --write-mjcf replaces, with its shapes and all the rest
+    #[arg(long, value_name = "MODEL.xml", requires = "write_mjcf", help_heading = OUTPUTS)]
+    pub into: Option<PathBuf>,
+
+    /// Write the URDF and the MuJoCo model even where the verdict is no
     #[arg(long, help_heading = OUTPUTS)]
     pub anyway: bool,
 

@@ -128,7 +128,14 @@ fn for_simulators<'a>(
     let mut written = Vec::new();
     let Some(bodies) = &found.bodies else { return Ok(written) };
     if let Some(out) = &arguments.write_mjcf {
-        written.push((out, rist::write_back::write_mjcf_joints(model, bodies, &found.estimate)?));
+        let into = match &arguments.into {
+            Some(file) => Some((file.display().to_string(), read_text(file)?)),
+            None => None,
+        };
+        let into = into.as_ref().map(|(file, text)| (file.as_str(), text.as_str()));
+        let mjcf = rist::write_back::write_mjcf(model, bodies, &found.estimate, into)?;
+        mjcf.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        written.push((out, mjcf.text));
     }
     if let Some(out) = &arguments.write_urdf {
         let urdf = rist::write_urdf(model, &read_text(&arguments.model.model)?, bodies, &found.estimate)?;
@@ -178,7 +185,11 @@ fn expected_gain(text: &str) -> Result<(String, Gain), Failure> {
 /// What is read.
 fn inputs(arguments: &Arguments) -> Vec<&Path> {
     let logs = [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten();
-    logs.chain([&arguments.model.model]).chain(&arguments.options).map(PathBuf::as_path).collect()
+    logs.chain([&arguments.model.model])
+        .chain(&arguments.options)
+        .chain(&arguments.into)
+        .map(PathBuf::as_path)
+        .collect()
 }
 
 /// Refuses outputs over inputs or over each other, and a log in two roles.

@@ -8,13 +8,13 @@
 //!
 //! Only attributes are replaced, inside the text: comments, order and spacing survive.
 
-use std::ops::Range;
-
 use logs::Error;
-use robot::{LinkId, Part, Robot};
+use robot::{LinkId, Robot};
 use roxmltree::{Document, Node};
 
-use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal, smallest_eigenvalue};
+use crate::model::pseudo_inertia::{Centroidal, Ten, centroidal};
+use crate::write::body::{self, JointDynamics};
+use crate::write::text_edit::{Edits, tagged};
 
 /// A URDF with new inertials, and notes for the user on what was done.
 #[derive(Clone, Debug)]
@@ -23,17 +23,6 @@ pub struct WrittenBack {
     pub text: String,
     /// Sentences on what the format has no place for.
     pub notes: Vec<String>,
-}
-
-/// Friction of a joint to be written as `<dynamics>`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JointDynamics {
-    /// The joint's name in the file.
-    pub joint: String,
-    /// Viscous friction, N m s/rad.
-    pub damping: f64,
-    /// Coulomb friction, N m.
-    pub friction: f64,
 }
 
 /// Puts `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` into the
@@ -50,47 +39,26 @@ pub fn write_back(
 ) -> Result<WrittenBack, Error> {
     let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
     let root = document.root_element();
-    let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+    let mut edits = Edits::of(text);
     let mut notes = Vec::new();
     for (id, ten) in bodies {
         let link =
             robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
-        if smallest_eigenvalue(ten) <= 0.0 {
-            let message = format!(
-                "link {}: the identified parameters are no body (pseudo-inertia not positive definite); estimate with consistency first",
-                link.name
-            );
-            return Err(Error::at(file, 0, message));
+        body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
+        let (own, lumped) = body::own(link, ten, |_| true);
+        for name in &lumped {
+            empty(&element(root, "link", name, file)?, &mut edits);
         }
-        let lumped: Vec<&Part> = link.parts.iter().filter(|p| p.name != link.name).collect();
-        let mut rest = *ten;
-        for part in &lumped {
-            let theirs = part.parameters();
-            rest.iter_mut().zip(theirs).for_each(|(r, t)| *r -= t);
-        }
-        let own = if lumped.is_empty() || smallest_eigenvalue(&rest) > 0.0 {
-            rest
-        } else {
-            for part in &lumped {
-                empty(&element(root, "link", &part.name, file)?, &mut edits);
-            }
-            let names: Vec<&str> = lumped.iter().map(|p| p.name.as_str()).collect();
-            notes.push(format!("{} carries the inertia of the links fixed to it: {}", link.name, names.join(", ")));
-            *ten
-        };
+        notes.extend(body::carries(link, &lumped));
         let in_file = robot::transform_inertial(&own, &link.file_frame.inverse());
         let body = centroidal(&in_file).ok_or_else(|| Error::at(file, 0, format!("link {}: no mass", link.name)))?;
-        set_inertial(text, &element(root, "link", &link.name, file)?, &body, &mut edits);
+        set_inertial(&element(root, "link", &link.name, file)?, &body, &mut edits);
     }
     for joint in dynamics {
-        set_dynamics(text, &element(root, "joint", &joint.joint, file)?, joint, &mut edits);
+        let attributes = [("damping", joint.damping.to_string()), ("friction", joint.friction.to_string())];
+        edits.set_child(&element(root, "joint", &joint.joint, file)?, "dynamics", &attributes);
     }
-    edits.sort_by_key(|e| std::cmp::Reverse((e.0.start, e.0.end)));
-    let mut text = text.to_string();
-    for (range, new) in edits {
-        text.replace_range(range, &new);
-    }
-    Ok(WrittenBack { text, notes })
+    Ok(WrittenBack { text: edits.apply(), notes })
 }
 
 /// The element of this tag and name among the robot's own (not in a transmission).
@@ -99,7 +67,7 @@ fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Res
     found.ok_or_else(|| Error::at(file, 0, format!("there is no <{tag} name=\"{name}\"> in the file")))
 }
 
-fn set_inertial(text: &str, link: &Node, body: &Centroidal, edits: &mut Vec<(Range<usize>, String)>) {
+fn set_inertial(link: &Node, body: &Centroidal, edits: &mut Edits) {
     let [x, y, z] = body.centre;
     let [xx, xy, xz, yy, yz, zz] = body.inertia;
     let origin = [("xyz", format!("{x} {y} {z}")), ("rpy", "0 0 0".into())];
@@ -108,98 +76,19 @@ fn set_inertial(text: &str, link: &Node, body: &Centroidal, edits: &mut Vec<(Ran
     let inertia = inertia.map(|(k, v)| (k, v.to_string()));
     let children: [(&str, &[(&str, String)]); 3] = [("origin", &origin), ("mass", &mass), ("inertia", &inertia)];
     match link.children().find(|n| n.has_tag_name("inertial")) {
-        Some(inertial) => {
-            for (tag, attributes) in children {
-                set_child(text, &inertial, tag, attributes, edits);
-            }
-        }
+        Some(inertial) => children.iter().for_each(|(tag, attributes)| edits.set_child(&inertial, tag, attributes)),
         None => {
             let all: String = children.iter().map(|(tag, attributes)| tagged(tag, attributes)).collect();
-            insert(text, link, &format!("<inertial>{all}</inertial>"), edits);
+            edits.insert(link, &format!("<inertial>{all}</inertial>"));
         }
-    }
-}
-
-fn set_dynamics(text: &str, joint: &Node, dynamics: &JointDynamics, edits: &mut Vec<(Range<usize>, String)>) {
-    let attributes = [("damping", dynamics.damping.to_string()), ("friction", dynamics.friction.to_string())];
-    set_child(text, joint, "dynamics", &attributes, edits);
-}
-
-/// Sets attributes of a child element; makes the element where there is none.
-fn set_child(
-    text: &str,
-    parent: &Node,
-    tag: &str,
-    attributes: &[(&str, String)],
-    edits: &mut Vec<(Range<usize>, String)>,
-) {
-    let Some(child) = parent.children().find(|n| n.has_tag_name(tag)) else {
-        insert(text, parent, &tagged(tag, attributes), edits);
-        return;
-    };
-    let mut missing = String::new();
-    for (name, value) in attributes {
-        match child.attribute_node(*name) {
-            Some(attribute) => edits.push((attribute.range_value(), value.clone())),
-            None => missing.push_str(&format!(" {name}=\"{value}\"")),
-        }
-    }
-    if !missing.is_empty() {
-        let at = child.range().start + 1 + tag.len();
-        edits.push((at..at, missing));
-    }
-}
-
-fn tagged(tag: &str, attributes: &[(&str, String)]) -> String {
-    let attributes: String = attributes.iter().map(|(k, v)| format!(" {k}=\"{v}\"")).collect();
-    format!("<{tag}{attributes}/>")
-}
-
-/// Puts text right after the opening tag of an element, opening it where it is empty.
-fn insert(text: &str, node: &Node, content: &str, edits: &mut Vec<(Range<usize>, String)>) {
-    let range = node.range();
-    let tag = node.tag_name().name();
-    // The end of the opening tag: the first `>` outside of quotes.
-    let mut quote = None;
-    let opening = text[range.clone()].char_indices().find(|&(_, c)| {
-        match (quote, c) {
-            (None, '"' | '\'') => quote = Some(c),
-            (Some(q), c) if q == c => quote = None,
-            (None, '>') => return true,
-            _ => {}
-        }
-        false
-    });
-    let Some((end, _)) = opening else { return };
-    let end = range.start + end;
-    if text[..end].ends_with('/') {
-        edits.push((end - 1..end + 1, format!(">{content}</{tag}>")));
-    } else {
-        edits.push((end + 1..end + 1, content.into()));
     }
 }
 
 /// Removes the inertial of a link: a fixed link without one has no inertia.
-fn empty(link: &Node, edits: &mut Vec<(Range<usize>, String)>) {
+fn empty(link: &Node, edits: &mut Edits) {
     if let Some(inertial) = link.children().find(|n| n.has_tag_name("inertial")) {
-        edits.push((inertial.range(), String::new()));
+        edits.replace(inertial.range(), "");
     }
-}
-
-/// Friction and rotor inertia in the formats that hold them.
-///
-/// One line a joint: MuJoCo's `damping`, `frictionloss`, `armature` (URDF and Gazebo's SDF have no
-/// armature). Negative friction is written as zero: simulators refuse it.
-pub fn mjcf_joints(joints: &[JointDynamics], armature: &[f64]) -> String {
-    let line = |(joint, armature): (&JointDynamics, &f64)| {
-        let (damping, friction) = (joint.damping.max(0.0), joint.friction.max(0.0));
-        let armature = armature.max(0.0);
-        format!(
-            "<joint name=\"{}\" damping=\"{damping}\" frictionloss=\"{friction}\" armature=\"{armature}\"/>\n",
-            joint.joint
-        )
-    };
-    joints.iter().zip(armature).map(line).collect()
 }
 
 #[cfg(test)]
@@ -250,7 +139,7 @@ mod tests {
         let mut heavier = total(&robot, upper.0);
         heavier.iter_mut().for_each(|x| *x *= 1.5);
         let small = [0.002, 0.0001, 0.0, 0.002, 0.0, 0.002, 0.01, 0.005, -0.01, 0.7];
-        let friction = JointDynamics { joint: "turn".into(), damping: 0.3, friction: 1.25 };
+        let friction = JointDynamics { joint: "turn".into(), damping: 0.3, friction: 1.25, armature: 0.0 };
         let bodies = [(upper, heavier), (hand, small)];
         let written = write_back(URDF, "arm.urdf", &robot, &bodies, &[friction]).unwrap();
         assert!(written.notes.is_empty());
@@ -299,12 +188,5 @@ mod tests {
         assert!(message.contains("there is no <link name="), "{message}");
         let message = write_back("<robot", "arm.urdf", &robot, &[], &[]).unwrap_err().to_string();
         assert!(message.starts_with("arm.urdf:1:"), "{message}");
-    }
-
-    #[test]
-    fn a_line_for_mujoco() {
-        let joint = JointDynamics { joint: "turn".into(), damping: 0.3, friction: -1.0 };
-        let line = "<joint name=\"turn\" damping=\"0.3\" frictionloss=\"0\" armature=\"0.05\"/>\n";
-        assert_eq!(mjcf_joints(&[joint], &[0.05]), line);
     }
 }
