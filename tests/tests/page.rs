@@ -85,3 +85,21 @@ fn a_sheet_in_every_language() {
     assert!(fate.contains("ZZR1") && fate.contains("XXR4"), "{fate}");
     assert!((json["links"][2]["geometry"]["d"]["number"].as_f64().unwrap() - 0.3).abs() < 1e-12);
 }
+
+/// Every experiment of a plan is a row and a picture of what moves.
+#[test]
+fn a_plan_has_a_picture_a_motion() {
+    let here = folder("plan_page");
+    let arm = model_path("planar2r_vertical.yaml").display().to_string();
+    assert_eq!(rist(&here, &["plan", &arm, "--out", "plan.yaml"]).code, Some(0));
+    assert_eq!(rist(&here, &["report", "--plan", "plan.yaml", "--out", "page.html"]).code, Some(0));
+    let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
+    let plan: serde_json::Value = serde_yaml::from_str(&text("plan.yaml")).unwrap();
+    let (page, experiments) = (text("page.html"), plan["experiments"].as_array().unwrap());
+    assert!(experiments.len() > 2);
+    for experiment in experiments {
+        let name = experiment["name"].as_str().unwrap();
+        assert!(page.contains(&format!("<title>Motion {name}</title>")), "{name} has no picture");
+    }
+    assert_eq!(page.matches("<svg").count(), experiments.len());
+}

@@ -69,6 +69,11 @@ impl<'a> Chart<'a> {
         Chart { height: 1500.0, ..self }
     }
 
+    /// One of many beside each other.
+    pub fn small(self) -> Chart<'a> {
+        Chart { height: 1100.0, ..self }
+    }
+
     /// With the ordinate zero inside.
     pub fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }

@@ -1,7 +1,9 @@
 //! A plan and a validation, for the page.
 
 use identification::estimate::validation::Validation;
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::experiments::experiment_plan::ExperimentPlan;
+use identification::experiments::planned_experiment::PlannedExperiment;
 use serde::Serialize;
 
 use crate::chart::Chart;
@@ -14,6 +16,7 @@ pub struct PlanPart {
     summary: String,
     open: String,
     rows: Vec<Experiment>,
+    motions: Vec<Figure>,
 }
 
 #[derive(Serialize)]
@@ -29,7 +32,7 @@ struct Experiment {
 
 /// The plan in words and rows.
 pub fn plan(plan: &ExperimentPlan) -> PlanPart {
-    let row = |e: &identification::experiments::planned_experiment::PlannedExperiment| Experiment {
+    let row = |e: &PlannedExperiment| Experiment {
         name: e.name.clone(),
         kind: e.kind.clone(),
         fast: e.fast.clone(),
@@ -53,7 +56,39 @@ pub fn plan(plan: &ExperimentPlan) -> PlanPart {
         ),
         open: open.join(", "),
         rows: plan.experiments.iter().map(row).collect(),
+        motions: motions(plan),
     }
+}
+
+/// Points of a line that fills a small picture.
+const POINTS: usize = 120;
+
+/// The position of each joint that moves, one period of a swing, or a sweep there and back; none where a motion of the file
+/// is none.
+fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
+    let trajectories = plan.trajectories("").unwrap_or_default();
+    let picture = |(experiment, trajectory): (&PlannedExperiment, &ExcitingTrajectory)| {
+        let reference = trajectory.reference();
+        let shown = match &experiment.swing {
+            Some(swing) => reference.windows.first().map_or(0..0, |w| w.start..w.start + swing.period_samples + 1),
+            None => 0..usize::MAX,
+        };
+        let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
+        let step = shown.len().div_ceil(POINTS).max(1);
+        let mut moving = trajectory.moving();
+        moving.sort_by_key(|k| *k != trajectory.fast);
+        let mut chart =
+            Chart::new(format!("Motion {}", experiment.name), ("time, s", "from the centre, rad (m)")).small();
+        for (k, class) in moving.iter().zip(["a", "b", "c", "d"]) {
+            let at = |i: usize| {
+                ((i - shown.start) as f64 * reference.sample_time, reference.q[*k][i] - trajectory.centre[*k])
+            };
+            let points: Vec<(f64, f64)> = shown.clone().step_by(step).map(at).collect();
+            chart = chart.line(plan.coordinates[*k].clone(), class, &points);
+        }
+        Figure { caption: format!("{}, {}", experiment.name, experiment.kind.replace('_', " ")), svg: chart.svg() }
+    };
+    plan.experiments.iter().zip(&trajectories).map(picture).collect()
 }
 
 /// A validation.
@@ -112,7 +147,9 @@ pub fn validation(validation: &Validation) -> ValidationPart {
 pub fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
     let picture = |p: &identification::estimate::validation::TorquePicture| {
         let points = |y: &[f64]| p.t.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
-        let chart = Chart::new(format!("Torque of {}", p.coordinate), ("time, s", &format!("{}, N m", p.coordinate)))
+        let joint = validation.joints.iter().find(|joint| joint.coordinate == p.coordinate);
+        let unit = joint.map_or(String::new(), |joint| format!(", {}", joint.unit));
+        let chart = Chart::new(format!("Torque of {}", p.coordinate), ("time, s", &format!("{}{unit}", p.coordinate)))
             .with_zero()
             .line("measured", "a", &points(&p.measured))
             .line("predicted", "b", &points(&p.predicted));
