@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 ));
             }
             let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
-            let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+            let logs = motions(&arguments.logs)?.iter().map(open).collect::<Result<Vec<_>, _>>()?;
             let validation = rist::validate(&model, &estimate, &logs)?;
             if arguments.series.is_some() {
                 series = Some(rist::series_to_csv(

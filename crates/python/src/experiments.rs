@@ -201,13 +201,14 @@ pub fn simulate<'py>(
     if let Some(out) = &out {
         make_directory(out)?;
     }
+    let effort = request.effort(inner);
     let planned = plan.experiments.len();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation_motions;
     let (simulated, records) = work(py, given.any("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {
             if let Some(out) = &out {
-                let text = record.to_csv(inner.regressor().coordinates(), Effort::Current);
+                let text = record.to_csv(inner.regressor().coordinates(), effort);
                 rist::write_file(&out.join(format!("{name}.csv")), &text, &[&inner.path])?;
             }
             records.push((name.into(), record.clone()));
@@ -228,7 +229,8 @@ pub fn simulate<'py>(
         let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
         log.set_item("t", array(py, &[n], &t)?)?;
         log.set_item("q", samples(py, n, &record.q)?)?;
-        log.set_item("i", samples(py, n, &record.current)?)?;
+        let name = if effort == Effort::Torque { "tau" } else { "i" };
+        log.set_item(name, samples(py, n, &record.current)?)?;
         logs.set_item(name, log)?;
     }
     Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))

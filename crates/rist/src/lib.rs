@@ -34,6 +34,7 @@
 #![warn(missing_docs)]
 
 mod checking;
+mod closed_loop;
 mod description;
 mod doctor;
 mod error;
@@ -60,6 +61,7 @@ mod verdict;
 mod write_back;
 
 pub use checking::{Checked, check};
+pub use closed_loop::{ClosedLoopLogs, identify_experiments_in_loop};
 pub use description::{ModelOptions, RotorInertias, check_values, parse_robot, read_robot, snapping};
 pub use doctor::examine;
 pub use error::Error;

@@ -10,7 +10,7 @@ use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
 use rist::{Estimate, IdentifyRequest, Model, PageRequest, Trust, Validation, Verdict};
 
-use super::arguments::{Arguments, Delay, Friction};
+use super::arguments::{Arguments, Delay, Friction, Method};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print};
 use crate::report::{command, origin};
@@ -31,6 +31,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         gains: arguments.gain.iter().map(|text| expected_gain(text)).collect::<Result<_, _>>()?,
         find_delay: arguments.delay == Some(Delay::Auto),
         find_friction: arguments.friction.as_ref().is_some_and(|words| words.contains(&Friction::Auto)),
+        essential: arguments.method == Method::Essential,
         consistent: arguments.consistent || writes,
         loaded: &loaded,
         loaded_link: arguments.loaded_link.clone(),
@@ -187,7 +188,8 @@ fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn options(arguments: &Arguments, model: &Model) -> Result<Options, Failure> {
+/// The options of the file, and the flags over them.
+pub(super) fn options(arguments: &Arguments, model: &Model) -> Result<Options, Failure> {
     let mut options = match &arguments.options {
         Some(path) => Options::read(path)?,
         None => Options::default(),

@@ -139,7 +139,7 @@ impl fmt::Display for Estimate {
             let status = match p.status {
                 Status::NotSignificant => "  (zero is within its 95 % interval)",
                 Status::Weak => "  (weak: little motion decides it)",
-                Status::Identified | Status::NotIdentifiable => "",
+                Status::Identified | Status::NotIdentifiable | Status::Given => "",
             };
             writeln!(f, "  {:>9.2}  {}{status}", p.relative_sigma.unwrap_or(f64::NAN), p.unit)?;
         }
