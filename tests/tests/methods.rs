@@ -51,7 +51,7 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
     let here = experiments("closed_loop_methods");
     for method in ["iv", "didim"] {
         let out = run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} --out {method}.yaml"));
-        assert!(out.contains("settled after"), "{method}: {out}");
+        assert!(out.contains("of the simulated loop"), "{method}: {out}");
         let found = estimate(&here.join(format!("{method}.yaml")));
         for (name, truth) in TRUTH {
             let value = found.value(&name.parse().unwrap()).unwrap_or_else(|| panic!("{method}: no {name}"));

@@ -79,6 +79,8 @@ pub fn identify_experiments_in_loop(
     let base = model.regressor().parameters().len();
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics_of(model, start[..base].to_vec()).as_ref());
     setup.drives.gain.fill(1.0);
+    // Instruments hold no noise, and rounding in the loop is one.
+    setup.sensing.quantum.fill(0.0);
     let simulator = PlanInLoop { model, references: &references, setup, preparation };
     let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;
     estimate.fingerprint = model.reference.fingerprint.clone();
