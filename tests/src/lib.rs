@@ -35,6 +35,11 @@ pub fn model_path(file: &str) -> PathBuf {
     workspace().join("models").join(file)
 }
 
+/// Path of a robot of the tests' data: `r3g.yaml`.
+pub fn test_robot_path(file: &str) -> PathBuf {
+    workspace().join("tests/data/robots").join(file)
+}
+
 /// The text of a model, to be edited.
 pub fn model_text(file: &str) -> String {
     std::fs::read_to_string(model_path(file)).unwrap_or_else(|e| panic!("models/{file}: {e}"))

@@ -11,7 +11,7 @@ use serde_json::{Value as Json, json};
 use tests::planar_log::{HEADER, log, write_log};
 use tests::program::{folder, rist};
 use tests::random::{Random, State};
-use tests::{dot, model, model_path, recursion, standard_names};
+use tests::{dot, model, model_path, recursion, standard_names, test_robot_path};
 
 /// What follows from a model, by the library.
 struct Derived {
@@ -34,6 +34,11 @@ fn derived(robot: Robot) -> Derived {
 
 fn path(file: &str) -> String {
     model_path(file).display().to_string()
+}
+
+/// The same without inertial parameters: its logs have those of the test.
+fn bare(file: &str) -> String {
+    test_robot_path(file).display().to_string()
 }
 
 fn evaluated(function: &Function, inputs: &[f64]) -> Vec<f64> {
@@ -164,7 +169,7 @@ fn identify_gives_back_the_parameters_that_made_the_log() {
     let x = Random(32).physical_parameters(&d.robot);
     write_log(&here, &log(&d.robot, &x));
     let unfiltered = ["--order", "0", "--decimate", "1", "--friction", "none", "--weights", "none"];
-    let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
+    let arguments = ["identify", &bare("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
     let run = rist(&here, &[&arguments[..], &unfiltered].concat());
     assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{}", run.out);
 
@@ -250,7 +255,7 @@ fn what_cannot_be_done_is_refused_with_its_place() {
 
     let states = |text: &str| std::fs::write(here.join("states.csv"), text).unwrap();
     let evaluate = |quantity| ["evaluate", "planar.yaml", "states.csv", "--quantity", quantity];
-    std::fs::copy(model_path("planar2r_vertical.yaml"), here.join("planar.yaml")).unwrap();
+    std::fs::copy(test_robot_path("planar2r_vertical.yaml"), here.join("planar.yaml")).unwrap();
     states("q_q1,q_q2\n0.1,0.2\n0.1,NaN\n");
     refused(&here, &evaluate("regressor"), &["states.csv:3", "q_q2", "NaN"]);
     states("q_q1\n0.1\n");
@@ -266,7 +271,7 @@ fn a_log_that_cannot_be_used_is_refused_with_its_place() {
     let here = folder("bad_log");
     let robot = model("planar2r_vertical.yaml");
     let rows = log(&robot, &Random(33).physical_parameters(&robot));
-    let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
+    let arguments = ["identify", &bare("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
     refused(&here, &arguments, &["log.csv"]);
     let mut broken = rows.clone();
     broken[40] = broken[40].replace(',', "x,");
@@ -291,7 +296,7 @@ fn a_nan_in_a_log_is_left_out_and_told_and_a_log_of_them_refused() {
         cells[2] = "NaN";
         cells.join(",")
     };
-    let arguments = ["identify", &path("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
+    let arguments = ["identify", &bare("planar2r_vertical.yaml"), "log.csv", "--out", "estimate.yaml"];
     rows[998] = without_q2(&rows[998]);
     write_log(&here, &rows);
     let run = rist(&here, &arguments);

@@ -16,7 +16,7 @@ use tests::faults::{Injected, changed, cut, each, injected, mirrored};
 use tests::joint_log::{JointLog, Machine, described, swinging, unlike};
 use tests::program::folder;
 use tests::random::{Random, State};
-use tests::{model_path, recursion, shared, urdf_text, workspace};
+use tests::{model_path, recursion, shared, test_robot_path, urdf_text, workspace};
 
 /// The UR5 of models/ and the log of one like it.
 fn ur5() -> (Model, JointLog) {
@@ -118,7 +118,7 @@ fn nothing_is_found_in_good_logs() {
         }
     }
     // A description without inertials: what can be told is, and what not is said.
-    let model = Model::read(model_path("planar2r_vertical.yaml")).unwrap();
+    let model = Model::read(test_robot_path("planar2r_vertical.yaml")).unwrap();
     let x = Random(41).physical_parameters(&model.robot);
     let passport = look(&model, &here, &swinging(&model.robot, &x, 1.2, 0.0));
     assert!(passport.findings.is_empty() && passport.untold.len() == 1, "{passport:?}");

@@ -4,7 +4,7 @@ use serde_json::Value as Json;
 use tests::planar_log::{HEADER, log_of, write_log};
 use tests::program::{folder, rist};
 use tests::random::Random;
-use tests::{model, model_path};
+use tests::{model, test_robot_path};
 
 /// N m s/rad and N m.
 const VISCOUS: [f64; 2] = [0.4, 0.2];
@@ -15,7 +15,7 @@ fn rubbed(j: usize, dq: f64, tau: f64) -> f64 {
 }
 
 fn arm() -> String {
-    model_path("planar2r_vertical.yaml").display().to_string()
+    test_robot_path("planar2r_vertical.yaml").display().to_string()
 }
 
 fn yaml(path: &std::path::Path) -> Json {

@@ -4,7 +4,7 @@
 use tests::planar_log::{HEADER, log_of};
 use tests::program::{folder, rist};
 use tests::random::Random;
-use tests::{model, model_path};
+use tests::{model, model_path, test_robot_path};
 
 fn rubbed(_: usize, dq: f64, tau: f64) -> f64 {
     tau + 0.4 * dq + 0.3 * dq.signum()
@@ -14,7 +14,7 @@ fn rubbed(_: usize, dq: f64, tau: f64) -> f64 {
 fn a_log_becomes_a_page_and_a_series() {
     let here = folder("page");
     let robot = model("planar2r_vertical.yaml");
-    let arm = model_path("planar2r_vertical.yaml").display().to_string();
+    let arm = test_robot_path("planar2r_vertical.yaml").display().to_string();
     let rows = log_of(&robot, &Random(41).physical_parameters(&robot), &rubbed);
     std::fs::write(here.join("a <b>.csv"), format!("{HEADER}\n{}\n", rows.join("\n"))).unwrap();
     let made = ["--report", "page.html", "--series", "torques.csv", "--out", "e.yaml", "--date", "1 April 2026"];

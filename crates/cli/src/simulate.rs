@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use identification::experiments::record::Record;
-use logs::Effort;
 use rist::simulation::{Motions, SimulateRequest};
 
 use crate::artefact::{MotionFile, gains, make_directory, read_estimate, read_load, read_motions};
@@ -15,7 +14,7 @@ use rist::output::write_file;
 /// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
 ///
 /// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters behind
-/// them. The logs hold currents; that of a motion holds torques where no drive gain is known.
+/// them. The logs hold currents, or torques where no drive gain is known.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -33,7 +32,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 10)]
     validation: usize,
 
-    /// Torque per unit of current of a drive, N m/A [default: as the file says, or 1]
+    /// Torque per unit of current of a drive, N m/A [default: as the file says; where one is known, 1 for the others]
     #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
     gain: Vec<String>,
 
@@ -72,16 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     make_directory(&arguments.out)?;
     let coordinates = model.regressor().coordinates();
-    let (motions, count, effort) = match &file {
-        MotionFile::Plan(plan) => {
-            (Motions::from(plan), format!("{} experiments", plan.experiments.len()), Effort::Current)
-        }
-        MotionFile::Motion(motion) => {
-            let is_without_gains = request.gains.is_empty() && model.drive_gains().iter().all(Option::is_none);
-            let effort = if is_without_gains { Effort::Torque } else { Effort::Current };
-            (Motions::from(motion), "1 motion".into(), effort)
-        }
+    let (motions, count) = match &file {
+        MotionFile::Plan(plan) => (Motions::from(plan), format!("{} experiments", plan.experiments.len())),
+        MotionFile::Motion(motion) => (Motions::from(motion), "1 motion".into()),
     };
+    let effort = request.effort(&model);
     let mut write = |name: &str, record: &Record| {
         let text = record.to_csv(coordinates, effort);
         write_file(&arguments.out.join(format!("{name}.csv")), &text, &inputs)

@@ -48,7 +48,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
     let place = |name: &str| std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(|name| place(name)).collect();
-    for log in arguments.logs.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
+    let motions = motions(&arguments.logs)?;
+    for log in motions.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
         eprintln!("note: {}: the estimate was fitted to it; what it leaves there is no validation", log.display());
     }
     let mut series = None;
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 ));
             }
             let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
-            let logs = arguments.logs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+            let logs = motions.iter().map(open).collect::<Result<Vec<_>, _>>()?;
             let validation = rist::validate(&model, &estimate, &logs)?;
             if arguments.series.is_some() {
                 series = Some(rist::validation::series_to_csv(
@@ -75,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::new("--series: for an estimate from logs; this one is of experiments"));
         }
         None => {
-            let (motions, gains) = (motions(&arguments.logs)?, gains(&arguments.gain, &model)?);
+            let gains = gains(&arguments.gain, &model)?;
             let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
             let validation = rist::validation::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?;
             let verdict = rist::verdict::validation_verdict(&model, &estimate, &[], validation.total)?;

@@ -135,6 +135,7 @@ impl Estimate {
             Status::NotSignificant => "not_significant",
             Status::Weak => "weak",
             Status::NotIdentifiable => "not_identifiable",
+            Status::Given => "given",
         };
         self.inner.parameters.iter().map(word).collect()
     }

@@ -203,13 +203,14 @@ pub fn simulate<'py>(
     if let Some(out) = &out {
         make_directory(out)?;
     }
+    let effort = request.effort(inner);
     let planned = plan.experiments.len();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation_motions;
     let (simulated, records) = work(py, given.any("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {
             if let Some(out) = &out {
-                let text = record.to_csv(inner.regressor().coordinates(), Effort::Current);
+                let text = record.to_csv(inner.regressor().coordinates(), effort);
                 rist::output::write_file(&out.join(format!("{name}.csv")), &text, &[&inner.path])?;
             }
             records.push((name.into(), record.clone()));
@@ -225,15 +226,21 @@ pub fn simulate<'py>(
     }
     let logs = PyDict::new(py);
     for (name, record) in &records {
-        let log = PyDict::new(py);
-        let n = record.q.first().map_or(0, Vec::len);
-        let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
-        log.set_item("t", array(py, &[n], &t)?)?;
-        log.set_item("q", samples(py, n, &record.q)?)?;
-        log.set_item("i", samples(py, n, &record.current)?)?;
-        logs.set_item(name, log)?;
+        logs.set_item(name, log(py, record, effort)?)?;
     }
     Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+}
+
+/// The arrays of a record; its efforts are torques or currents.
+fn log<'py>(py: Python<'py>, record: &Record, effort: Effort) -> PyResult<Bound<'py, PyDict>> {
+    let log = PyDict::new(py);
+    let n = record.q.first().map_or(0, Vec::len);
+    let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
+    log.set_item("t", array(py, &[n], &t)?)?;
+    log.set_item("q", samples(py, n, &record.q)?)?;
+    let name = if effort == Effort::Torque { "tau" } else { "i" };
+    log.set_item(name, samples(py, n, &record.current)?)?;
+    Ok(log)
 }
 
 /// One series a joint as one column a joint.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rist
-from conftest import MODELS, ROOT, log_of, write_csv
+from conftest import ROOT, log_of, write_csv
 
 
 EXAMPLES = ROOT / "crates/python/examples"
@@ -16,7 +16,7 @@ EXAMPLES = ROOT / "crates/python/examples"
 
 @pytest.fixture(scope="module")
 def model():
-    return rist.Model.read(MODELS / "planar2r_vertical.yaml")
+    return rist.Model.read(ROOT / "tests/data/robots/planar2r_vertical.yaml")
 
 
 # A two-link arm of links of 4 and 2 kg.
@@ -115,20 +115,20 @@ def recipe():
 
 
 def test_the_recipe_on_threads(recipe, fleet, model):
-    check(fleet, model, recipe.on_threads(MODELS / "planar2r_vertical.yaml", fleet, cutoff=10.0))
+    check(fleet, model, recipe.on_threads(ROOT / "tests/data/robots/planar2r_vertical.yaml", fleet, cutoff=10.0))
 
 
 def test_a_worker_that_is_killed_is_replaced(recipe, fleet, model, tmp_path, monkeypatch):
     """The first worker that comes to r1/day2.csv is killed, as by a machine out of memory; the log is read by another."""
     monkeypatch.setenv("RIST_EXAMPLE_KILL", str(tmp_path / "killed"))
-    estimates = recipe.on_processes(MODELS / "planar2r_vertical.yaml", fleet, cutoff=10.0, workers=2)
+    estimates = recipe.on_processes(ROOT / "tests/data/robots/planar2r_vertical.yaml", fleet, cutoff=10.0, workers=2)
     assert (tmp_path / "killed").exists()
     check(fleet, model, estimates)
 
 
 def test_the_recipe_on_daft(recipe, fleet, model):
     pytest.importorskip("daft", reason="daft is not installed")
-    check(fleet, model, recipe.on_daft(MODELS / "planar2r_vertical.yaml", fleet, cutoff=10.0))
+    check(fleet, model, recipe.on_daft(ROOT / "tests/data/robots/planar2r_vertical.yaml", fleet, cutoff=10.0))
 
 
 def test_the_recipe_on_ray(recipe, fleet, model, tmp_path, monkeypatch):
@@ -139,7 +139,7 @@ def test_the_recipe_on_ray(recipe, fleet, model, tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(EXAMPLES), os.environ.get("PYTHONPATH", "")]))
     ray.init(num_cpus=2, include_dashboard=False)
     try:
-        check(fleet, model, recipe.on_ray(MODELS / "planar2r_vertical.yaml", fleet, cutoff=10.0))
+        check(fleet, model, recipe.on_ray(ROOT / "tests/data/robots/planar2r_vertical.yaml", fleet, cutoff=10.0))
     finally:
         ray.shutdown()
     assert (tmp_path / "killed").exists()

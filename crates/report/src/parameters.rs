@@ -149,12 +149,12 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
         meaning: told.map_or_else(|| meaning(&parameter.id), |told| told.meaning.clone()),
         rule: told.map_or(String::new(), |told| told.rule.clone()),
         status: match parameter.status {
-            Status::Identified => "",
+            Status::Identified | Status::Given => "",
             Status::NotSignificant => "zero is inside its interval",
             Status::Weak => "weak: little motion decides it",
             Status::NotIdentifiable => "the data say nothing about it",
         },
-        is_doubtful: parameter.status != Status::Identified,
+        is_doubtful: !matches!(parameter.status, Status::Identified | Status::Given),
         name,
     }
 }

@@ -138,11 +138,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let found = found.map_err(|why| refused(model, &names, why))?;
 
     // The best motion that can be proved; without one the best, which then says so.
-    let torque = enclosure.as_ref().map(|torque| DescribedTorque {
-        torque: torque as &dyn EnclosedTorque,
-        friction: friction.clone(),
-        share: request.effort_share,
-    });
+    let torque = enclosure.as_ref().map(|torque| described_torque(torque, &friction, request.effort_share));
     let motions = found.into_iter().map(|found| request.motion(timing, found.joints));
     let fits = motions.map(|motion| fitted(motion, &limits, &names, torque.as_ref()));
     let (motion, certificate) = proved_or_first(fits).ok_or_else(|| refused(model, &names, NoMotion::NothingToTell))?;
@@ -164,6 +160,15 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         certificate,
         parameters: seen.parameters,
     })
+}
+
+/// What a motion may use of the effort limits.
+fn described_torque<'a>(
+    torque: &'a dyn EnclosedTorque,
+    friction: &[DescribedFriction],
+    share: f64,
+) -> DescribedTorque<'a> {
+    DescribedTorque { torque, friction: friction.to_vec(), share }
 }
 
 /// The limits of the request within those of the description, and what is to be said of them.

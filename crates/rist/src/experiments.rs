@@ -88,17 +88,28 @@ fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<
 }
 
 /// Reads the logs of experiments, and keeps count of them.
-struct Reader<'a> {
-    model: &'a Model,
-    columns: &'a ColumnNames,
+pub(crate) struct Reader<'a> {
+    pub model: &'a Model,
+    pub columns: &'a ColumnNames,
     /// Whether a log held currents.
-    currents: bool,
-    files: Vec<String>,
+    pub currents: bool,
+    pub files: Vec<String>,
 }
 
 impl Reader<'_> {
-    /// The experiment behind a log, whose clock must be the plan's and which must be long enough.
+    /// The experiment behind a log, which must be long enough.
     fn experiment(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<SpectralExperiment, Error> {
+        let record = self.record(path, trajectory)?;
+        let found = record.q.first().map_or(0, Vec::len);
+        let needed = trajectory.windows().last().map_or(0, |w| w.end);
+        SpectralExperiment::new(trajectory.clone(), &record).ok_or_else(|| {
+            let path = path.display();
+            Error::new(format_args!("{path}: {found} samples; its experiment takes {needed} from its start"))
+        })
+    }
+
+    /// What was recorded of an experiment, whose clock must be the plan's.
+    pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         self.currents |= log.effort_is == Effort::Current;
         self.files.push(path.display().to_string());
@@ -111,11 +122,7 @@ impl Reader<'_> {
                 trajectory.sample_time
             )));
         }
-        let (found, needed) = (log.len(), trajectory.windows().last().map_or(0, |w| w.end));
-        SpectralExperiment::new(trajectory.clone(), &record).ok_or_else(|| {
-            let path = path.display();
-            Error::new(format_args!("{path}: {found} samples; its experiment takes {needed} from its start"))
-        })
+        Ok(record)
     }
 }
 
@@ -128,7 +135,10 @@ fn gains(model: &Model, currents: bool, logs: &ExperimentLogs) -> Result<Vec<Gai
     let coordinates = model.regressor().coordinates();
     let n = coordinates.len();
     if !currents {
-        return Ok(vec![Gain::Known(1.0); n]);
+        return match logs.gains.first() {
+            Some((name, _)) => Err(Error::new(format_args!("--gain {name}: the logs hold torques, not currents"))),
+            None => Ok(vec![Gain::Known(1.0); n]),
+        };
     }
     let of_file = logs.gains.is_empty() && logs.load.is_none();
     let mut known = if of_file { model.drive_gains() } else { vec![None; n] };

@@ -35,6 +35,7 @@
 #![warn(missing_docs)]
 
 pub mod checking;
+pub mod closed_loop;
 pub mod description;
 pub mod doctor;
 mod error;

@@ -6,6 +6,7 @@ use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::described::described_residuals;
 use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::essential::keep_essential;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::passport::{Passport, passport};
@@ -39,6 +40,8 @@ pub struct IdentifyRequest<'a> {
     pub find_delay: bool,
     /// Choose the friction by prediction of what was left out.
     pub find_friction: bool,
+    /// Only the parameters that the data need; the others are zero. Not with `consistent`, whose bodies have all.
+    pub essential: bool,
     /// Only bodies that can exist, held by the description where the logs are silent.
     pub consistent: bool,
     /// Logs of the same robot with a load, and the link that carries it (the last, without a name).
@@ -96,9 +99,15 @@ pub struct Bodies {
 
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
-/// Fails where the logs do not fit the robot, and with a verdict where the data leave a gain or the delay open.
+/// Fails where the logs do not fit the robot, where essential parameters and bodies are both asked for, and with a verdict
+/// where the data leave a gain or the delay open.
 /// Parameters that the data do not determine are a status of theirs.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
+    if request.essential && request.consistent {
+        return Err(Error::new(
+            "a body has all of its parameters: essential parameters and bodies that can exist are two requests",
+        ));
+    }
     let regressor = model.regressor();
     let mut options = request.options.clone();
     options.model = model.robot.name.clone();
@@ -119,7 +128,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     let described = model.described_parameters();
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
     let passport = passport(regressor, &records, &suspects, described.as_deref())?;
-    let fit = Fit::of_records(regressor, &records, logs.iter().map(LogSource::name).collect(), &options)?;
+    let mut fit = Fit::of_records(regressor, &records, logs.iter().map(LogSource::name).collect(), &options)?;
     let load = match request.loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
@@ -130,6 +139,9 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     };
 
     let described = described.map(|x| described_error(model, &fit, &options, &x));
+    if request.essential {
+        keep_essential(regressor, &mut fit, &options);
+    }
     let held_out = fit.estimate.cross_validation;
     let found = match request.consistent {
         true => existing_bodies(model, fit, &options)?,

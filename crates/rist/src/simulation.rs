@@ -15,6 +15,7 @@ use identification::model::parameter::{BaseParameter, Parameter, ParameterId};
 use identification::simulate::closed_loop::Stop;
 use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::simulate::setup::SimulationSetup;
+use logs::Effort;
 
 use crate::Estimate;
 use crate::error::Error;
@@ -84,6 +85,15 @@ pub struct SimulateRequest {
     pub seed: u64,
     /// Neither noise nor rounding of the sensors.
     pub noise_free: bool,
+}
+
+impl SimulateRequest {
+    /// What the logs are to hold: torques where neither the description nor the request knows a drive gain, so that they can
+    /// be identified as they are.
+    pub fn effort(&self, model: &Model) -> Effort {
+        let is_without_gains = self.gains.is_empty() && model.drive_gains().iter().all(Option::is_none);
+        if is_without_gains { Effort::Torque } else { Effort::Current }
+    }
 }
 
 impl Default for SimulateRequest {
@@ -158,7 +168,15 @@ pub fn simulate<'a>(
         take(&motions[index].name, &record?)
     })?;
     drop((run, loaded));
-    Ok(Simulated { truth: truth_of(model, &setup, &truth), notes: setup.notes })
+    let mut notes = setup.notes.clone();
+    if request.effort(model) == Effort::Current {
+        let names = model.regressor().coordinates().iter().zip(model.drive_gains());
+        let assumed = names.filter(|(c, gain)| gain.is_none() && request.gains.iter().all(|(name, _)| name != *c));
+        notes.extend(assumed.map(|(c, _)| format!("{c}: no drive gain in the file, 1 N m/A assumed")));
+    } else {
+        notes.push("no drive gain is known: the logs hold torques (--gain makes currents of them)".into());
+    }
+    Ok(Simulated { truth: truth_of(model, &setup, &truth, request.effort(model)), notes })
 }
 
 /// Motions for validation are at most this many.
@@ -253,7 +271,7 @@ impl Feedforward {
 }
 
 /// The values the logs were made with.
-fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64]) -> Estimate {
+fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effort) -> Estimate {
     let regressor = model.regressor();
     let base = |(base, value): (&BaseParameter, &f64)| {
         let parameter = Parameter::from(base);
@@ -261,7 +279,8 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64]) -> Estimate {
         Identified::given(parameter.id, unit, *value)
     };
     let mut parameters: Vec<Identified> = regressor.parameters().iter().zip(truth).map(base).collect();
-    for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(&setup.drives.gain).enumerate() {
+    let gains = setup.drives.gain.iter().filter(|_| effort == Effort::Current);
+    for (k, (coordinate, gain)) in regressor.coordinates().iter().zip(gains).enumerate() {
         let id = ParameterId::drive_gain(coordinate);
         let unit = id.unit(regressor.is_prismatic(k));
         parameters.push(Identified::given(id, unit, *gain));

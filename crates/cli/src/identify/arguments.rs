@@ -42,12 +42,11 @@ pub struct Arguments {
     #[arg(required = true, value_name = "LOG")]
     pub logs: Vec<PathBuf>,
 
-    /// ls: least squares on filtered samples. For the experiments of a plan: rist takes the paper's rows of Sp, rist-mh
-    /// all harmonics, with friction
+    /// The equations to solve; all but ls and essential need the plan behind the logs
     #[arg(long, value_enum, default_value_t = Method::Ls, help_heading = METHOD)]
     pub method: Method,
 
-    /// The plan behind the logs, for rist and rist-mh
+    /// The plan behind the logs, for rist, rist-mh, iv and didim
     #[arg(long, value_name = "FILE", help_heading = METHOD)]
     pub plan: Option<PathBuf>,
 
@@ -147,9 +146,18 @@ pub struct Arguments {
 /// The equations to solve.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Method {
+    /// Least squares on filtered samples
     Ls,
+    /// The same with the parameters that the data need; the others are zero
+    Essential,
+    /// The paper's rows of Sp
     Rist,
+    /// All harmonics, with friction
     RistMh,
+    /// Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples
+    Iv,
+    /// Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop
+    Didim,
 }
 
 /// The delay of the torques.
@@ -190,10 +198,50 @@ pub fn friction(text: &str) -> Result<Friction, String> {
     }
 }
 
+/// The flags of which a method heeds some, each with whether it was given.
+type Given = (&'static str, bool);
+
 impl Arguments {
-    /// The flags that speak of samples of logs, which experiments do not heed, as far as they are given.
-    pub fn of_samples(&self) -> Vec<&'static str> {
-        let given = [
+    /// The flags that were given and that this method does not heed.
+    pub fn unheeded(&self) -> Vec<&'static str> {
+        let heeded: &[&str] = match self.method {
+            Method::Ls | Method::Essential => &[
+                "--cutoff",
+                "--delay",
+                "--validate",
+                "--order",
+                "--decimate",
+                "--friction",
+                "--weights",
+                "--loaded",
+                "--consistent",
+                "--write-urdf",
+                "--write-mjcf",
+                "--anyway",
+                "--report",
+                "--series",
+            ],
+            Method::Rist => &["--plan", "--load"],
+            Method::RistMh => &["--plan", "--load", "--cutoff", "--delay"],
+            Method::Iv | Method::Didim => &["--plan", "--cutoff", "--order", "--decimate", "--delay"],
+        };
+        let bodies = ["--consistent", "--write-urdf", "--write-mjcf", "--anyway"];
+        let is_heeded =
+            |flag: &str| heeded.contains(&flag) && !(self.method == Method::Essential && bodies.contains(&flag));
+        self.given()
+            .into_iter()
+            .filter(|(flag, is_given)| *is_given && !is_heeded(flag))
+            .map(|(flag, _)| flag)
+            .collect()
+    }
+
+    /// Flags that all methods heed are not here: --method, --gain, --options, --out and those of the model.
+    fn given(&self) -> [Given; 16] {
+        [
+            ("--plan", self.plan.is_some()),
+            ("--load", self.load.is_some()),
+            ("--cutoff", self.cutoff.is_some()),
+            ("--delay", self.delay.is_some()),
             ("--validate", !self.validate.is_empty()),
             ("--order", self.order.is_some()),
             ("--decimate", self.decimate.is_some()),
@@ -203,9 +251,9 @@ impl Arguments {
             ("--loaded", !self.loaded.is_empty()),
             ("--write-urdf", self.write_urdf.is_some()),
             ("--write-mjcf", self.write_mjcf.is_some()),
+            ("--anyway", self.anyway),
             ("--report", self.report.is_some()),
             ("--series", self.series.is_some()),
-        ];
-        given.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag).collect()
+        ]
     }
 }

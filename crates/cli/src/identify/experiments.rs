@@ -18,13 +18,6 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let [directory] = arguments.logs.as_slice() else {
         return Err(Failure::new("--plan takes one directory of logs"));
     };
-    let unheeded = arguments.of_samples();
-    if !unheeded.is_empty() {
-        return Err(Failure::new(format_args!(
-            "{}: for logs, not for the experiments of a plan (--method ls); `rist validate` predicts other logs",
-            unheeded.join(", ")
-        )));
-    }
     let of_user =
         [&arguments.model.model].into_iter().chain(&arguments.plan).chain(&arguments.load).chain(&arguments.options);
     let mut inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
@@ -37,7 +30,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let plan = read_plan(plan, &model)?;
     let load = arguments.load.as_ref().map(|file| Ok::<_, Failure>((file.clone(), read_load(file)?))).transpose()?;
     let gains = gains(&arguments.gain, &model)?;
-    let options = options(arguments, method)?;
+    let options = options(arguments)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
     let estimate = rist::identify_experiments(&model, &logs, method)?;
     let verdict = rist::verdict::estimate_verdict(&estimate);
@@ -63,11 +56,8 @@ fn columns(path: &Path) -> Result<ColumnNames, Failure> {
 }
 
 /// The band and the delay of RIST-MH; the paper's rows have neither.
-fn options(arguments: &Arguments, method: SpectralMethod) -> Result<HarmonicOptions, Failure> {
+fn options(arguments: &Arguments) -> Result<HarmonicOptions, Failure> {
     let mut options = HarmonicOptions::default();
-    if method == SpectralMethod::Paper && (arguments.cutoff.is_some() || arguments.delay.is_some()) {
-        return Err(Failure::new("--cutoff and --delay: the paper's rows have neither; --method rist-mh has both"));
-    }
     if let Some(hz) = arguments.cutoff {
         if !(hz.is_finite() && hz > 0.0) {
             return Err(Failure::new(format_args!("--cutoff {hz}: a positive number of Hz is expected")));

@@ -1,28 +1,41 @@
 //! `rist identify`: logs and a model -> parameters.
 
 mod arguments;
+mod closed_loop;
 mod experiments;
 mod samples;
 
 use arguments::Method;
 pub use arguments::{Arguments, Friction, friction};
+use clap::ValueEnum as _;
+use identification::estimators::closed_loop::ClosedLoop;
 use identification::spectrum::identify::SpectralMethod;
 
 use crate::failure::Failure;
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let spectral = match arguments.method {
-        Method::Ls => None,
-        Method::Rist => Some(SpectralMethod::Paper),
-        Method::RistMh => Some(SpectralMethod::Harmonic),
+    let unheeded = arguments.unheeded();
+    let method = arguments.method.to_possible_value().map_or(String::new(), |value| value.get_name().to_string());
+    if !unheeded.is_empty() {
+        let instead = match arguments.method {
+            Method::Ls => "it reads samples of logs; --method rist-mh has the experiments of a plan",
+            Method::Essential => "a parameter that is left out leaves no body",
+            _ => "--method ls has them; `rist validate` predicts other logs, `rist report` draws the page",
+        };
+        return Err(Failure::new(format_args!(
+            "{}: --method {method} does not heed that: {instead}",
+            unheeded.join(", ")
+        )));
+    }
+    let plan = || {
+        let message = format!("--method {method} needs the plan behind the logs: --plan plan.yaml");
+        arguments.plan.as_deref().ok_or_else(|| Failure::new(message))
     };
-    match (spectral, &arguments.plan) {
-        (None, None) if arguments.load.is_some() => Err(Failure::new("--load is for --method rist and rist-mh")),
-        (None, None) => samples::run(arguments),
-        (Some(method), Some(plan)) => experiments::run(arguments, plan, method),
-        (None, Some(_)) => Err(Failure::new("--plan is for --method rist and rist-mh")),
-        (Some(_), None) => {
-            Err(Failure::new("--method rist and rist-mh need the plan behind the logs: --plan plan.yaml"))
-        }
+    match arguments.method {
+        Method::Ls | Method::Essential => samples::run(arguments),
+        Method::Rist => experiments::run(arguments, plan()?, SpectralMethod::Paper),
+        Method::RistMh => experiments::run(arguments, plan()?, SpectralMethod::Harmonic),
+        Method::Iv => closed_loop::run(arguments, plan()?, ClosedLoop::InstrumentalVariables),
+        Method::Didim => closed_loop::run(arguments, plan()?, ClosedLoop::DirectAndInverse),
     }
 }

@@ -12,7 +12,7 @@ use rist::page::PageRequest;
 use rist::verdict::{Trust, Verdict};
 use rist::{Estimate, IdentifyRequest, Model, Validation};
 
-use super::arguments::{Arguments, Delay, Friction};
+use super::arguments::{Arguments, Delay, Friction, Method};
 use crate::artefact::{gain, read_text};
 use crate::failure::{Failure, print};
 use crate::report::{command, origin};
@@ -33,6 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         gains: arguments.gain.iter().map(|text| expected_gain(text)).collect::<Result<_, _>>()?,
         find_delay: arguments.delay == Some(Delay::Auto),
         find_friction: arguments.friction.as_ref().is_some_and(|words| words.contains(&Friction::Auto)),
+        essential: arguments.method == Method::Essential,
         consistent: arguments.consistent || writes,
         loaded: &loaded,
         loaded_link: arguments.loaded_link.clone(),
@@ -208,7 +209,8 @@ fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn options(arguments: &Arguments, model: &Model) -> Result<Options, Failure> {
+/// The options of the file, and the flags over them.
+pub(super) fn options(arguments: &Arguments, model: &Model) -> Result<Options, Failure> {
     let mut options = match &arguments.options {
         Some(path) => Options::read(path)?,
         None => Options::default(),

@@ -139,9 +139,11 @@ impl fmt::Display for Estimate {
             let status = match p.status {
                 Status::NotSignificant => "  (zero is within its 95 % interval)",
                 Status::Weak => "  (weak: little motion decides it)",
-                Status::Identified | Status::NotIdentifiable => "",
+                Status::Identified | Status::NotIdentifiable | Status::Given => "",
             };
-            writeln!(f, "  {:>9.2}  {}{status}", p.relative_sigma.unwrap_or(f64::NAN), p.unit)?;
+            // Of a value of zero there is no share.
+            let share = p.relative_sigma.map_or("-".into(), |share| format!("{share:.2}"));
+            writeln!(f, "  {share:>9}  {}{status}", p.unit)?;
         }
         writeln!(f)?;
         write_residuals(f, &self.joints, self.total, self.cross_validation)?;

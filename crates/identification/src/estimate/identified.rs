@@ -46,6 +46,8 @@ pub enum Status {
     Weak,
     /// The data say nothing about it.
     NotIdentifiable,
+    /// Known beforehand, as the truth of a simulation is: no data stand behind it.
+    Given,
 }
 
 /// What is known of the error of a value.
@@ -103,7 +105,8 @@ impl Identified {
 
     /// A value that is given, not estimated.
     pub fn given(id: ParameterId, unit: Unit, value: f64) -> Identified {
-        Identified { sigma: None, relative_sigma: None, ..Identified::new(id, unit, value, Deviations::white(0.0)) }
+        let exact = Identified::new(id, unit, value, Deviations::white(0.0));
+        Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
     }
 
     /// The same with another value, its deviations kept; it stays without a finding where it is not identifiable.
@@ -157,6 +160,14 @@ mod tests {
         );
         assert_eq!(of(0.1).with_value(0.1).status, Status::NotSignificant);
         assert_eq!(found(0.0, Deviations::white(0.1)).relative_sigma, None);
+    }
+
+    #[test]
+    fn what_is_given_is_not_identified() {
+        for value in [0.0, 2.0] {
+            let given = Identified::given("FV1".parse().unwrap(), Unit::VISCOUS, value);
+            assert_eq!((given.status, given.value, given.sigma), (Status::Given, Some(value), None));
+        }
     }
 
     #[test]

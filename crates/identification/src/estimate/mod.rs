@@ -2,12 +2,14 @@
 
 pub mod artefact;
 pub mod autocorrelation;
+pub mod closed_loop;
 pub mod consistent;
 pub mod cross_talk;
 pub mod delay;
 pub mod described;
 pub mod directions;
 pub mod drive_gains;
+pub mod essential;
 pub mod fleet;
 pub mod held_out;
 pub mod identified;

@@ -56,6 +56,29 @@ impl States {
         terms.iter().map(of).collect()
     }
 
+    /// Records of one robot, prepared alike, one after another; what is one number is that of the first.
+    pub fn joined(records: &[States]) -> States {
+        let mut all = records.first().cloned().unwrap_or_default();
+        for states in records.iter().skip(1) {
+            all.t.extend(&states.t);
+            for (all, more) in [
+                (&mut all.q, &states.q),
+                (&mut all.dq, &states.dq),
+                (&mut all.ddq, &states.ddq),
+                (&mut all.tau, &states.tau),
+                (&mut all.direction, &states.direction),
+                (&mut all.motor_direction, &states.motor_direction),
+            ] {
+                all.extend(more);
+            }
+            for (all, more) in all.friction.iter_mut().zip(&states.friction) {
+                all.columns.extend(&more.columns);
+            }
+            all.used.extend(&states.used);
+        }
+        all
+    }
+
     /// Whether there is no instant.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()

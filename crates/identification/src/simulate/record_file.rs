@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use logs::{Effort, Error, Log};
+use logs::{Effort, Error, Log, LogReport};
 
 use crate::experiments::record::Record;
 
@@ -30,6 +30,34 @@ impl Record {
             text.push('\n');
         }
         text
+    }
+
+    /// The record as a log of torques, its first sample at 0 s; `gain`: N m per unit of the record, one a coordinate.
+    pub fn to_log(&self, name: &str, coordinates: &[String], gain: &[f64]) -> Log {
+        let rows = self.q.first().map_or(0, Vec::len);
+        let period = self.sample_time;
+        let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
+        Log {
+            name: name.into(),
+            coordinates: coordinates.to_vec(),
+            t: (0..rows).map(|i| i as f64 * period).collect(),
+            q: self.q.clone(),
+            dq: None,
+            ddq: None,
+            effort: self.current.iter().zip(gain).map(torque).collect(),
+            effort_is: Effort::Torque,
+            rows: (1..=rows).collect(),
+            window: None,
+            report: LogReport {
+                rows,
+                kept: rows,
+                uniform: true,
+                period,
+                longest_step: period,
+                duration: rows.saturating_sub(1) as f64 * period,
+                ..LogReport::default()
+            },
+        }
     }
 
     /// The record of a log, which must have an even clock and begin with the motion.

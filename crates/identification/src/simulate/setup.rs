@@ -97,10 +97,7 @@ impl SimulationSetup {
         let mut friction = Vec::new();
         for k in 0..n {
             let name = &robot.coordinates[k].name;
-            gains.push(joint(k).and_then(|j| j.drive_gain).unwrap_or_else(|| {
-                notes.push(format!("{name}: no drive gain in the file, 1 N m/A assumed"));
-                1.0
-            }));
+            gains.push(joint(k).and_then(|j| j.drive_gain).unwrap_or(1.0));
             let file = joint(k).map(|j| j.friction).unwrap_or_default();
             if file.coulomb.is_none() {
                 notes.push(format!("{name}: no friction in the file, {:.3} N m assumed", 0.05 * effort[k]));

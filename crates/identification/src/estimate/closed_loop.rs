@@ -1,0 +1,61 @@
+//! From the states of experiments and a simulator of their loop to an estimate: IDIM-IV and DIDIM.
+//!
+//! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and their
+//! deviations are those of `estimators::closed_loop`.
+
+use logs::Error;
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::held_out::residuals;
+use crate::estimate::identified::{Deviations, Identified, Status};
+use crate::estimate::identify::Fit;
+use crate::estimate::options::Options;
+use crate::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
+use crate::model::linear_model::Model;
+use crate::model::regressor::Regressor;
+use crate::model::states::States;
+
+/// Identifies from measured states; the simulator gives the states of all experiments, joined in the same order.
+///
+/// Fails where the rows are empty, where the simulator does, and where the motion leaves parameters open.
+pub fn identify_closed_loop(
+    regressor: &dyn Regressor,
+    measured: &[States],
+    logs: Vec<String>,
+    simulator: &dyn Simulator,
+    options: &Options,
+    method: ClosedLoop,
+) -> Result<Estimate, Error> {
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let fit = Fit::of_records(regressor, measured, logs, options)?;
+    let joined = States::joined(measured);
+    let found = simulated(&model, &joined, simulator, &fit.solution.x, method)?;
+    let mut estimate = fit.estimate;
+    for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
+        let (id, unit, weak) = (parameter.id.clone(), parameter.unit, parameter.status == Status::Weak);
+        let deviations = Deviations { sigma: found.robust[c].max(found.sigma[c]), white: Some(found.sigma[c]), weak };
+        *parameter = Identified::new(id, unit, found.x[c], deviations);
+    }
+    let left = residuals(&model, &fit.observation.joints(|_| true), &found.x);
+    for (joint, new) in estimate.joints.iter_mut().zip(left.joints) {
+        (joint.rms, joint.relative) = (new.rms, new.relative);
+    }
+    estimate.total = left.total;
+    estimate.method = match method {
+        ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
+        ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),
+    };
+    // They are of least squares.
+    estimate.covariance.clear();
+    estimate.directions.clear();
+    let held_out = "held-out errors are those of least squares on the same rows";
+    estimate.remarks.push(match found.converged {
+        true => format!("settled after {} simulations of every experiment; {held_out}", found.iterations),
+        false => format!(
+            "did not settle: after {} simulations the parameters still change by {:.1e} of themselves; {held_out}",
+            found.iterations, found.change
+        ),
+    });
+    Ok(estimate)
+}

@@ -1,0 +1,109 @@
+//! The estimate of the essential parameters: those that a test says the data need, the others zero.
+//!
+//! `estimators::essential` eliminates while the squared residual grows by less than 3.84 discounted variances, which 95 of
+//! 100 parameters that are zero stay below; the discount is that of correlated residuals [Pham, Gautier 1991]. The deviation to
+//! believe of a parameter that stays is that of white noise in the smaller model, times what it was larger than that of
+//! white noise in the whole one.
+
+use crate::estimate::held_out::residuals;
+use crate::estimate::identified::{Deviations, Identified, Status};
+use crate::estimate::identify::Fit;
+use crate::estimate::options::Options;
+use crate::estimate::residuals::JointResidual;
+use crate::estimators::essential::{Elimination, essential};
+use crate::estimators::replicate_deviation::white_deviation;
+use crate::model::linear_model::Model;
+use crate::model::regressor::Regressor;
+use crate::rows::observation::weighted;
+
+/// chi^2 of one parameter that is zero stays below this in 95 of 100 draws.
+const SIGNIFICANT: f64 = 3.84;
+
+/// The fit with only the essential parameters; the others are zero, with the deviation that they had.
+pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
+    let couplings = options.transmission.coupled();
+    let model = Model::new(regressor, &options.friction, &couplings);
+    let joints = fit.observation.joints(|_| true);
+    let triangle = weighted(&joints, &fit.weights);
+    // The norm grows by half of what its square does.
+    let growth = 0.5 * SIGNIFICANT * fit.estimate.discount() / triangle.rows.max(1) as f64;
+    let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
+    let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
+    let smaller = white_deviation(&found.solution);
+    let estimate = &mut fit.estimate;
+    for (c, parameter) in estimate.parameters.iter_mut().enumerate() {
+        let (id, unit, weak) = (parameter.id.clone(), parameter.unit, parameter.status == Status::Weak);
+        *parameter = match found.kept.iter().position(|&k| k == c) {
+            Some(i) if found.solution.determined[i] => {
+                let ratio = if white[c] > 0.0 { sigma[c] / white[c] } else { 1.0 };
+                let ratio = if ratio.is_finite() { ratio } else { 1.0 };
+                let deviations = Deviations { sigma: ratio * smaller[i], white: Some(smaller[i]), weak };
+                Identified::new(id, unit, found.x[c], deviations)
+            }
+            None if fit.solution.determined[c] => {
+                let deviations = Deviations { sigma: sigma[c], white: Some(white[c]), weak };
+                Identified::new(id, unit, 0.0, deviations)
+            }
+            _ => Identified::unidentifiable(id, unit, found.x[c]),
+        };
+    }
+    let left = residuals(&model, &joints, &found.x);
+    for (joint, new) in estimate.joints.iter_mut().zip(left.joints) {
+        let (held_out, f95, memory) = (joint.held_out, joint.f95, joint.memory);
+        *joint = JointResidual { held_out, f95, memory, ..new };
+    }
+    estimate.total = left.total;
+    estimate.method = format!("essential parameters, {}", estimate.method);
+    (estimate.rank, estimate.condition_number) = (found.solution.rank, found.solution.condition_number);
+    // Both are of all parameters.
+    estimate.directions.clear();
+    estimate.covariance.clear();
+    let names: Vec<String> = found.dropped.iter().map(|&c| estimate.parameters[c].id.to_string()).collect();
+    estimate.remarks.push(match names.is_empty() {
+        true => "every parameter is essential: without any of them the residual grows by more than noise explains".into(),
+        false => format!(
+            "{} of {} parameters are essential; left out, as zero: {}; the residual grows by {:.3} %, no more than noise explains",
+            found.kept.len(),
+            estimate.parameters.len(),
+            names.join(" "),
+            100.0 * (found.growth - 1.0)
+        ),
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::test_arm::Pendulum;
+
+    /// Of a joint without an offset and without Coulomb friction both go; what stays is right, and its deviation shrinks.
+    #[test]
+    fn friction_that_is_not_there_goes() {
+        let arm = Pendulum::new();
+        let mut random = Random::new(8);
+        let mut states = arm.states(4000);
+        states.tau.iter_mut().for_each(|tau| *tau += 0.05 * random.normal());
+        states.f95 = vec![1.0];
+        let options = Options::default();
+        let records = [states];
+        let fit = || Fit::of_records(&arm, &records[..], vec!["a".into()], &options).unwrap();
+        let (whole, mut fit) = (fit(), fit());
+        keep_essential(&arm, &mut fit, &options);
+        let base = arm.truth.len();
+        for (c, (p, before)) in fit.estimate.parameters.iter().zip(&whole.estimate.parameters).enumerate() {
+            if c < base && arm.truth[c].abs() > 0.1 {
+                let sigma = p.sigma.unwrap();
+                assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
+                // 1.001: one part fewer in the mean of the residual.
+                assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
+            }
+        }
+        let zero = |p: &&Identified| p.value == Some(0.0);
+        let gone: Vec<&Identified> = fit.estimate.parameters.iter().filter(zero).collect();
+        assert!(!gone.is_empty() && gone.iter().all(|p| p.status == Status::NotSignificant), "{gone:?}");
+        assert!(fit.estimate.total < 1.001 * whole.estimate.total);
+        let said = fit.estimate.remarks.iter().any(|r| r.contains("left out, as zero: "));
+        assert!(said, "{:?}", fit.estimate.remarks);
+    }
+}

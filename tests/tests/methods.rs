@@ -1,0 +1,162 @@
+//! `rist identify --method`: what each method finds, and that each heeds or refuses every flag.
+
+use std::path::{Path, PathBuf};
+
+use identification::estimate::artefact::Estimate;
+use identification::estimate::identified::Status;
+use tests::program::{folder, rist};
+
+/// Two links in a vertical plane. Link 2 is a thin rod along x: MY2 is zero.
+const ARM: &str = "\
+convention: khalil-kleinfinger
+name: arm
+gravity: [0, -9.81, 0]
+symbols: {L1: 0.5}
+links:
+  - {link: 1, name: upper arm, antecedent: base, theta: q1,
+     limits: {position: [-2, 2], velocity: 5, acceleration: 30}}
+  - {link: 2, name: forearm, antecedent: 1, d: L1, theta: q2,
+     limits: {position: [-2, 2], velocity: 5, acceleration: 30}}
+standard_parameters:
+  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
+  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
+";
+
+fn run(here: &Path, arguments: &str) -> String {
+    let run = rist(here, &arguments.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(run.code, Some(0), "rist {arguments}: {}{}", run.out, run.err);
+    run.out
+}
+
+/// A folder with arm.yaml, plan.yaml and logs/.
+fn experiments(name: &str) -> PathBuf {
+    let here = folder(name);
+    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    run(&here, "plan arm.yaml --starts 2 --experiments 5 --out plan.yaml");
+    run(&here, "simulate arm.yaml plan.yaml --validation 2 --out logs");
+    here
+}
+
+fn estimate(file: &Path) -> Estimate {
+    let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+    Estimate::from_yaml("estimate", &text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// ZZR1, MXR1, MY1, ZZ2, MX2, MY2, IA2 of the arm.
+const TRUTH: [(&str, f64); 7] =
+    [("ZZR1", 0.95), ("MXR1", 2.0), ("MY1", 0.0), ("ZZ2", 0.09), ("MX2", 0.4), ("MY2", 0.0), ("IA2", 0.05)];
+
+#[test]
+fn iv_and_didim_find_the_arm_and_are_validated() {
+    let here = experiments("closed_loop_methods");
+    for method in ["iv", "didim"] {
+        let out = run(&here, &format!("identify arm.yaml logs --plan plan.yaml --method {method} --out {method}.yaml"));
+        assert!(out.contains("of the simulated loop"), "{method}: {out}");
+        let found = estimate(&here.join(format!("{method}.yaml")));
+        for (name, truth) in TRUTH {
+            let value = found.value(&name.parse().unwrap()).unwrap_or_else(|| panic!("{method}: no {name}"));
+            // 1 % of the largest: the simulated joints rub asymmetrically, the columns of friction do not.
+            assert!((value - truth).abs() < 0.02 * 2.0, "{method} {name}: {value} for {truth}\n{out}");
+        }
+        let out = run(&here, &format!("validate arm.yaml {method}.yaml logs"));
+        assert!(out.contains("all "), "{out}");
+    }
+    let refused = rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]);
+    assert!(refused.code == Some(2) && refused.err.contains("--method didim needs the plan"), "{}", refused.err);
+}
+
+#[test]
+fn essential_leaves_out_what_the_logs_do_not_need() {
+    let here = experiments("essential_method");
+    let logs = "logs/v01.csv logs/v02.csv";
+    run(&here, &format!("identify arm.yaml {logs} --out whole.yaml"));
+    let out = run(&here, &format!("identify arm.yaml {logs} --method essential --out few.yaml"));
+    assert!(out.contains("essential parameters, least squares") && out.contains("are essential"), "{out}");
+    let (whole, few) = (estimate(&here.join("whole.yaml")), estimate(&here.join("few.yaml")));
+    let gone: Vec<String> = few.parameters.iter().filter(|p| p.value == Some(0.0)).map(|p| p.id.to_string()).collect();
+    assert!(gone.iter().any(|name| name == "MY1" || name == "MY2"), "{gone:?}");
+    for parameter in few.parameters.iter().filter(|p| p.value == Some(0.0)) {
+        assert_eq!(parameter.status, Status::NotSignificant, "{parameter:?}");
+    }
+    assert!(few.value(&"ZZR1".parse().unwrap()).is_some_and(|zz| (zz - 0.95).abs() < 0.1));
+    // Within the growth of the residual that the test allows: far below a hundredth of it.
+    assert!(few.total < 1.01 * whole.total, "{} {}", few.total, whole.total);
+    run(&here, "validate arm.yaml few.yaml logs/v02.csv");
+}
+
+/// The flags of `rist identify --help` that say how the description is read: every command has them, and
+/// `tests/command_line.rs` looks at them.
+const OF_THE_MODEL: [&str; 6] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base", "--packages"];
+
+/// A flag with a value that changes something where it is heeded.
+fn with_value(flag: &str) -> Option<Vec<&str>> {
+    let value = match flag {
+        "--plan" => "plan.yaml",
+        "--gain" => "q1=2",
+        "--validate" | "--loaded" => "logs/v01.csv",
+        "--load" => "load.yaml",
+        "--cutoff" => "12",
+        "--order" => "2",
+        "--decimate" => "3",
+        "--delay" => "0.003",
+        "--friction" => "viscous",
+        "--weights" => "none",
+        "--options" => "options.yaml",
+        "--write-urdf" | "--write-mjcf" | "--report" | "--series" => "extra.txt",
+        "--consistent" | "--anyway" => return Some(vec![flag]),
+        // These stand beside one that is refused or heeded.
+        "--loaded-link" => return Some(vec!["--loaded", "logs/v01.csv", flag, "forearm"]),
+        "--date" => return Some(vec!["--report", "extra.txt", flag, "today"]),
+        _ => return None,
+    };
+    Some(vec![flag, value])
+}
+
+/// No flag is passed over in silence: it is refused by its name, or the outcome is another.
+#[test]
+fn every_method_heeds_or_refuses_every_flag() {
+    let here = experiments("flags_of_methods");
+    std::fs::write(here.join("load.yaml"), "link: forearm\nmass: 0.5\ncentre_of_mass: [0.3, 0, 0]\n").unwrap();
+    std::fs::write(here.join("options.yaml"), "columns: {time: clock}\n").unwrap();
+    let help = run(&here, "identify --help");
+    let words = help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).filter(|w| w.starts_with("--"));
+    let mut flags: Vec<&str> = words.filter(|w| w.len() > 2).collect();
+    flags.sort();
+    flags.dedup();
+    assert!(flags.len() > 20, "{flags:?}");
+    for method in ["rist-mh", "rist", "iv", "didim", "ls", "essential"] {
+        let is_of_samples = ["ls", "essential"].contains(&method);
+        let logs: &[&str] = if is_of_samples { &["logs/v02.csv"] } else { &["logs", "--plan", "plan.yaml"] };
+        let base: Vec<&str> = ["identify", "arm.yaml"]
+            .iter()
+            .chain(logs)
+            .copied()
+            .chain(["--method", method, "--out", "e.yaml"])
+            .collect();
+        let plain = rist(&here, &base);
+        assert_eq!(plain.code, Some(0), "{base:?}: {}", plain.err);
+        for &flag in
+            flags.iter().filter(|f| !OF_THE_MODEL.contains(*f) && !["--help", "--method", "--out"].contains(*f))
+        {
+            let Some(more) = with_value(flag) else {
+                panic!("{flag} is new: say here with which value it changes something")
+            };
+            if base.contains(&flag) {
+                continue;
+            }
+            let _ = std::fs::remove_file(here.join("extra.txt"));
+            let run = rist(&here, &base.iter().chain(&more).copied().collect::<Vec<_>>());
+            let named = more.iter().find(|word| word.starts_with("--")).unwrap();
+            let is_refused = run.code == Some(2) && (run.err.contains(named) || run.err.contains("clock"));
+            let is_heeded = run.out != plain.out || here.join("extra.txt").exists();
+            // It changes what is written where the verdict is no, and that of these logs is not.
+            let is_idle = flag == "--anyway" && method == "ls";
+            assert!(
+                is_refused || is_heeded || is_idle,
+                "--method {method} {more:?} is passed over: {}{}",
+                run.err,
+                run.out
+            );
+        }
+    }
+}
