@@ -99,6 +99,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "exciting",
             "checking",
             "tape_dynamics",
+            "closed_loop",
             "simulation",
             "source",
             "validation",

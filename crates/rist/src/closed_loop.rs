@@ -18,11 +18,12 @@ use identification::signals::preparation::{Preparation, states};
 use identification::simulate::closed_loop::Stop;
 use identification::simulate::setup::SimulationSetup;
 
+use crate::Estimate;
 use crate::error::Error;
 use crate::experiments::Reader;
 use crate::model::Model;
+use crate::planning::ExperimentPlan;
 use crate::tape_dynamics::dynamics as dynamics_of;
-use crate::{Estimate, ExperimentPlan};
 
 /// The logs of a plan, and how they become rows.
 pub struct ClosedLoopLogs<'a> {
