@@ -65,7 +65,7 @@ pub fn identify_experiments_in_loop(
     let mut measured = Vec::new();
     for ((record, reference), file) in records.iter_mut().zip(&mut references).zip(&read.files) {
         let count = record.q[0].len().min(reference.q[0].len());
-        *record = record.cut(&[0..count]);
+        *record = record.cut(std::slice::from_ref(&(0..count)));
         [&mut reference.q, &mut reference.dq, &mut reference.ddq].into_iter().flatten().for_each(|x| x.truncate(count));
         measured.push(record.to_log(file, coordinates, &gains));
     }

@@ -97,6 +97,9 @@ pub struct Bodies {
     pub refusal: Option<String>,
 }
 
+const ESSENTIAL_BODIES: &str =
+    "a body has all of its parameters: essential parameters and bodies that can exist are two requests";
+
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
 /// Fails where the logs do not fit the robot, where essential parameters and bodies are both asked for, and with a verdict
@@ -104,9 +107,7 @@ pub struct Bodies {
 /// Parameters that the data do not determine are a status of theirs.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
     if request.essential && request.consistent {
-        return Err(Error::new(
-            "a body has all of its parameters: essential parameters and bodies that can exist are two requests",
-        ));
+        return Err(Error::new(ESSENTIAL_BODIES));
     }
     let regressor = model.regressor();
     let mut options = request.options.clone();
@@ -114,16 +115,10 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
 
     // Currents to torques, and the clock of the torques.
     let gains = drive_gains(model, logs, &request.gains, &mut options)?;
-    let delay = match request.find_delay {
-        true => Some(found_delay(model, logs, &mut options)?),
-        false => None,
-    };
+    let delay = request.find_delay.then(|| found_delay(model, logs, &mut options)).transpose()?;
 
     // The rows, once more with each friction model where that is to be chosen.
-    let friction = match request.find_friction {
-        true => Some(found_friction(model, logs, &mut options)?),
-        false => None,
-    };
+    let friction = request.find_friction.then(|| found_friction(model, logs, &mut options)).transpose()?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();

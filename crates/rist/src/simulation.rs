@@ -168,15 +168,18 @@ pub fn simulate<'a>(
         take(&motions[index].name, &record?)
     })?;
     drop((run, loaded));
-    let mut notes = setup.notes.clone();
-    if request.effort(model) == Effort::Current {
-        let names = model.regressor().coordinates().iter().zip(model.drive_gains());
-        let assumed = names.filter(|(c, gain)| gain.is_none() && request.gains.iter().all(|(name, _)| name != *c));
-        notes.extend(assumed.map(|(c, _)| format!("{c}: no drive gain in the file, 1 N m/A assumed")));
-    } else {
-        notes.push("no drive gain is known: the logs hold torques (--gain makes currents of them)".into());
-    }
+    let notes = setup.notes.iter().cloned().chain(effort_notes(model, request)).collect();
     Ok(Simulated { truth: truth_of(model, &setup, &truth, request.effort(model)), notes })
+}
+
+/// What was assumed of the drive gains.
+fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
+    if request.effort(model) == Effort::Torque {
+        return vec!["no drive gain is known: the logs hold torques (--gain makes currents of them)".into()];
+    }
+    let names = model.regressor().coordinates().iter().zip(model.drive_gains());
+    let assumed = names.filter(|(c, gain)| gain.is_none() && request.gains.iter().all(|(name, _)| name != *c));
+    assumed.map(|(c, _)| format!("{c}: no drive gain in the file, 1 N m/A assumed")).collect()
 }
 
 /// Motions for validation are at most this many.
