@@ -5,7 +5,8 @@
 //! q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.
 //!
 //! Source: A. Jubien, M. Gautier, A. Janot, Dynamic identification of the Kuka LightWeight Robot, AIM
-//! 2014 (frames, lengths); KUKA LWR IV+ operating instructions (ranges)
+//! 2014 (frames, lengths); KUKA LWR IV+ operating instructions (ranges); URDF of ISIR,
+//! github.com/kuka-isir/rtt_lwr (bodies)
 //!
 //! The base parameters X, each with what regroups into it:
 //! ```text

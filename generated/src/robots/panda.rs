@@ -5,8 +5,8 @@
 //! q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.
 //!
 //! Source: C. Gaz, M. Cognetti, A. Oliva, P. Robuffo Giordano, A. De Luca, Dynamic identification of
-//! the Franka Emika Panda robot with retrieval of feasible parameters, RA-L 2019 (geometry); Franka
-//! Control Interface documentation (limits)
+//! the Franka Emika Panda robot with retrieval of feasible parameters, RA-L 2019 (geometry, inertial
+//! parameters); Franka Control Interface documentation (limits)
 //!
 //! The base parameters X, each with what regroups into it:
 //! ```text

@@ -6,7 +6,8 @@
 //!
 //! Source: J. J. Craig, Introduction to Robotics, section 3.7 (frames); P. I. Corke, B.
 //! Armstrong-Helouvry, A search for consensus among model parameters reported for the PUMA 560 robot,
-//! ICRA 1994 (lengths)
+//! ICRA 1994 (lengths); B. Armstrong, O. Khatib, J. Burdick, The explicit dynamic model and inertial
+//! parameters of the PUMA 560 arm, ICRA 1986 (inertial parameters)
 //!
 //! The base parameters X, each with what regroups into it:
 //! ```text

@@ -5,7 +5,10 @@
 //! q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.
 //!
 //! Source: R. P. Paul, Modelling, trajectory calculation and servoing of a computer controlled arm,
-//! Stanford AIM-177, 1972, figure 2.3 (length)
+//! Stanford AIM-177, 1972, figure 2.3 (length); R. P. Paul, Robot manipulators: mathematics,
+//! programming and control, MIT Press 1981 (inertial parameters); P. I. Corke, Robotics Toolbox for
+//! MATLAB, after M. Dobrotin, V. Scheinman, Design of a computer controlled manipulator for robot
+//! research, IJCAI 1973 (ranges)
 //!
 //! The base parameters X, each with what regroups into it:
 //! ```text

@@ -5,7 +5,9 @@
 //! q: rad or m; dq, ddq: per s, per s^2; tau: N m or N. Gravity included, friction not.
 //!
 //! Source: Staubli TX40 data sheet (lengths, ranges, speeds); the TX40 example of FIGAROH,
-//! github.com/thanhndv212/figaroh-examples (frames, efforts)
+//! github.com/thanhndv212/figaroh-examples (frames, efforts); Q. Leboutet, J. Roux, A. Janot, J. R.
+//! Guadarrama-Olvera, G. Cheng, Inertial parameter identification in robotics: a survey, Applied
+//! Sciences 2021 (inertial parameters)
 //!
 //! The base parameters X, each with what regroups into it:
 //! ```text
