@@ -1,27 +1,32 @@
 //! The end of a command that does not succeed.
 
 use std::fmt;
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::ExitCode;
+
+use robot::Place;
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
 pub struct Failure {
     message: String,
     code: u8,
+    place: Option<Place>,
 }
 
 impl Failure {
     pub fn new(message: impl fmt::Display) -> Failure {
-        Failure { message: message.to_string(), code: 2 }
+        Failure { message: message.to_string(), code: 2, place: None }
     }
 
     /// A failure whose work is done and printed: the outcome is a no.
     pub fn verdict(message: impl fmt::Display) -> Failure {
-        Failure { message: message.to_string(), code: 1 }
+        Failure { message: message.to_string(), code: 1, place: None }
     }
 
     pub fn report(&self) -> ExitCode {
-        eprintln!("rist: {self}");
+        let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
+        eprint!("rist: {self}\n{line}");
         ExitCode::from(self.code)
     }
 }
@@ -34,20 +39,48 @@ impl fmt::Display for Failure {
 
 impl From<rist::Error> for Failure {
     fn from(e: rist::Error) -> Failure {
-        if e.is_verdict() { Failure::verdict(e) } else { Failure::new(e) }
+        let code = if e.is_verdict() { 1 } else { 2 };
+        Failure { message: e.to_string(), code, place: e.place().cloned() }
     }
 }
 
 impl From<robot::Error> for Failure {
     fn from(e: robot::Error) -> Failure {
-        Failure::new(e)
+        rist::Error::from(e).into()
     }
 }
 
 impl From<logs::Error> for Failure {
     fn from(e: logs::Error) -> Failure {
-        Failure::new(e)
+        rist::Error::from(e).into()
     }
+}
+
+/// Bytes of a file in which its line is looked for.
+const SEARCHED: u64 = 1 << 20;
+/// Characters of the line that are shown.
+const SHOWN: usize = 100;
+
+/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown.
+fn excerpt(place: &Place) -> Option<String> {
+    let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED));
+    let line = text.lines().nth(place.line - 1)?.ok()?;
+    Some(marked(&line, place))
+}
+
+fn marked(line: &str, place: &Place) -> String {
+    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    let line: Vec<char> = line.trim_end().chars().map(plain).collect();
+    // The column in sight, with what stands before it.
+    let first = if place.column > SHOWN { place.column - SHOWN / 2 } else { 0 };
+    let shown: String = line.iter().skip(first).take(SHOWN).collect();
+    let number = place.line.to_string();
+    let margin = " ".repeat(number.len());
+    let mut text = format!(" {number} | {shown}\n");
+    if (1..=line.len() + 1).contains(&place.column) {
+        text += &format!(" {margin} | {}^\n", " ".repeat(place.column - 1 - first));
+    }
+    text
 }
 
 /// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
@@ -55,5 +88,22 @@ pub fn print(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mark_stands_below_the_column() {
+        let place = |line, column| Place { file: String::new(), line, column };
+        assert_eq!(marked("  thta: q1  ", &place(12, 3)), " 12 |   thta: q1\n    |   ^\n");
+        assert_eq!(marked("a\tb", &place(1, 0)), " 1 | a b\n");
+        let long = "x".repeat(300) + "!";
+        let text = marked(&long, &place(7, 301));
+        let [shown, mark] = text.lines().collect::<Vec<_>>()[..] else { panic!("{text}") };
+        assert_eq!(shown.find('!'), mark.find('^'), "{text}");
+        assert!(shown.len() < 120);
     }
 }

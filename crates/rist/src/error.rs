@@ -2,22 +2,30 @@
 
 use std::fmt;
 
+use robot::Place;
+
 /// A message that says what was found, what was expected and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
     message: String,
     is_verdict: bool,
+    place: Option<Place>,
 }
 
 impl Error {
     /// Input that cannot be used.
     pub fn new(message: impl fmt::Display) -> Error {
-        Error { message: message.to_string(), is_verdict: false }
+        Error { message: message.to_string(), is_verdict: false, place: None }
     }
 
     /// Input that was used, and speaks against what was asked.
     pub fn verdict(message: impl fmt::Display) -> Error {
-        Error { message: message.to_string(), is_verdict: true }
+        Error { message: message.to_string(), is_verdict: true, place: None }
+    }
+
+    /// The line of a file that is at fault, where one is; it stands in the message too.
+    pub fn place(&self) -> Option<&Place> {
+        self.place.as_ref()
     }
 
     /// Whether the data were read and understood, and the answer is no.
@@ -36,12 +44,13 @@ impl std::error::Error for Error {}
 
 impl From<robot::Error> for Error {
     fn from(e: robot::Error) -> Error {
-        Error::new(e)
+        Error { place: Some(e.place.clone()).filter(|place| place.line > 0), ..Error::new(e) }
     }
 }
 
 impl From<logs::Error> for Error {
     fn from(e: logs::Error) -> Error {
-        Error::new(e)
+        let place = Place { file: e.file().into(), line: e.line(), column: 0 };
+        Error { place: Some(place).filter(|place| place.line > 0), ..Error::new(e) }
     }
 }
