@@ -33,11 +33,15 @@
 
 #![warn(missing_docs)]
 
+mod after_estimate;
 mod checking;
+mod described;
 mod description;
 mod doctor;
 mod error;
 mod evaluation;
+mod excite_request;
+mod excite_timing;
 mod exciting;
 mod experiments;
 mod fleet;
@@ -50,6 +54,7 @@ mod regressor_slope;
 mod samples;
 mod simulation;
 mod source;
+mod surroundings;
 mod tape_dynamics;
 mod tape_regressor;
 mod thread_tapes;
@@ -64,7 +69,9 @@ pub use description::{ModelOptions, RotorInertias, check_values, parse_robot, re
 pub use doctor::examine;
 pub use error::Error;
 pub use evaluation::{Evaluation, ManyStates, Quantity};
-pub use exciting::{ExciteProgress, ExciteRequest, default_period, excite};
+pub use excite_request::ExciteRequest;
+pub use excite_timing::default_period;
+pub use exciting::{ExciteProgress, excite};
 pub use experiments::{ExperimentLogs, identify_experiments};
 pub use fleet::{AccumulateRequest, accumulate, accumulator, check_sums, update};
 pub use identification::algebra::interruption::Interruption;
