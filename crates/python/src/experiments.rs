@@ -225,15 +225,20 @@ pub fn simulate<'py>(
     }
     let logs = PyDict::new(py);
     for (name, record) in &records {
-        let log = PyDict::new(py);
-        let n = record.q.first().map_or(0, Vec::len);
-        let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
-        log.set_item("t", array(py, &[n], &t)?)?;
-        log.set_item("q", samples(py, n, &record.q)?)?;
-        log.set_item("i", samples(py, n, &record.current)?)?;
-        logs.set_item(name, log)?;
+        logs.set_item(name, log(py, record)?)?;
     }
     Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+}
+
+/// The arrays of a record.
+fn log<'py>(py: Python<'py>, record: &Record) -> PyResult<Bound<'py, PyDict>> {
+    let log = PyDict::new(py);
+    let n = record.q.first().map_or(0, Vec::len);
+    let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
+    log.set_item("t", array(py, &[n], &t)?)?;
+    log.set_item("q", samples(py, n, &record.q)?)?;
+    log.set_item("i", samples(py, n, &record.current)?)?;
+    Ok(log)
 }
 
 /// One series a joint as one column a joint.

@@ -34,11 +34,15 @@
 
 #![warn(missing_docs)]
 
+mod after_estimate;
 pub mod checking;
+mod described;
 pub mod description;
 pub mod doctor;
 mod error;
 pub mod evaluation;
+mod excite_request;
+mod excite_timing;
 pub mod exciting;
 pub mod experiments;
 pub mod fleet;
@@ -52,6 +56,7 @@ pub mod samples;
 pub mod simulation;
 pub mod source;
 mod state_tape;
+mod surroundings;
 mod tape_dynamics;
 mod tape_regressor;
 mod thread_tapes;

@@ -46,7 +46,7 @@ pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -
         }
         let ahead = match link.antecedent {
             Some(i) => poses[i.0].inverse().compose(&poses[id.0]),
-            None => poses[id.0].clone(),
+            None => poses[id.0],
         };
         let margin = indent(open.len());
         let _ = writeln!(text, "{margin}<body name=\"{}\" {}>", escaped(&link.name), placed(&ahead));
