@@ -62,14 +62,8 @@ pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     }
 
     let mut tau = vec![0.0; robot.n_coordinates()];
-    let mut wrenches: Vec<(Vector, Vector)> = Vec::new();
-    for (motion, (body, _)) in motions.iter().zip(&parameters) {
-        let Motion { frame, w, dw, a } = *motion;
-        let s = turned(&frame.rotation, constants([body[6], body[7], body[8]]));
-        let f = sum(scaled(a, Number::constant(body[9])), sum(cross(dw, s), cross(w, cross(w, s))));
-        let inertia = |v: Vector| inertia_times(&frame.rotation, body, v);
-        wrenches.push((f, sum(inertia(dw), sum(cross(w, inertia(w)), cross(s, a)))));
-    }
+    let mut wrenches: Vec<(Vector, Vector)> =
+        motions.iter().zip(&parameters).map(|(motion, (body, _))| wrench(motion, body)).collect();
     for (j, link) in robot.links.iter().enumerate().rev() {
         let (f, n) = wrenches[j];
         let z = motions[j].frame.axis();
@@ -89,4 +83,13 @@ pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
         }
     }
     tau
+}
+
+/// What moves a body so: m a + dw x s + w x (w x s), and J dw + w x J w + s x a about its origin.
+fn wrench(motion: &Motion, body: &[f64; 10]) -> (Vector, Vector) {
+    let Motion { frame, w, dw, a } = *motion;
+    let s = turned(&frame.rotation, constants([body[6], body[7], body[8]]));
+    let f = sum(scaled(a, Number::constant(body[9])), sum(cross(dw, s), cross(w, cross(w, s))));
+    let inertia = |v: Vector| inertia_times(&frame.rotation, body, v);
+    (f, sum(inertia(dw), sum(cross(w, inertia(w)), cross(s, a))))
 }
