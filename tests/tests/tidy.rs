@@ -14,7 +14,7 @@ use tests::workspace;
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-const ORDERS: [(&str, &[&str]); 11] = [
+const ORDERS: [(&str, &[&str]); 12] = [
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
@@ -22,6 +22,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "error",
             "vector",
             "inertial",
+            "collision",
             "value",
             "robot",
             "convention",
@@ -36,6 +37,10 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "passive",
             "format",
         ],
+    ),
+    (
+        "crates/clearance",
+        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance"],
     ),
     (
         "crates/modeling",
@@ -96,6 +101,11 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "fleet",
             "experiments",
             "planning",
+            "excite_request",
+            "excite_timing",
+            "described",
+            "after_estimate",
+            "surroundings",
             "exciting",
             "checking",
             "tape_dynamics",

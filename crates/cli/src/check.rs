@@ -13,7 +13,8 @@ use crate::model::ModelArguments;
 ///
 /// From the motion and the model alone: the limits the motion was made with, no looser than those of the description.
 /// Position, velocity, acceleration and jerk always; torque where the description has inertial parameters and effort
-/// limits. Boxes, floors and collisions of the arm with itself are not looked at. Exit code 1: a limit is broken, or not
+/// limits, or the motion was made after an identification; distances of the robot's own links where a URDF has their
+/// collision geometry; the floors, walls and boxes that the motion was made with. Exit code 1: a limit is broken, or not
 /// proven to be kept.
 #[derive(Args)]
 pub struct Arguments {

@@ -9,8 +9,8 @@ use identification::experiments::excitation::limits::LimitsFile;
 use identification::experiments::servo_script::servo_script;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
 use identification::model::friction::terms::FrictionTerm;
-use rist::Model;
 use rist::exciting::ExciteRequest;
+use rist::{Estimate, Model};
 
 use crate::artefact::read_text;
 use crate::failure::{Failure, print};
@@ -21,9 +21,10 @@ use rist::output::write_file;
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
 /// A finite Fourier series between rest and rest. The limits are those of the description, tightened by --limits; what
-/// neither gives is assumed, with a note. Position, velocity, acceleration and jerk are proved between the samples too,
-/// and the torque where the description has inertial parameters and effort limits. Boxes, floors and collisions of the
-/// arm with itself are not looked at: watch the motion in a simulator, and slowly on the robot, first.
+/// neither gives is assumed, with a note. Position, velocity, acceleration and jerk are proved between the samples too;
+/// the torque where the description has inertial parameters and effort limits; the distances of the robot's own links
+/// where a URDF has their collision geometry; and floors, walls and boxes of --limits. What is not looked at is said.
+/// Watch the motion in a simulator, and slowly on the robot, first.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -54,7 +55,9 @@ pub struct Arguments {
     rate: f64,
 
     /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
-    /// locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate
+    /// locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the bodies in
+    /// the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high, links}], distance: 0.01,
+    /// own_links: true, ignored_pairs: [[A, B]]}`
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
 
@@ -83,6 +86,11 @@ pub struct Arguments {
 
     #[arg(long, default_value_t = 1)]
     seed: u64,
+
+    /// An estimate of the same model: the motion shows what it leaves open, and its torques are those identified. Best
+    /// with its covariance (`covariance: true` in the --options of `rist identify`)
+    #[arg(long, value_name = "ESTIMATE")]
+    after: Option<PathBuf>,
 
     /// Write the motion as YAML, with its certificate and what it makes visible
     #[arg(long, value_name = "FILE")]
@@ -176,7 +184,12 @@ fn request(arguments: &Arguments) -> Result<ExciteRequest, Failure> {
         starts: arguments.starts,
         iterations: arguments.iterations,
         seed: arguments.seed,
+        after: arguments.after.as_ref().map(|file| read_estimate(file)).transpose()?,
     })
+}
+
+fn read_estimate(file: &Path) -> Result<Estimate, Failure> {
+    Ok(Estimate::from_yaml(&file.display().to_string(), &read_text(file)?)?)
 }
 
 fn friction_terms(words: Option<&[Friction]>) -> Result<Vec<FrictionTerm>, Failure> {

@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::excitation::fitting::Obligations;
 use identification::experiments::excitation::limits::{CoordinateLimits, tightened};
-use identification::experiments::excitation::proof::{
-    CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque,
-};
+use identification::experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque, Kept};
 
+use crate::described::torque_note;
 use crate::error::Error;
-use crate::exciting::{described_friction, torque_note};
+use crate::exciting::KnownTorque;
 use crate::model::Model;
-use crate::torque_enclosure::TorqueEnclosure;
+use crate::surroundings::RobotSurroundings;
 
 /// A certificate made anew.
 pub struct Checked {
@@ -55,12 +55,22 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<Ch
             .map_err(|what| Error::new(format_args!("{}: joint {}: {what}", file.display(), joint.coordinate)))
     });
     let limits: Vec<CoordinateLimits> = limits.collect::<Result<_, _>>()?;
-    let mut certificate = prove_motion(&motion, &limits, names);
-    if let Some(torque) = TorqueEnclosure::new(model) {
-        let friction = described_friction(model);
-        let described = DescribedTorque { torque: &torque, friction, share: artefact.effort_share };
-        certificate.extend(prove_torque(&motion, &limits, names, &described));
+    let known = KnownTorque::new(model, artefact.identified.as_ref());
+    let friction = known.friction.clone();
+    if friction.len() != names.len() || artefact.identified.is_some() && known.enclosure.is_none() {
+        let (count, n) = (model.regressor().parameters().len(), names.len());
+        let what = format!("identified: expected are {count} parameters, and friction of {n} joints");
+        return Err(Error::new(format_args!("{}: {what}", file.display())));
     }
-    let notes = torque_note(model, names, &limits).into_iter().collect();
-    Ok(Checked { certificate, notes })
+    let torque = known.enclosure.as_ref().map(|torque| DescribedTorque {
+        torque: torque as &dyn EnclosedTorque,
+        friction,
+        share: artefact.effort_share,
+    });
+    let surroundings = RobotSurroundings::new(model, &artefact.space, &limits)?;
+    let obligations =
+        Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
+    let mut notes: Vec<String> = torque_note(known.enclosure.is_some(), names, &limits).into_iter().collect();
+    notes.extend_from_slice(surroundings.notes());
+    Ok(Checked { certificate: obligations.certificate(&motion), notes })
 }

@@ -1,103 +1,44 @@
 //! From a model to one motion that makes its parameters visible, within proved limits.
 
+use std::path::Path;
+
+use identification::estimate::artefact::Estimate;
 use identification::experiments::excitation::artefact::MotionJoint;
 use identification::experiments::excitation::barrier::Timing;
 use identification::experiments::excitation::columns::visible_columns;
 use identification::experiments::excitation::criterion::Aim;
+use identification::experiments::excitation::fitting::{Obligations, fitted};
 use identification::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
-use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, motion_limits};
+use identification::experiments::excitation::gap_proof::Gap;
+use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use identification::experiments::excitation::problem::{Problem, TorqueWall};
 use identification::experiments::excitation::proof::{
-    CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, Kept,
+    CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque, Kept,
 };
-use identification::experiments::excitation::search::{Found, NoMotion, SearchOptions, fitted, search};
-use identification::experiments::excitation::visibility::visibility;
-use identification::model::friction::terms::FrictionTerm;
+use identification::experiments::excitation::search::{Found, NoMotion, search};
+use identification::experiments::excitation::visibility::{Visibility, visibility};
 use identification::model::linear_model::Model as LinearModel;
-use identification::model::parameter::FrictionParameter;
+use identification::model::reference::ModelReference;
 use identification::model::regressor::Regressor;
-use robot::RotorInertia;
-use robot::value::CoordinateId;
 
 pub use identification::algebra::interruption::Interruption;
 pub use identification::experiments::excitation::artefact::ExcitingMotion;
 
+use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
+use crate::described::{described_friction, described_values, torque_noise, torque_note};
 use crate::error::Error;
+use crate::excite_request::check_request;
+use crate::excite_timing::timing;
 use crate::model::Model;
 use crate::regressor_slope::RegressorSlope;
+use crate::surroundings::RobotSurroundings;
 use crate::torque_enclosure::TorqueEnclosure;
 
-/// Which motion is looked for.
-#[derive(Clone, Debug)]
-pub struct ExciteRequest {
-    /// s; none: by the limits, see [`default_period`].
-    pub period: Option<f64>,
-    /// s from rest to the series; none: by the limits.
-    pub blend: Option<f64>,
-    /// Number of harmonics.
-    pub harmonics: usize,
-    /// Whole periods.
-    pub repetitions: usize,
-    /// Of the file that is played and of the log, Hz.
-    pub rate: f64,
-    /// Limits tighter than those of the description.
-    pub limits: LimitsFile,
-    /// Share of the effort limits that the described torque may use.
-    pub effort_share: f64,
-    /// Friction columns that the identification will have.
-    pub friction: Vec<FrictionTerm>,
-    /// The aim of the search.
-    pub aim: Aim,
-    /// Noise of a torque sample as a share of the effort limit.
-    pub noise: f64,
-    /// Starting points of the search.
-    pub starts: usize,
-    /// Of each descent, at each height of the walls.
-    pub iterations: usize,
-    /// Of the starting points.
-    pub seed: u64,
-}
-
-impl ExciteRequest {
-    fn search(&self) -> SearchOptions {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
-    }
-
-    fn motion(&self, timing: Timing, joints: Vec<FourierJoint>) -> FourierMotion {
-        let Timing { period, blend, .. } = timing;
-        FourierMotion { rate: self.rate, period, blend, repetitions: self.repetitions, joints }
-    }
-}
-
-impl Default for ExciteRequest {
-    fn default() -> ExciteRequest {
-        ExciteRequest {
-            period: None,
-            blend: None,
-            harmonics: 5,
-            repetitions: 3,
-            rate: 200.0,
-            limits: LimitsFile::default(),
-            effort_share: 0.9,
-            friction: FrictionTerm::STANDARD.to_vec(),
-            aim: Aim::Determinant,
-            noise: 0.01,
-            starts: 8,
-            iterations: 40,
-            seed: 1,
-        }
-    }
-}
+pub use crate::excite_request::ExciteRequest;
+pub use crate::excite_timing::default_period;
 
 /// Starts done, starts, criterion (det^(1/p), or cond_fro), and what it comes nearest to.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
-
-/// Instants a period, for each harmonic: products of three harmonics are still told apart.
-const INSTANTS: usize = 30;
-
-/// Torque noise where no effort limit is known, N m (N).
-const UNKNOWN_NOISE: f64 = 0.1;
 
 /// Searches the motion with the greatest determinant of the information (or the least condition number) of the columns
 /// of an identification, and proves its limits; a motion whose proof fails says so.
@@ -109,18 +50,27 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let names = regressor.coordinates().to_vec();
     let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
     let timing = timing(request, &limits)?;
-    let noise = torque_noise(model, request.noise, &mut notes);
+    let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
+    let noise = noise(model, request, &names, &mut notes);
 
     // What is known of the torques.
-    let friction = described_friction(model);
-    let enclosure = TorqueEnclosure::new(model).filter(|_| limits.iter().any(|l| l.effort.is_some()));
-    let wall = |parameters| TorqueWall { parameters, friction: friction.clone(), share: request.effort_share };
-    let wall = model.described_parameters().filter(|_| enclosure.is_some()).map(wall);
-    notes.extend(torque_note(model, &names, &limits));
+    let known = KnownTorque::new(model, identified.as_ref());
+    let is_limited = limits.iter().any(|l| l.effort.is_some());
+    let torque = known.described(request.effort_share).filter(|_| is_limited);
+    let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
+    notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
+
+    // Where bodies may be.
+    let surroundings = RobotSurroundings::new(model, &request.limits.space, &limits)?;
+    notes.extend_from_slice(surroundings.notes());
 
     // The search.
     let linear = LinearModel::new(&regressor, &request.friction, &[]);
     let columns = visible_columns(&linear, &limits);
+    let (prior, note) = request.after.as_ref().map_or((vec![], None), |estimate| prior_rows(estimate, &linear));
+    notes.extend(note);
+    let samples = (timing.period * request.rate).round() * request.repetitions as f64;
+    let prior_of_a_sample: Vec<f64> = prior.iter().map(|x| x / samples.sqrt()).collect();
     let problem = Problem {
         regressor: &regressor,
         friction: &request.friction,
@@ -130,45 +80,60 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         torque: wall.as_ref(),
         columns: &columns,
         timing,
+        surroundings: surroundings.some(),
+        prior: &prior_of_a_sample,
     };
-    let report =
-        |done: usize, found: Option<&Found>| progress(done, request.starts, &progress_text(found, request.aim, &names));
+    let report = |done: usize, found: Option<&Found>| {
+        progress(done, request.starts, &progress_text(found, request.aim, &names, surroundings.gaps()))
+    };
     let found = search(&problem, &request.search(), &report);
     Interruption::check()?;
-    let found = found.map_err(|why| refused(model, &names, why))?;
+    let found = found.map_err(|why| refused(model, &names, surroundings.gaps(), why))?;
 
     // The best motion that can be proved; without one the best, which then says so.
-    let torque = enclosure.as_ref().map(|torque| described_torque(torque, &friction, request.effort_share));
+    let obligations =
+        Obligations { limits: &limits, names: &names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let motions = found.into_iter().map(|found| request.motion(timing, found.joints));
-    let fits = motions.map(|motion| fitted(motion, &limits, &names, torque.as_ref()));
-    let (motion, certificate) = proved_or_first(fits).ok_or_else(|| refused(model, &names, NoMotion::NothingToTell))?;
-    let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate);
-    Ok(ExcitingMotion {
+    let fits = motions.map(|motion| fitted(motion, &obligations));
+    let (motion, certificate) =
+        proved_or_first(fits).ok_or_else(|| refused(model, &names, &[], NoMotion::NothingToTell))?;
+    let values = described_values(model, &linear);
+    let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate, &prior);
+    let joints = motion_joints(&motion, &names, &limits);
+    Ok(artefact(model, request, timing, joints, identified, noise, notes, certificate, seen))
+}
+
+/// motion.yaml: what was asked for, the motion, and what is known of it.
+fn artefact(
+    model: &Model,
+    request: &ExciteRequest,
+    timing: Timing,
+    joints: Vec<MotionJoint>,
+    identified: Option<IdentifiedTorque>,
+    torque_noise: Vec<f64>,
+    notes: Vec<String>,
+    certificate: Vec<CertificateRow>,
+    seen: Visibility,
+) -> ExcitingMotion {
+    ExcitingMotion {
         model: model.reference.clone(),
         rate_hz: request.rate,
         period_s: timing.period,
         blend_s: timing.blend,
         repetitions: request.repetitions,
-        joints: motion_joints(&motion, &names, &limits),
+        joints,
         effort_share: request.effort_share,
+        identified,
+        space: request.limits.space.clone(),
         aim: request.aim,
         determinant: seen.determinant,
         condition_number: seen.condition_number,
-        torque_noise: noise,
+        torque_noise,
         proven: is_proven(&certificate),
         notes,
         certificate,
         parameters: seen.parameters,
-    })
-}
-
-/// What a motion may use of the effort limits.
-fn described_torque<'a>(
-    torque: &'a dyn EnclosedTorque,
-    friction: &[DescribedFriction],
-    share: f64,
-) -> DescribedTorque<'a> {
-    DescribedTorque { torque, friction: friction.to_vec(), share }
+    }
 }
 
 /// The limits of the request within those of the description, and what is to be said of them.
@@ -181,6 +146,67 @@ fn limits_and_notes(
     let is_prismatic = |k: usize| regressor.is_prismatic(k);
     motion_limits(regressor.coordinates(), is_prismatic, &described, &request.limits)
         .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))
+}
+
+/// What is known of torques: of the description, or of an identification.
+pub(crate) struct KnownTorque<'a> {
+    /// None: nothing.
+    pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
+    /// Base parameters.
+    parameters: Option<Vec<f64>>,
+    /// One a coordinate.
+    pub(crate) friction: Vec<DescribedFriction>,
+}
+
+impl<'a> KnownTorque<'a> {
+    /// Those identified, or else those described.
+    pub(crate) fn new(model: &'a Model, identified: Option<&IdentifiedTorque>) -> KnownTorque<'a> {
+        match identified {
+            Some(IdentifiedTorque { parameters, friction }) => KnownTorque {
+                enclosure: TorqueEnclosure::identified(model, parameters),
+                parameters: Some(parameters.clone()),
+                friction: friction.clone(),
+            },
+            None => KnownTorque {
+                enclosure: TorqueEnclosure::new(model),
+                parameters: model.described_parameters(),
+                friction: described_friction(model),
+            },
+        }
+    }
+
+    /// Their enclosure, of which a motion may use this share of the effort limits.
+    fn described(&self, share: f64) -> Option<DescribedTorque<'_>> {
+        let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
+        Some(DescribedTorque { torque, friction: self.friction.clone(), share })
+    }
+
+    /// The wall that the search keeps off.
+    fn wall(&self, share: f64) -> Option<TorqueWall> {
+        Some(TorqueWall { parameters: self.parameters.clone()?, friction: self.friction.clone(), share })
+    }
+}
+
+/// Fails where the estimate is of another model, or has not its parameters.
+fn identified_torque(model: &Model, names: &[String], estimate: &Estimate) -> Result<IdentifiedTorque, Error> {
+    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    model.check(Path::new("the earlier estimate"), &made_with)?;
+    let described = described_friction(model);
+    let friction = names.iter().zip(described).map(|(name, own)| identified_friction(estimate, name, own)).collect();
+    Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })
+}
+
+/// N m (N) a sample, one a coordinate: as an estimate's residuals show it, or a share of the effort limit.
+fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut Vec<String>) -> Vec<f64> {
+    let mut assumed = vec![];
+    let shares = torque_noise(model, request.noise, &mut assumed);
+    let residual =
+        |name: &String| request.after.as_ref().and_then(|estimate| residual_noise(estimate, name, request.rate));
+    let found: Vec<Option<f64>> = names.iter().map(residual).collect();
+    if found.iter().any(Option::is_none) {
+        notes.extend(assumed);
+    }
+    found.into_iter().zip(shares).map(|(residual, share)| residual.unwrap_or(share)).collect()
 }
 
 fn is_proven(rows: &[CertificateRow]) -> bool {
@@ -209,131 +235,7 @@ fn motion_joints(motion: &FourierMotion, names: &[String], limits: &[CoordinateL
     motion.joints.iter().zip(names).zip(limits).map(joint).collect()
 }
 
-fn check_request(request: &ExciteRequest) -> Result<(), Error> {
-    let positive = [
-        (Some(request.rate), "--rate"),
-        (request.period, "--period"),
-        (request.blend, "--blend"),
-        (Some(request.noise), "--noise"),
-    ];
-    for (x, what) in positive.iter().filter_map(|(x, what)| x.map(|x| (x, what))) {
-        if !(x.is_finite() && x > 0.0) {
-            return Err(Error::new(format_args!("{what} must be a positive number, not {x}")));
-        }
-    }
-    if !(request.effort_share > 0.0 && request.effort_share <= 1.0) {
-        let share = request.effort_share;
-        return Err(Error::new(format_args!("--effort-share is above 0 and at most 1, not {share}")));
-    }
-    if request.harmonics == 0 || request.harmonics > 40 {
-        return Err(Error::new(format_args!("--harmonics must be between 1 and 40, not {}", request.harmonics)));
-    }
-    if request.repetitions == 0 || request.starts == 0 {
-        return Err(Error::new("--repetitions and --starts must be at least 1"));
-    }
-    if request.friction.contains(&FrictionTerm::Load) {
-        return Err(Error::new("--friction load needs a measured torque; a motion that is still to be run has none"));
-    }
-    Ok(())
-}
-
-/// The period by the limits, s: the fundamental fills the room at the greatest velocity, or the highest harmonic takes
-/// the greatest velocity and acceleration together, whichever is longer; the middle one of the joints, 5 to 20 s.
-pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
-    let moving = || limits.iter().filter(|l| l.locked.is_none());
-    let middle = |of: &dyn Fn(&CoordinateLimits) -> f64| {
-        let mut all: Vec<f64> = moving().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
-    };
-    let turn = std::f64::consts::TAU;
-    let room = middle(&|l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
-    let speed = middle(&|l| turn * harmonics as f64 * l.velocity / l.acceleration);
-    room.max(speed).clamp(5.0, 20.0)
-}
-
-/// The blend by the limits, s: from rest to the greatest velocity at four tenths of the greatest acceleration.
-fn default_blend(limits: &[CoordinateLimits]) -> f64 {
-    let moving = limits.iter().filter(|l| l.locked.is_none());
-    moving.map(|l| 2.5 * l.velocity / l.acceleration).fold(0.5, f64::max)
-}
-
-/// Times that are whole numbers of samples.
-fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<Timing, Error> {
-    let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
-    let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
-    let period = whole(request.period.unwrap_or_else(|| tenths(default_period(limits, request.harmonics))));
-    let blend = whole(request.blend.unwrap_or_else(|| tenths(default_blend(limits))));
-    let highest = request.harmonics as f64 / period;
-    if highest > 0.1 * request.rate {
-        return Err(Error::new(format_args!(
-            "the highest harmonic, {highest:.3} Hz, needs ten samples a period: raise --rate ({} Hz) or --period ({period} s)",
-            request.rate
-        )));
-    }
-    Ok(Timing { period, blend, harmonics: request.harmonics, samples: (INSTANTS * request.harmonics).max(100) })
-}
-
-/// N m (N) a sample, one a coordinate.
-fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
-    let coordinates = &model.robot.coordinates;
-    let effort = |c: &robot::Coordinate| c.limits.effort.filter(|x| x.is_finite() && *x > 0.0);
-    let unknown: Vec<&str> = coordinates.iter().filter(|c| effort(c).is_none()).map(|c| c.name.as_str()).collect();
-    if !unknown.is_empty() {
-        let names = unknown.join(", ");
-        notes.push(format!("{names}: no effort limit given, torque noise of {UNKNOWN_NOISE} N m (N) a sample assumed"));
-    }
-    coordinates.iter().map(|c| effort(c).map_or(UNKNOWN_NOISE, |e| share * e)).collect()
-}
-
-/// Friction of the description, one a coordinate.
-pub(crate) fn described_friction(model: &Model) -> Vec<DescribedFriction> {
-    let of = |k: usize| {
-        let joint = model.robot.joint_of(CoordinateId(k)).map(|j| &model.robot.link(j).joint);
-        let friction = joint.map(|j| j.friction).unwrap_or_default();
-        DescribedFriction {
-            viscous: friction.viscous.unwrap_or(0.0),
-            coulomb: friction.coulomb.unwrap_or(0.0),
-            offset: friction.offset.unwrap_or(0.0),
-        }
-    };
-    (0..model.robot.n_coordinates()).map(of).collect()
-}
-
-/// Why torques are not looked at, if so.
-pub(crate) fn torque_note(model: &Model, names: &[String], limits: &[CoordinateLimits]) -> Option<String> {
-    if model.described_parameters().is_none() {
-        return Some("torques are not looked at: the description has no inertial parameters".into());
-    }
-    let unknown = names.iter().zip(limits).filter(|(_, l)| l.effort.is_none());
-    let unknown: Vec<&str> = unknown.map(|(name, _)| name.as_str()).collect();
-    let names = unknown.join(", ");
-    (!unknown.is_empty()).then(|| format!("torques of {names} are not looked at: no effort limit given"))
-}
-
-/// Values of the description, one a parameter of the model.
-fn described_values(model: &Model, linear: &LinearModel) -> Vec<Option<f64>> {
-    let base = model.described_parameters();
-    let count = model.regressor().parameters().len();
-    let mut values: Vec<Option<f64>> = (0..count).map(|c| base.as_ref().map(|b| b[c])).collect();
-    for k in 0..linear.n() {
-        let joint = model.robot.joint_of(CoordinateId(k)).map(|j| &model.robot.link(j).joint);
-        let friction = joint.map(|j| j.friction).unwrap_or_default();
-        let rotor = joint.and_then(|j| if let RotorInertia::Known(x) = j.rotor_inertia { Some(x) } else { None });
-        values.extend(linear.friction.iter().flat_map(|t| t.parameters()).map(|p| match p {
-            FrictionParameter::Viscous | FrictionParameter::ViscousForward | FrictionParameter::ViscousBackward => {
-                friction.viscous
-            }
-            FrictionParameter::Coulomb => friction.coulomb,
-            FrictionParameter::Offset => friction.offset,
-            FrictionParameter::Rotor => rotor,
-            _ => None,
-        }));
-    }
-    values
-}
-
-fn progress_text(found: Option<&Found>, aim: Aim, names: &[String]) -> String {
+fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]) -> String {
     let Some(found) = found else { return "no motion within the limits".into() };
     let value = match aim {
         Aim::Determinant => format!("det^(1/p) {:.4e}", (-found.criterion).exp()),
@@ -343,10 +245,17 @@ fn progress_text(found: Option<&Found>, aim: Aim, names: &[String]) -> String {
     let torque = found
         .torque
         .map(|(share, k)| format!(", torque at most {:.0} % of what it may be ({})", 100.0 * share, names[k]));
-    format!("{value}, least room {:.2} % ({limit} of {}){}", 100.0 * room, names[k], torque.unwrap_or_default())
+    let nearest = found.nearest.map(|(room, gap)| format!(", {:.3} m above the {}", room, gaps[gap].in_words()));
+    format!(
+        "{value}, least room {:.2} % ({limit} of {}){}{}",
+        100.0 * room,
+        names[k],
+        torque.unwrap_or_default(),
+        nearest.unwrap_or_default()
+    )
 }
 
-fn refused(model: &Model, names: &[String], why: NoMotion) -> Error {
+fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Error {
     let path = model.path.display();
     match why {
         NoMotion::AllLocked => {
@@ -361,6 +270,12 @@ fn refused(model: &Model, names: &[String], why: NoMotion) -> Error {
              are too small or too great",
             names[coordinate],
             100.0 * share
+        )),
+        NoMotion::TooNarrow { gap, room } => Error::new(format_args!(
+            "{path}: no motion keeps the {}: the best found is {:.4} m short of it; the limits of position leave no place \
+             that is free, or the limit is too tight; for links that always touch, name the pair in ignored_pairs",
+            gaps[gap].in_words(),
+            -room
         )),
     }
 }

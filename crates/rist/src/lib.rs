@@ -34,12 +34,16 @@
 
 #![warn(missing_docs)]
 
+mod after_estimate;
 pub mod checking;
 pub mod closed_loop;
+mod described;
 pub mod description;
 pub mod doctor;
 mod error;
 pub mod evaluation;
+mod excite_request;
+mod excite_timing;
 pub mod exciting;
 pub mod experiments;
 pub mod fleet;
@@ -53,6 +57,7 @@ pub mod samples;
 pub mod simulation;
 pub mod source;
 mod state_tape;
+mod surroundings;
 mod tape_dynamics;
 mod tape_regressor;
 mod thread_tapes;

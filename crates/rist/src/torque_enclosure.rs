@@ -1,4 +1,6 @@
-//! The torque of a described robot on jets of its motion: the torque function, node by node, in interval arithmetic.
+//! The torque of a robot on jets of its motion: a function of the model, node by node, in interval arithmetic.
+//!
+//! tau(q, dq, ddq, X) of the described standard parameters; or Y(q, dq, ddq) X of identified base parameters.
 
 use expr::{Expr, Function, Node};
 use identification::algebra::interval::Interval;
@@ -7,11 +9,13 @@ use identification::experiments::excitation::proof::EnclosedTorque;
 
 use crate::model::Model;
 
-/// tau(q, dq, ddq) with the parameters of the description in place.
+/// tau(q, dq, ddq) with parameters in place.
 pub struct TorqueEnclosure<'a> {
     function: &'a Function,
-    /// The standard parameters.
+    /// The standard parameters, inputs of the function.
     values: Vec<f64>,
+    /// Base parameters, by which outputs of the function are multiplied; empty: its outputs are the torques.
+    multiples: Vec<f64>,
 }
 
 impl<'a> TorqueEnclosure<'a> {
@@ -21,7 +25,18 @@ impl<'a> TorqueEnclosure<'a> {
             return None;
         }
         let value = |p: &robot::StandardParameter| p.value(&model.robot).unwrap_or(0.0);
-        Some(TorqueEnclosure { function: &model.torque, values: model.parameters.standard.iter().map(value).collect() })
+        let values = model.parameters.standard.iter().map(value).collect();
+        Some(TorqueEnclosure { function: &model.torque, values, multiples: vec![] })
+    }
+
+    /// The torques of identified base parameters; `None` where joints are found numerically, or there are not as many
+    /// parameters as the model has.
+    pub fn identified(model: &'a Model, parameters: &[f64]) -> Option<TorqueEnclosure<'a>> {
+        let fits = model.robot.passive.is_empty()
+            && !parameters.is_empty()
+            && parameters.len() == model.regressor().parameters().len();
+        let function = &model.base_regressor;
+        fits.then(|| TorqueEnclosure { function, values: vec![], multiples: parameters.to_vec() })
     }
 }
 
@@ -48,7 +63,17 @@ impl EnclosedTorque for TorqueEnclosure<'_> {
                 Node::Sqrt(a) => at(a).sqrt(),
             };
         }
-        self.function.outputs.iter().flat_map(|o| &o.entries).map(|e| signed(&values, *e)).collect()
+        let outputs = self.function.outputs.iter().flat_map(|o| &o.entries);
+        let outputs: Vec<Jet> = outputs.map(|e| signed(&values, *e)).collect();
+        if self.multiples.is_empty() {
+            return outputs;
+        }
+        let zero = Jet::constant(Interval::ZERO);
+        let sum = |row: &[Jet]| {
+            let terms = row.iter().zip(&self.multiples).filter(|(y, x)| **x != 0.0 && **y != zero);
+            terms.fold(zero, |sum, (y, x)| sum + *y * Jet::constant(Interval::point(*x)))
+        };
+        outputs.chunks_exact(self.multiples.len()).map(sum).collect()
     }
 }
 
@@ -61,8 +86,14 @@ mod tests {
     fn torques_lie_within() {
         let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
         let model = Model::read(format!("{models}/ur5.urdf")).unwrap();
-        let enclosure = TorqueEnclosure::new(&model).unwrap();
         let described = model.described_parameters().unwrap();
+        // Both ways to the same torques.
+        for enclosure in [TorqueEnclosure::new(&model), TorqueEnclosure::identified(&model, &described)] {
+            hold(&model, &enclosure.unwrap(), &described);
+        }
+    }
+
+    fn hold(model: &Model, enclosure: &TorqueEnclosure, described: &[f64]) {
         let n = model.regressor().coordinates().len();
         // q_k = sin((k + 1) t) with its derivatives.
         let derivative = |k: usize, d: i32, t: f64| {
@@ -85,7 +116,7 @@ mod tests {
                 let t = low + (high - low) * f64::from(step) / 4.0;
                 let state = |d: i32| -> Vec<f64> { (0..n).map(|k| derivative(k, d, t)).collect() };
                 let (q, dq, ddq) = (state(0), state(1), state(2));
-                let tau = identification::simulate::dynamics::torque(model.regressor(), &described, &q, &dq, &ddq);
+                let tau = identification::simulate::dynamics::torque(model.regressor(), described, &q, &dq, &ddq);
                 for k in 0..n {
                     let held = Jet::over_interval(thin[k], wide[k], part - Interval::point(middle));
                     // Another formula: rounding of some hundred operations at 100 N m.

@@ -34,6 +34,7 @@ impl Robot {
         }
         links[base.0].inertial = robot.base.inertial.take();
         links[base.0].parts = std::mem::take(&mut robot.base.parts);
+        links[base.0].collisions = std::mem::take(&mut robot.base.collisions);
         links.append(&mut robot.links);
         robot.links = links;
         robot.massless = COORDINATES.len();
@@ -85,6 +86,7 @@ fn root_links() -> Vec<Link> {
             file_frame: Pose::IDENTITY,
             parts: Vec::new(),
             frames: Vec::new(),
+            collisions: Vec::new(),
         }
     };
     root.into_iter().enumerate().map(link).collect()

@@ -9,6 +9,7 @@
 
 mod angle_snap;
 pub mod closure;
+mod collision;
 pub mod convention;
 mod error;
 mod floating;
@@ -24,6 +25,7 @@ mod robot;
 pub mod value;
 mod vector;
 
+pub use collision::{Collision, CollisionShape};
 pub use error::{Error, Place};
 pub use inertial::{Matrix3, Part, Pose, inertial_matrix, transform_inertial};
 pub use parameter::{Inertial, StandardParameter};

@@ -1,5 +1,6 @@
 //! The robot: links, joints, coordinates, loops.
 
+use crate::collision::Collision;
 use crate::inertial::{Part, Pose};
 use crate::value::{Affine, CoordinateId, Symbol, Value};
 
@@ -94,6 +95,8 @@ pub struct Link {
     /// The frames that the file fixes to this link, its own first, by name and with their place in the link frame: the
     /// links of a URDF. Empty where the link frame is the file's.
     pub frames: Vec<(String, Pose)>,
+    /// Its collision geometry, where the file describes one.
+    pub collisions: Vec<Collision>,
 }
 
 /// The base of a robot as a body.
@@ -103,6 +106,8 @@ pub struct Base {
     pub inertial: Option<[f64; 10]>,
     /// The rigid parts that the file lumps into it.
     pub parts: Vec<Part>,
+    /// Its collision geometry, in the base frame.
+    pub collisions: Vec<Collision>,
 }
 
 /// gamma, b, alpha, d, theta, r of Khalil-Kleinfinger: iTj = Rz(gamma) Tz(b) Rx(alpha) Tx(d)

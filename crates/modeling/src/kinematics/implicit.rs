@@ -194,6 +194,7 @@ fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
                 file_frame: Pose::IDENTITY,
                 parts: Vec::new(),
                 frames: Vec::new(),
+                collisions: Vec::new(),
             });
             LinkId(open.links.len() - 1)
         };

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::experiments::excitation::criterion::Aim;
 use crate::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::experiments::excitation::proof::{CertificateRow, Kept};
+use crate::experiments::excitation::proof::{CertificateRow, IdentifiedTorque, Kept};
+use crate::experiments::excitation::space_limits::SpaceLimits;
 use crate::experiments::excitation::visibility::{VisibleParameter, WEAK};
 use crate::model::reference::ModelReference;
 
@@ -33,6 +34,12 @@ pub struct ExcitingMotion {
     pub joints: Vec<MotionJoint>,
     /// Share of the effort limits that the described torque may use.
     pub effort_share: f64,
+    /// The torques that it was made with, where they are not those of the description.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identified: Option<IdentifiedTorque>,
+    /// Where the bodies may be.
+    #[serde(default)]
+    pub space: SpaceLimits,
     /// The aim of the search.
     pub aim: Aim,
     /// det(W'W / samples)^(1/p), rows over the noise of their joint.
@@ -116,8 +123,7 @@ impl ExcitingMotion {
 /// A certificate for people: violated and open limits in full, the others as the least room of each limit.
 pub fn certificate_text(rows: &[CertificateRow]) -> String {
     let mut text = String::new();
-    let all = LimitKind::KINEMATIC.into_iter().chain([LimitKind::Effort]);
-    for limit in all {
+    for limit in LimitKind::ALL {
         let own: Vec<&CertificateRow> = rows.iter().filter(|r| r.limit == limit).collect();
         let proven: Vec<&&CertificateRow> = own.iter().filter(|r| r.kept == Kept::Proven).collect();
         let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);

@@ -8,13 +8,16 @@
 //! | jerk | no | reaches the acceleration in 0.05 s |
 //! | effort | yes | unknown: not looked at |
 //!
-//! A file can only tighten what the description says. Not here: boxes, floors, collisions of the arm with itself.
+//! A file can only tighten what the description says. Not here: boxes, floors, collisions of the arm with itself
+//! ([`crate::experiments::excitation::space_limits`]).
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use robot::Limits;
 use serde::{Deserialize, Serialize};
+
+use crate::experiments::excitation::space_limits::SpaceLimits;
 
 /// A kind of limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,12 +33,27 @@ pub enum LimitKind {
     Jerk,
     /// N m (N).
     Effort,
+    /// Between two links, m.
+    Distance,
+    /// From a floor, a wall or the side of a box, m.
+    Region,
 }
 
 impl LimitKind {
     /// Those of the motion alone, in the order of its derivatives.
     pub const KINEMATIC: [LimitKind; 4] =
         [LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
+
+    /// All, in the order of a certificate.
+    pub const ALL: [LimitKind; 7] = [
+        LimitKind::Position,
+        LimitKind::Velocity,
+        LimitKind::Acceleration,
+        LimitKind::Jerk,
+        LimitKind::Distance,
+        LimitKind::Region,
+        LimitKind::Effort,
+    ];
 
     /// The unit at a joint that turns, or slides.
     pub fn unit(self, is_prismatic: bool) -> &'static str {
@@ -50,6 +68,7 @@ impl LimitKind {
             (LimitKind::Acceleration, true) => "m/s^2",
             (LimitKind::Jerk, true) => "m/s^3",
             (LimitKind::Effort, true) => "N",
+            (LimitKind::Distance | LimitKind::Region, _) => "m",
         }
     }
 }
@@ -62,6 +81,8 @@ impl fmt::Display for LimitKind {
             LimitKind::Acceleration => "acceleration",
             LimitKind::Jerk => "jerk",
             LimitKind::Effort => "effort",
+            LimitKind::Distance => "distance",
+            LimitKind::Region => "region",
         })
     }
 }
@@ -96,6 +117,8 @@ impl CoordinateLimits {
             LimitKind::Acceleration => symmetric(self.acceleration),
             LimitKind::Jerk => symmetric(self.jerk),
             LimitKind::Effort => self.effort.and_then(symmetric),
+            // Of links, not of a coordinate.
+            LimitKind::Distance | LimitKind::Region => None,
         }
     }
 
@@ -148,13 +171,16 @@ pub struct LimitsFile {
     pub all: AskedLimits,
     /// Of single coordinates, by name.
     pub coordinates: BTreeMap<String, AskedLimits>,
+    /// Where the bodies may be.
+    pub space: SpaceLimits,
 }
 
 impl LimitsFile {
     /// Reads the YAML of `--limits`.
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
-                        locked, slowed}}`, or `all: {..}`";
+                        locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
+                        boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
         serde_yaml::from_str(text)
             .map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
@@ -169,6 +195,9 @@ pub fn motion_limits(
     described: &[Limits],
     file: &LimitsFile,
 ) -> Result<(Vec<CoordinateLimits>, Vec<String>), String> {
+    if let Some(fault) = file.space.fault() {
+        return Err(fault);
+    }
     if let Some(unknown) = file.coordinates.keys().find(|name| !names.contains(name)) {
         return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
     }
@@ -313,6 +342,8 @@ mod tests {
             ("coordinates: {q1: {locked: 5}}", "locked at 5, outside"),
             ("coordinates: {q1: {slowed: 2}}", "slowed is a factor"),
             ("coordinates: {q1: {speed: 2}}", "these are no limits"),
+            ("space: {distance: -0.1}", "space: distance is -0.1; expected are metres"),
+            ("space: {walls: [{point: [0, 0, 0]}]}", "these are no limits"),
         ] {
             let error = found(text).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");

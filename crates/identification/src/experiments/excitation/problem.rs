@@ -1,8 +1,9 @@
 //! The motion that tells most, as a function of its coefficients with an exact gradient.
 //!
-//! f(x) = J(W(x)) + mu (B(x) + T(x)): J the criterion of the rows at S instants of a period
+//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J the criterion of the rows at S instants of a period
 //! ([`crate::experiments::excitation::criterion`]), B the wall of the kinematic limits
-//! ([`crate::experiments::excitation::barrier`]), T that of the torques at the instants of the period and the blends,
+//! ([`crate::experiments::excitation::barrier`]), S that of the distances between bodies
+//! ([`crate::experiments::excitation::space_wall`]), T that of the torques at the instants of the period and the blends,
 //!
 //! T = -1/S sum log((u - tau) / u) + log((u + tau) / u),   u = share effort - FS,   tau = Y X + FV dq + OFF.
 //!
@@ -15,8 +16,10 @@ use crate::experiments::excitation::columns::{SMOOTH_SIGN, friction_columns};
 use crate::experiments::excitation::criterion::{Aim, criterion};
 use crate::experiments::excitation::descent::Objective;
 use crate::experiments::excitation::fourier_motion::{FourierJoint, basis, blend_control, casteljau};
+use crate::experiments::excitation::gap_proof::Surroundings;
 use crate::experiments::excitation::limits::CoordinateLimits;
 use crate::experiments::excitation::proof::DescribedFriction;
+use crate::experiments::excitation::space_wall::SpaceWall;
 use crate::model::differentiable::DifferentiableRegressor;
 use crate::model::friction::terms::FrictionTerm;
 
@@ -49,6 +52,10 @@ pub struct Problem<'a> {
     pub columns: &'a [bool],
     /// Period, blend and rate.
     pub timing: Timing,
+    /// The distances that bodies must keep, where the description has any.
+    pub surroundings: Option<&'a dyn Surroundings>,
+    /// Rows of what is known already, over all columns of the model: information, as a share of one sample of the motion.
+    pub prior: &'a [f64],
 }
 
 /// Instants in a blend at which torques are looked at.
@@ -74,6 +81,10 @@ pub struct Prepared<'a> {
     own: Vec<Vec<(usize, usize)>>,
     /// Columns of W.
     p: usize,
+    /// Of the distances between bodies.
+    space: Option<SpaceWall<'a>>,
+    /// What is known already as rows below those of the S instants, p wide.
+    prior: Vec<f64>,
 }
 
 /// A problem at one height of its walls.
@@ -120,6 +131,8 @@ impl<'a> Prepared<'a> {
             base: base_columns,
             own,
             p,
+            prior: known_rows(problem),
+            space: problem.surroundings.map(|s| SpaceWall::new(s, &problem.timing)),
             problem,
         }
     }
@@ -180,6 +193,29 @@ impl<'a> Prepared<'a> {
         states
     }
 
+    /// Every coordinate of the motion x by a row of the basis of positions.
+    fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
+        let m = self.m();
+        let mut q: Vec<f64> = self.problem.limits.iter().map(|l| l.locked.unwrap_or(0.0)).collect();
+        for (j, &k) in self.moving.iter().enumerate() {
+            let terms = row.iter().zip(&x[j * m..]).zip(&self.scale[j * m..]);
+            q[k] = terms.map(|((b, x), s)| b * x * s).sum();
+        }
+        q
+    }
+
+    /// The least room between bodies above its bound, m, with its gap, where any come near.
+    pub fn nearest(&self, x: &[f64]) -> Option<(f64, usize)> {
+        self.space.as_ref()?.nearest(&|row| self.positions(x, row))
+    }
+
+    /// The same at the centre of the motion alone.
+    pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
+        let mut nearest = None;
+        self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut nearest);
+        nearest
+    }
+
     fn filled(&self, states: &[f64]) -> Vec<f64> {
         let size = self.problem.limits.len() * self.problem.regressor.parameters().len();
         let mut y = vec![0.0; self.instants.len() * size];
@@ -216,7 +252,7 @@ impl<'a> Prepared<'a> {
         greatest
     }
 
-    /// The rows of W at the instants of a period, p wide; and the slopes of friction columns, (instant, coordinate) after
+    /// The rows of W at the instants of a period and those of what is known, p wide; and the slopes of friction columns, (instant, coordinate) after
     /// (instant, coordinate).
     fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<f64>, Vec<Vec<[f64; 3]>>) {
         let problem = self.problem;
@@ -243,6 +279,7 @@ impl<'a> Prepared<'a> {
                 slopes.push(friction);
             }
         }
+        w.extend(&self.prior);
         (w, slopes)
     }
 
@@ -254,12 +291,28 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// The rows of what is known in the columns that count, as many samples of it as there are instants.
+fn known_rows(problem: &Problem) -> Vec<f64> {
+    let factor = (problem.timing.samples as f64).sqrt();
+    let rows = problem.prior.chunks_exact(problem.columns.len().max(1));
+    rows.flat_map(|row| row.iter().zip(problem.columns).filter(|(_, counts)| **counts).map(|(x, _)| factor * x))
+        .collect()
+}
+
 impl Walled<'_> {
     fn evaluate(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
         let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
         let mut gradient = vec![0.0; x.len()];
         let mut value = height * prepared.barrier.value(x, height, &mut gradient)?;
         let (n, b, m) = (problem.limits.len(), problem.regressor.parameters().len(), prepared.m());
+        if let Some(space) = &prepared.space {
+            value += space.value(&|row| prepared.positions(x, row), height, &mut |row, slope| {
+                for (j, &k) in prepared.moving.iter().enumerate() {
+                    let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&prepared.scale[j * m..]);
+                    place.for_each(|((g, b), s)| *g += slope[k] * b * s);
+                }
+            })?;
+        }
         let samples = problem.timing.samples;
         let states = prepared.states(x);
         let y = prepared.filled(&states);
@@ -277,7 +330,8 @@ impl Walled<'_> {
         let (w, friction) = prepared.rows(&states, &y);
         let found = criterion(problem.aim, &w, prepared.p, samples)?;
         value += found.value;
-        for (at, slope) in found.slope.chunks_exact(prepared.p).enumerate() {
+        let of_motion = samples * prepared.moving.len();
+        for (at, slope) in found.slope.chunks_exact(prepared.p).enumerate().take(of_motion) {
             let (r, i) = (at / prepared.moving.len(), prepared.moving[at % prepared.moving.len()]);
             let noise = problem.noise[i];
             for (g, &c) in slope.iter().zip(&prepared.base) {
@@ -362,6 +416,7 @@ impl Objective for Walled<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::excitation::gap_proof::tests::Rod;
     use crate::experiments::excitation::search::tests::{pendulum_limits, pendulum_torque};
     use crate::test_arm::Pendulum;
 
@@ -370,6 +425,8 @@ mod tests {
     fn the_gradient_is_exact() {
         let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
         let timing = Timing { period: 5.0, blend: 1.0, harmonics: 3, samples: 50 };
+        // 0.55 rad and 0.1 m of room: the wall of space is felt.
+        let rod = Rod::new(0.62);
         for aim in [Aim::Determinant, Aim::Condition] {
             let problem = Problem {
                 regressor: &arm,
@@ -380,6 +437,8 @@ mod tests {
                 torque: Some(&wall),
                 columns: &[true; 5],
                 timing,
+                surroundings: Some(&rod),
+                prior: &[0.3, 0.1, 0.0, 0.0, 0.2],
             };
             let prepared = Prepared::new(&problem);
             let walled = Walled { prepared: &prepared, height: 0.01 };

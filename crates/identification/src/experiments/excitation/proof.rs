@@ -5,7 +5,7 @@
 //! torque by the second-order enclosure of the torque function along the motion ([`crate::algebra::jet`]), with the
 //! described friction: FV dq + OFF +- FS. It follows from the motion, the limits and the description alone.
 //!
-//! Not here: boxes, floors and collisions; torques that the description does not tell.
+//! Not here: bodies and their distances ([`crate::experiments::excitation::gap_proof`]); torques that the description does not tell.
 
 use std::fmt;
 
@@ -25,7 +25,8 @@ pub trait EnclosedTorque: Sync {
 }
 
 /// Friction that the description gives for a coordinate: N m s/rad, N m (N s/m, N).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct DescribedFriction {
     /// N m s/rad (N s/m).
     pub viscous: f64,
@@ -35,7 +36,17 @@ pub struct DescribedFriction {
     pub offset: f64,
 }
 
-/// What is known of the torques of a described robot.
+/// Torques as an earlier identification found them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IdentifiedTorque {
+    /// Base parameters, in the order of the model.
+    pub parameters: Vec<f64>,
+    /// One a coordinate.
+    pub friction: Vec<DescribedFriction>,
+}
+
+/// What is known of the torques of a robot, described or identified.
 pub struct DescribedTorque<'a> {
     /// Encloses the torque of the description.
     pub torque: &'a dyn EnclosedTorque,
@@ -57,14 +68,14 @@ pub enum Kept {
     Open,
 }
 
-/// One limit of one coordinate.
+/// One limit of one coordinate, of two links, or of one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateRow {
     /// Which limit.
     pub limit: LimitKind,
-    /// Name of the coordinate.
-    pub coordinate: String,
+    /// Name of the coordinate; or `forearm and base`, `forearm at the floor`.
+    pub subject: String,
     /// s after the start; of a repeated period the first.
     pub time_s: f64,
     /// What is nearest to the bound, or farthest beyond: reached at that time.
@@ -89,17 +100,17 @@ impl CertificateRow {
 
 impl fmt::Display for CertificateRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let CertificateRow { limit, coordinate, time_s, value, bound, .. } = self;
+        let CertificateRow { limit, subject, time_s, value, bound, .. } = self;
         match self.kept {
-            Kept::Proven => write!(f, "{limit} of {coordinate}: {value:.6} at {time_s:.4} s, bound {bound:.6}, proven"),
+            Kept::Proven => write!(f, "{limit} of {subject}: {value:.6} at {time_s:.4} s, bound {bound:.6}, proven"),
             Kept::Violated => write!(
                 f,
-                "{limit} of {coordinate}: {value:.6} at {time_s:.4} s is beyond {bound:.6} by {:.3e}",
+                "{limit} of {subject}: {value:.6} at {time_s:.4} s is beyond {bound:.6} by {:.3e}",
                 (value - bound).abs()
             ),
             Kept::Open => write!(
                 f,
-                "{limit} of {coordinate}: {value:.6} at {time_s:.4} s, bound {bound:.6}, not proven: nowhere beyond {:.6}",
+                "{limit} of {subject}: {value:.6} at {time_s:.4} s, bound {bound:.6}, not proven: nowhere beyond {:.6}",
                 self.nowhere_beyond
             ),
         }
@@ -199,7 +210,7 @@ fn torque_on(enclosed: &EnclosedMotion, piece: Piece, part: Interval, described:
 fn row(
     motion: &FourierMotion,
     limit: LimitKind,
-    coordinate: &str,
+    subject: &str,
     (low, high): (f64, f64),
     found: impl Iterator<Item = (Piece, Range)>,
     how: impl Fn(Piece) -> String,
@@ -209,7 +220,7 @@ fn row(
         let how = how(piece);
         ends.map(|(bound, end, sign)| CertificateRow {
             limit,
-            coordinate: coordinate.to_string(),
+            subject: subject.to_string(),
             time_s: piece.start(motion) + end.time,
             value: end.reached,
             bound,
@@ -275,7 +286,7 @@ mod tests {
         let rows = prove_motion(&motion, &limits(&found, 0.999), &names);
         for row in rows {
             assert!(row.kept == Kept::Violated && row.room() < 0.0, "{row:?}");
-            let joint = names.iter().position(|n| *n == row.coordinate).unwrap();
+            let joint = names.iter().position(|n| *n == row.subject).unwrap();
             let d = LimitKind::KINEMATIC.iter().position(|k| *k == row.limit).unwrap();
             let near = |t: f64| (motion.at(t)[joint][d] - row.value).abs() < 1e-6 * (1.0 + row.value.abs());
             // At an instant where the jerk jumps, on the side of its piece.

@@ -1,9 +1,9 @@
-//! Many starts, each descended to the wall of the limits, and the best of them made to keep its limits for certain.
+//! Many starts, each descended to the wall of the limits.
 //!
 //! A start draws a spectrum for each joint, scales it into the limits and puts its centre where there is room: any
 //! coefficients are made feasible by their scale. Its walls are then lowered in steps, with a descent at each
-//! ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled last: a motion that
-//! exceeds one there is scaled by what is missing, and proved ([`crate::experiments::excitation::proof`]).
+//! ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled after it
+//! ([`crate::experiments::excitation::fitting`]).
 //!
 //! A start depends on the seed and its number alone, so the outcome is the same on any number of threads.
 
@@ -12,10 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::algebra::interruption::Interruption;
 use crate::algebra::random::Random;
 use crate::experiments::excitation::descent::descend;
-use crate::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
-use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::fourier_motion::FourierJoint;
+use crate::experiments::excitation::limits::LimitKind;
 use crate::experiments::excitation::problem::{Prepared, Problem, Walled};
-use crate::experiments::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque};
+use crate::experiments::excitation::space_wall::SpaceWall;
 
 /// How much is searched.
 #[derive(Clone, Copy, Debug)]
@@ -43,14 +43,16 @@ pub struct Found {
     pub room: (f64, usize, LimitKind),
     /// The greatest torque over its bound with its coordinate, where torques are bounded.
     pub torque: Option<(f64, usize)>,
+    /// The least room between bodies above its bound, m, with its gap, where any come near.
+    pub nearest: Option<(f64, usize)>,
 }
 
 /// Heights of the walls; at the last they cost the determinant less than a thousandth a limit.
 const HEIGHTS: [f64; 5] = [3e-2, 6e-3, 1.2e-3, 2.4e-4, 5e-5];
 /// Draws for one start before it is given up.
 const DRAWS: usize = 60;
-/// Rounds of scaling before a proof is given up.
-const ROUNDS: usize = 16;
+/// Centres drawn for a start whose robot has bodies.
+const CENTRES: usize = 2000;
 
 /// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
 ///
@@ -111,6 +113,13 @@ pub enum NoMotion {
         /// Of its effort limit that is needed at rest.
         share: f64,
     },
+    /// No motion keeps bodies apart: the gap that was the nearest to being kept.
+    TooNarrow {
+        /// Index of the gap.
+        gap: usize,
+        /// Above its bound, m: negative.
+        room: f64,
+    },
 }
 
 fn one(prepared: &Prepared, problem: &Problem, options: &SearchOptions, start: usize) -> Result<Found, NoMotion> {
@@ -130,102 +139,85 @@ fn one(prepared: &Prepared, problem: &Problem, options: &SearchOptions, start: u
         criterion,
         room: (room, prepared.moving()[joint], limit),
         torque: prepared.greatest_torque(&x),
+        nearest: prepared.nearest(&x),
     })
+}
+
+/// A motion about some centre, a share of the limits wide.
+fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
+    let harmonics = problem.timing.harmonics;
+    let m = 2 * harmonics + 1;
+    let barrier = prepared.barrier();
+    let mut x = vec![0.0; m * prepared.moving().len()];
+    for (j, &k) in prepared.moving().iter().enumerate() {
+        for l in 0..harmonics {
+            // The square leaves some harmonics nearly silent.
+            let weight = random.uniform().powi(2);
+            x[j * m + 1 + 2 * l] = weight * random.normal();
+            x[j * m + 2 + 2 * l] = weight * random.normal();
+        }
+        let limits = &problem.limits[k];
+        let share = |kind: LimitKind| {
+            let (low, high) = barrier.reached(j, &x, kind);
+            match (kind, limits.bounds(kind)) {
+                (LimitKind::Position, Some((a, b))) => (high - low) / (b - a),
+                (_, Some((_, b))) => high.max(-low) / b,
+                (_, None) => 0.0,
+            }
+        };
+        let most = LimitKind::KINEMATIC.into_iter().map(share).fold(0.0, f64::max);
+        let factor = random.between(0.4, 0.85) / most.max(f64::MIN_POSITIVE);
+        x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
+        let (least, greatest) = barrier.reached(j, &x, LimitKind::Position);
+        let (low, high) = limits.position;
+        let margin = 0.05 * (high - low);
+        let centre = random.between(low + margin - least, high - margin - greatest);
+        x[j * m] = centre / (0.5 * (high - low));
+    }
+    x
 }
 
 /// A motion within all limits: a random spectrum, scaled.
 fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<Vec<f64>, NoMotion> {
-    let harmonics = problem.timing.harmonics;
-    let m = 2 * harmonics + 1;
-    let barrier = prepared.barrier();
+    let m = 2 * problem.timing.harmonics + 1;
     let mut weakest = (f64::INFINITY, 0);
-    for _ in 0..DRAWS {
-        let mut x = vec![0.0; m * prepared.moving().len()];
-        for (j, &k) in prepared.moving().iter().enumerate() {
-            for l in 0..harmonics {
-                // The square leaves some harmonics nearly silent.
-                let weight = random.uniform().powi(2);
-                x[j * m + 1 + 2 * l] = weight * random.normal();
-                x[j * m + 2 + 2 * l] = weight * random.normal();
-            }
-            let limits = &problem.limits[k];
-            let share = |kind: LimitKind| {
-                let (low, high) = barrier.reached(j, &x, kind);
-                match (kind, limits.bounds(kind)) {
-                    (LimitKind::Position, Some((a, b))) => (high - low) / (b - a),
-                    (_, Some((_, b))) => high.max(-low) / b,
-                    (_, None) => 0.0,
-                }
-            };
-            let most = LimitKind::KINEMATIC.into_iter().map(share).fold(0.0, f64::max);
-            let factor = random.between(0.4, 0.85) / most.max(f64::MIN_POSITIVE);
-            x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
-            let (least, greatest) = barrier.reached(j, &x, LimitKind::Position);
-            let (low, high) = limits.position;
-            let margin = 0.05 * (high - low);
-            let centre = random.between(low + margin - least, high - margin - greatest);
-            x[j * m] = centre / (0.5 * (high - low));
-        }
-        // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
-        for _ in 0..12 {
-            match prepared.greatest_torque(&x) {
-                Some((share, k)) if share > 0.95 => {
-                    if share < weakest.0 {
-                        weakest = (share, k);
-                    }
-                    for joint in x.chunks_exact_mut(m) {
-                        joint[1..].iter_mut().for_each(|x| *x *= 0.7);
-                    }
-                }
-                _ => return Ok(x),
-            }
-        }
-    }
-    Err(NoMotion::TooWeak { coordinate: weakest.1, share: weakest.0 })
-}
-
-/// The motion, scaled until its limits are proved to be kept or the rounds are over, with the certificate of its last
-/// scale.
-pub fn fitted(
-    motion: FourierMotion,
-    limits: &[CoordinateLimits],
-    names: &[String],
-    described: Option<&DescribedTorque>,
-) -> (FourierMotion, Vec<CertificateRow>) {
-    let mut motion = motion;
-    let mut rows = Vec::new();
-    for _ in 0..ROUNDS {
-        rows = prove_motion(&motion, limits, names);
-        let per_joint = LimitKind::KINEMATIC.len();
-        let mut is_changed = false;
-        for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
-            let (low, high) = limits.position;
-            let middle = 0.5 * (low + high);
-            for row in rows.iter().filter(|r| r.kept != Kept::Proven) {
-                let shrink = |bound: f64, beyond: f64| (bound / beyond).clamp(0.5, 1.0) * (1.0 - 1e-6);
-                *joint = match row.limit {
-                    // Towards the middle of the room, the centre too.
-                    LimitKind::Position => {
-                        let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
-                        joint.scaled(factor, middle + factor * (joint.centre - middle))
-                    }
-                    _ => joint.scaled(shrink(row.bound, row.nowhere_beyond), joint.centre),
-                };
-                is_changed = true;
-            }
-        }
-        if is_changed {
-            continue;
-        }
-        if let Some(described) = described {
-            rows.extend(prove_torque(&motion, limits, names, described));
-        }
-        if rows.iter().all(|r| r.kept == Kept::Proven) {
+    let mut narrowest: Option<(f64, usize)> = None;
+    let (mut draws, centres) = (0, if problem.surroundings.is_some() { CENTRES } else { DRAWS });
+    for _ in 0..centres {
+        if draws == DRAWS {
             break;
         }
-        motion.joints.iter_mut().for_each(|joint| *joint = joint.scaled(0.996, joint.centre));
+        let mut x = drawn(prepared, problem, random);
+        // About a centre at which bodies meet there is no motion, however small.
+        let mut is_free = |nearest: Option<(f64, usize)>| {
+            let is_free = SpaceWall::is_inside(nearest);
+            if let Some(near) = nearest.filter(|n| !is_free && narrowest.is_none_or(|best| n.0 > best.0)) {
+                narrowest = Some(near);
+            }
+            is_free
+        };
+        if !is_free(prepared.nearest_at_centre(&x)) {
+            continue;
+        }
+        draws += 1;
+        // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
+        for _ in 0..12 {
+            let strong = prepared.greatest_torque(&x).filter(|(share, _)| *share > 0.95);
+            if let Some((share, k)) = strong.filter(|(share, _)| *share < weakest.0) {
+                weakest = (share, k);
+            }
+            if strong.is_none() && is_free(prepared.nearest(&x)) {
+                return Ok(x);
+            }
+            for joint in x.chunks_exact_mut(m) {
+                joint[1..].iter_mut().for_each(|x| *x *= 0.7);
+            }
+        }
     }
-    (motion, rows)
+    match narrowest {
+        Some((room, gap)) if weakest.0 == f64::INFINITY => Err(NoMotion::TooNarrow { gap, room }),
+        _ => Err(NoMotion::TooWeak { coordinate: weakest.1, share: weakest.0 }),
+    }
 }
 
 #[cfg(test)]
@@ -233,6 +225,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::experiments::excitation::barrier::Timing;
     use crate::experiments::excitation::criterion::Aim;
+    use crate::experiments::excitation::limits::CoordinateLimits;
     use crate::experiments::excitation::problem::TorqueWall;
     use crate::experiments::excitation::proof::DescribedFriction;
     use crate::model::differentiable::DifferentiableRegressor;
@@ -274,6 +267,8 @@ pub(crate) mod tests {
             torque: Some(wall),
             columns: &[true; 4],
             timing: Timing { period: 5.0, blend: 1.0, harmonics: 3, samples: 60 },
+            surroundings: None,
+            prior: &[],
         }
     }
 
@@ -308,18 +303,5 @@ pub(crate) mod tests {
         limits[0].locked = Some(0.0);
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         assert_eq!(why, NoMotion::AllLocked);
-    }
-
-    /// A motion that is too large by a few parts in a thousand comes back within its limits, proved.
-    #[test]
-    fn what_is_missing_is_scaled_away() {
-        let (limits, names) = ([pendulum_limits()], ["q1".to_string()]);
-        let joint = FourierJoint { centre: 0.2, cosine: vec![1.0, 0.8, 0.4], sine: vec![0.3, -0.6, 0.2] };
-        let motion = FourierMotion { rate: 100.0, period: 5.0, blend: 1.0, repetitions: 1, joints: vec![joint] };
-        let rows = prove_motion(&motion, &limits, &names);
-        assert!(rows.iter().any(|r| r.kept == Kept::Violated), "{rows:?}");
-        let (motion, rows) = fitted(motion, &limits, &names, None);
-        assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
-        assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && motion.joints[0].cosine[0] > 0.5);
     }
 }

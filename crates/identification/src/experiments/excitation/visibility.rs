@@ -55,8 +55,8 @@ pub struct Visibility {
     pub condition_number: f64,
 }
 
-/// What the motion tells. `noise`: N m (N) a sample, one a coordinate; `described`: one a
-/// parameter; `certificate`: that of the motion.
+/// What the motion tells, beside what is known already. `noise`: N m (N) a sample, one a coordinate; `described`: one a
+/// parameter; `certificate`: that of the motion; `prior`: rows of the information that is known, over all columns.
 pub fn visibility(
     model: &Model,
     motion: &FourierMotion,
@@ -64,13 +64,16 @@ pub fn visibility(
     noise: &[f64],
     described: &[Option<f64>],
     certificate: &[CertificateRow],
+    prior: &[f64],
 ) -> Visibility {
     let visible = visible_columns(model, limits);
     let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
-    let triangle = information(model, motion, limits, noise, &columns);
+    let repetitions = motion.repetitions.max(1) as f64;
+    // As a share of one period.
+    let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
+    let triangle = information(model, motion, limits, noise, &columns, &known);
     // Without a column there is nothing to solve for.
     let solution = (!columns.is_empty()).then(|| solve(&triangle));
-    let repetitions = motion.repetitions.max(1) as f64;
     let greatest = described.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     let one = |(c, parameter): (usize, &Parameter)| {
         let place = columns.iter().position(|k| *k == c);
@@ -103,13 +106,14 @@ pub fn visibility(
     }
 }
 
-/// The triangle of the rows of one period, over their noise, of these columns.
+/// The triangle of the rows of one period, over their noise, and of what is known, of these columns.
 fn information(
     model: &Model,
     motion: &FourierMotion,
     limits: &[CoordinateLimits],
     noise: &[f64],
     columns: &[usize],
+    known: &[f64],
 ) -> Triangle {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
@@ -132,6 +136,10 @@ fn information(
             picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c] / noise[i]);
             block.push(&picked, 0.0);
         }
+    }
+    for row in known.chunks_exact(p.max(1)) {
+        picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c]);
+        block.push(&picked, 0.0);
     }
     block.finish()
 }
@@ -157,10 +165,10 @@ fn held(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
 /// The limit that holds back most the joint behind a parameter.
 fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow]) -> Option<String> {
     let names = model.regressor.coordinates();
-    let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.coordinate);
+    let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.subject);
     let share = |row: &CertificateRow| row.room() / row.bound.abs().max(f64::MIN_POSITIVE);
     let least = certificate.iter().filter(own).min_by(|a, b| share(a).total_cmp(&share(b)))?;
-    Some(format!("{}: {}", least.coordinate, least.limit))
+    Some(format!("{}: {}", least.subject, least.limit))
 }
 
 #[cfg(test)]
@@ -186,7 +194,7 @@ mod tests {
         let model = Model::new(&arm, &friction, &[]);
         let truth = [0.3, 0.8, -0.1, 0.5];
         let described = truth.map(Some);
-        let predicted = visibility(&model, &motion, &limits, &[0.2], &described, &[]).parameters;
+        let predicted = visibility(&model, &motion, &limits, &[0.2], &described, &[], &[]).parameters;
         let draws = 200;
         let mut squares = [0.0; 4];
         let mut random = Random::new(9);
@@ -211,6 +219,12 @@ mod tests {
             let relative = predicted[c].relative_deviation.unwrap();
             assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
         }
+        // As much again of one parameter is known: information adds.
+        let mut known = [0.0; 4];
+        known[3] = 1.0 / predicted[3].deviation.unwrap();
+        let both = visibility(&model, &motion, &limits, &[0.2], &described, &[], &known).parameters;
+        let (alone, both) = (predicted[3].deviation.unwrap(), both[3].deviation.unwrap());
+        assert!((both / alone - 0.5_f64.sqrt()).abs() < 1e-9, "{both} {alone}");
     }
 
     #[test]
@@ -218,7 +232,7 @@ mod tests {
         let (arm, motion) = (Pendulum::new(), motion());
         let model = Model::new(&arm, &[], &[]);
         let limits = [CoordinateLimits { locked: Some(0.0), ..pendulum_limits() }];
-        let found = visibility(&model, &motion, &limits, &[0.2], &[None; 3], &[]).parameters;
+        let found = visibility(&model, &motion, &limits, &[0.2], &[None; 3], &[], &[]).parameters;
         assert!(
             found.iter().all(|p| p.deviation.is_none() && p.to_blame.as_deref() == Some("locked: q1")),
             "{found:?}"

@@ -143,6 +143,7 @@ fn link(
         file_frame: Pose::IDENTITY,
         parts: Vec::new(),
         frames: Vec::new(),
+        collisions: Vec::new(),
     })
 }
 

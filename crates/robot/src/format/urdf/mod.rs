@@ -1,5 +1,6 @@
 //! URDF files.
 
+mod collision;
 mod mimic;
 mod read;
 mod reframe;

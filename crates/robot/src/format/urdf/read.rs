@@ -8,7 +8,9 @@
 //!
 //! Joints that mimic another follow it (mimic.rs).
 //!
-//! Not here: rotors (a URDF describes none), meshes.
+//! Collision geometry is kept as it stands (collision.rs).
+//!
+//! Not here: rotors (a URDF describes none), the files of meshes.
 
 use urdf_rs::JointType;
 
@@ -18,6 +20,7 @@ use super::text::{Checked, check, shown};
 use super::tree::{Moving, MovingLinks, moving_links};
 use crate::angle_snap;
 use crate::closure::{configurations, distance};
+use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::node::Source;
 use crate::format::options::{Mimic, ReadOptions};
@@ -158,6 +161,7 @@ fn link(
     carried.sort_by_key(|&carried| !own(carried));
     let frame = |(k, pose): &(usize, Pose)| (model.links[*k].name.clone(), framed.file_frame.compose(pose));
     let frames = carried.into_iter().map(frame).collect();
+    let collisions = shapes(model, checked, &moving.carried, &framed.file_frame);
     let mark = checked.joints.get(&joint.name);
     let given = |has: bool, x: f64| has.then_some(x);
     let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |d| (d.damping, d.friction));
@@ -183,13 +187,24 @@ fn link(
         file_frame: framed.file_frame,
         parts,
         frames,
+        collisions,
     }
 }
 
 /// The root and what is fixed to it, in the frame of the root.
 fn base(model: &urdf_rs::Robot, checked: &Checked, rooted: &[(usize, Pose)]) -> Base {
     let (parts, _) = parts_of(model, checked, rooted, &Pose::IDENTITY);
-    Base { inertial: sum(&parts), parts }
+    Base { inertial: sum(&parts), parts, collisions: shapes(model, checked, rooted, &Pose::IDENTITY) }
+}
+
+/// The shapes of some links, in the frame that `file_frame` stands in.
+fn shapes(model: &urdf_rs::Robot, checked: &Checked, carried: &[(usize, Pose)], file_frame: &Pose) -> Vec<Collision> {
+    let of = |(index, pose): &(usize, Pose)| {
+        let place = file_frame.compose(pose);
+        let own = checked.collisions.get(&model.links[*index].name).into_iter().flatten();
+        own.map(move |shape| Collision { pose: place.compose(&shape.pose), ..shape.clone() }).collect::<Vec<_>>()
+    };
+    carried.iter().flat_map(of).collect()
 }
 
 /// The inertials lumped into a link, and their sum; without any, the sum is unknown.

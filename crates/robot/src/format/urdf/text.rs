@@ -9,6 +9,8 @@ use std::fmt::Write;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::collision::collisions;
+use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::expression::LARGEST;
 use crate::format::node::Source;
@@ -89,6 +91,8 @@ pub(super) struct Checked {
     pub at: At,
     pub links: BTreeMap<String, LinkMark>,
     pub joints: BTreeMap<String, JointMark>,
+    /// The shapes of each link, in its frame in the file.
+    pub collisions: BTreeMap<String, Vec<Collision>>,
 }
 
 /// More elements than this are no robot.
@@ -137,7 +141,9 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     reader.copy(root, "the robot")?;
     let (links, joints) = (reader.links(root)?, reader.joints(root)?);
     let at = reader.at(root);
-    Ok(Checked { text: reader.out, at, links, joints })
+    let shapes = root.children().filter(|n| n.has_tag_name("link"));
+    let shapes = shapes.map(|n| (n.attribute("name").unwrap_or("").to_string(), collisions(n))).collect();
+    Ok(Checked { text: reader.out, at, links, joints, collisions: shapes })
 }
 
 /// Line and tag of the first element with too many attributes.

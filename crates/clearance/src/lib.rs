@@ -1,0 +1,18 @@
+//! The bodies of a robot, and how far they stay from each other and from walls.
+//!
+//! [`bodies`] makes convex solids of the collision geometry of a [`robot::Robot`]; [`clearance::Clearance`] tells how
+//! far they are apart at a configuration, and how far they certainly stay apart near it.
+//!
+//! Lengths in m, angles in rad, all in the base frame unless said. Not here: motions, and what is to be learned from
+//! them.
+
+#![warn(missing_docs)]
+
+pub mod bodies;
+pub mod clearance;
+pub mod half_space;
+pub mod kinematic_tree;
+pub mod mesh;
+pub mod separation;
+pub mod solid;
+mod vector;

@@ -1,0 +1,195 @@
+//! The vertices of a mesh file: STL, binary and text, and OBJ.
+//!
+//! Only the hull counts, so faces and normals are not read; a vertex that no face uses counts too. A mesh is looked for
+//! where people have it:
+//!
+//! | name | place |
+//! |---|---|
+//! | `package://NAME/REST` | REST in a folder NAME that is or stands in a folder above the description, the nearest first |
+//! | `file:///REST`, `/REST` | there |
+//! | `REST` | from the folder of the description |
+//!
+//! Not here: Collada, environment variables that say where packages are.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::vector::Vector3;
+
+/// Larger files are no collision geometry.
+const MAX_BYTES: u64 = 256 << 20;
+/// m: a vertex farther away is none of a robot.
+const FARTHEST: f64 = 1e6;
+
+/// Where a mesh is; `directory`: that of the description.
+///
+/// Fails where it is nowhere, with the first place that was looked at.
+pub fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
+    let places: Vec<PathBuf> = match (name.split_once("://"), name.strip_prefix("file://")) {
+        (_, Some(path)) => vec![PathBuf::from(path)],
+        (Some((_, rest)), None) => {
+            let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
+            // A description in the working directory has the folders above it all the same.
+            let full = std::path::absolute(directory).unwrap_or(directory.to_path_buf());
+            let beside = full.ancestors().flat_map(|above| {
+                let own = above.file_name().is_some_and(|n| n == package).then(|| above.join(rest));
+                own.into_iter().chain([above.join(package).join(rest)])
+            });
+            beside.collect()
+        }
+        (None, None) => vec![directory.join(name)],
+    };
+    if let Some(found) = places.iter().find(|path| path.is_file()) {
+        return Ok(found.clone());
+    }
+    let first = places.first().map_or(String::new(), |path| path.display().to_string());
+    let above = if places.len() > 1 { " or in the folders above" } else { "" };
+    Err(format!("there is no {first}{above}"))
+}
+
+/// The vertices of a file, as it has them; its extension tells the format.
+///
+/// Fails where the file cannot be read or is none of its format.
+pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
+    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let read = match kind.as_str() {
+        "stl" => stl,
+        "obj" => |bytes: &[u8]| text_vertices(bytes, "v"),
+        _ => return Err(format!("{}: meshes are read from .stl and .obj: convert it", path.display())),
+    };
+    let fail = |what: String| format!("{}: {what}", path.display());
+    let mut bytes = Vec::new();
+    let file = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    file.map_err(|e| fail(format!("the mesh cannot be read: {e}")))?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(fail("the mesh is larger than 256 MiB".into()));
+    }
+    let mut found = read(&bytes).map_err(&fail)?;
+    if let Some(far) = found.iter().find(|p| p.iter().any(|x| x.is_nan() || x.abs() > FARTHEST)) {
+        return Err(fail(format!("a vertex is at {far:?}: no robot reaches there")));
+    }
+    if found.is_empty() {
+        return Err(fail("the mesh has no vertex".into()));
+    }
+    // Each vertex stands in many triangles.
+    found.sort_by(|a, b| {
+        a.iter().zip(b).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    found.dedup();
+    Ok(found)
+}
+
+/// 80 bytes of words, the number of triangles, and for each its normal, three vertices and two bytes.
+const HEAD: usize = 84;
+const TRIANGLE: usize = 50;
+
+fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
+    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| <[u8; 4]>::try_from(b).ok());
+    let count = word(80).map(u32::from_le_bytes).map_or(0, |n| n as usize);
+    // A text may begin with anything, so the length decides.
+    if bytes.len() < HEAD || (bytes.len() - HEAD) / TRIANGLE != count || !(bytes.len() - HEAD).is_multiple_of(TRIANGLE)
+    {
+        if bytes.trim_ascii_start().starts_with(b"solid") {
+            return text_vertices(bytes, "vertex");
+        }
+        let (found, said) = (bytes.len(), HEAD.saturating_add(count.saturating_mul(TRIANGLE)));
+        return Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"));
+    }
+    let number = |at: usize| word(at).map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
+    let corner = |triangle: usize, k: usize| {
+        let at = HEAD + triangle * TRIANGLE + 12 * (k + 1);
+        [number(at), number(at + 4), number(at + 8)]
+    };
+    Ok((0..count).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect())
+}
+
+/// The three numbers behind a word at the beginning of a line.
+fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
+    let mut found = Vec::new();
+    for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
+        let text = String::from_utf8_lossy(line);
+        let mut words = text.split_whitespace();
+        if words.next() != Some(word) {
+            continue;
+        }
+        let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).take(3).collect();
+        let vertex = <Vector3>::try_from(numbers)
+            .map_err(|_| format!("line {}: a {word} has three numbers, found `{}`", k + 1, text.trim()))?;
+        found.push(vertex);
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder of its own, emptied.
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("rist-mesh-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(folder.join("arm_description/urdf")).unwrap();
+        std::fs::create_dir_all(folder.join("arm_description/meshes")).unwrap();
+        folder
+    }
+
+    fn binary(vertices: &[[f32; 3]]) -> Vec<u8> {
+        let mut bytes = vec![b's'; 80];
+        bytes[..5].copy_from_slice(b"solid");
+        bytes.extend(u32::try_from(vertices.len() / 3).unwrap().to_le_bytes());
+        for triangle in vertices.chunks_exact(3) {
+            bytes.extend([0; 12]);
+            triangle.iter().flatten().for_each(|x| bytes.extend(x.to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+        bytes
+    }
+
+    #[test]
+    fn three_formats_have_the_same_vertices() {
+        let folder = folder("formats");
+        let expected = vec![[0.0, 0.0, 0.5], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
+        let text = "solid one\n facet normal 0 0 1\n outer loop\n  vertex 1 0 0\n  vertex 0 1 0\r\n  vertex 0 0 5e-1\n \
+                    endloop\n endfacet\nendsolid\n";
+        let object = "# a triangle\nv 1 0 0\nv 0 1 0 1.0\nvn 0 0 1\nv 0 0 0.5\nf 1 2 3\n";
+        for (name, bytes) in [
+            ("a.STL", binary(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.5]])),
+            ("b.stl", text.as_bytes().to_vec()),
+            ("c.obj", object.as_bytes().to_vec()),
+        ] {
+            std::fs::write(folder.join(name), bytes).unwrap();
+            assert_eq!(vertices(&folder.join(name)).unwrap(), expected, "{name}");
+        }
+        for (name, bytes, said) in [
+            ("short.stl", binary(&[[1.0; 3]; 3])[..100].to_vec(), "three numbers"),
+            ("other.stl", vec![7; 200], "neither an STL"),
+            ("none.obj", b"f 1 2 3\n".to_vec(), "no vertex"),
+            ("far.obj", b"v 1 2 inf\n".to_vec(), "no robot reaches"),
+            ("broken.obj", b"v 1 2\n".to_vec(), "line 1: a v has three numbers"),
+            ("tool.dae", vec![], "convert it"),
+        ] {
+            std::fs::write(folder.join(name), bytes).unwrap();
+            let error = vertices(&folder.join(name)).map(|v| v.len());
+            // A text that is cut off has no vertex, which is said too.
+            let error = error.unwrap_err();
+            assert!(error.contains(said) || error.contains("no vertex"), "{name}: {error}");
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn meshes_are_found_where_people_have_them() {
+        let folder = folder("places");
+        let (description, mesh) = (folder.join("arm_description/urdf"), folder.join("arm_description/meshes/arm.stl"));
+        std::fs::write(&mesh, "solid").unwrap();
+        let full = format!("file://{}", mesh.display());
+        for name in ["package://arm_description/meshes/arm.stl", "../meshes/arm.stl", &full] {
+            let found = mesh_path(name, &description).unwrap();
+            assert_eq!(found.canonicalize().unwrap(), mesh.canonicalize().unwrap(), "{name}");
+        }
+        let error = mesh_path("package://arm_description/meshes/hand.stl", &description).unwrap_err();
+        assert!(error.contains("hand.stl or in the folders above"), "{error}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

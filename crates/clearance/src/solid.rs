@@ -1,0 +1,263 @@
+//! A convex solid: a core, and all points within a radius of it.
+//!
+//! ```text
+//! S = core + ball(radius),   support: the point of the core farthest along a direction
+//! ```
+//! A ball is a point with a radius, a capsule a segment with one. A mesh is the hull of some of its vertices with the
+//! least radius that takes in the others ([`Solid::around`]): never smaller than the hull of all.
+//!
+//! Not here: where a solid stands.
+
+use parry3d_f64::math::{Pose as ParryPose, Vector};
+use parry3d_f64::query::details::closest_points_support_map_support_map_with_params;
+use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
+use parry3d_f64::shape::SupportMap;
+use robot::CollisionShape;
+
+use crate::vector::{Vector3, dot, minus, norm};
+
+/// A convex solid about its own frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solid {
+    /// What the ball rolls on.
+    pub core: Core,
+    /// Of the ball, m.
+    pub radius: f64,
+}
+
+/// The core of a solid; lengths in m.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Core {
+    /// The origin.
+    Point,
+    /// Along z, from -half to half.
+    Segment {
+        /// Half its length.
+        half: f64,
+    },
+    /// About the origin.
+    Cuboid {
+        /// Half its lengths.
+        half: Vector3,
+    },
+    /// Along z, from -half to half.
+    Cylinder {
+        /// Of the round.
+        radius: f64,
+        /// Half its length.
+        half: f64,
+    },
+    /// The hull of these points, of one at least.
+    Hull(Vec<Vector3>),
+}
+
+/// Directions along which the outermost vertices of a mesh are kept.
+const DIRECTIONS: usize = 400;
+
+impl Solid {
+    /// The solid of a shape that needs no file; `None` for the others.
+    pub fn of_primitive(shape: &CollisionShape) -> Option<Solid> {
+        let sharp = |core| Some(Solid { core, radius: 0.0 });
+        match shape {
+            CollisionShape::Box { size } => sharp(Core::Cuboid { half: size.map(|x| 0.5 * x) }),
+            CollisionShape::Cylinder { radius, length } => {
+                sharp(Core::Cylinder { radius: *radius, half: 0.5 * length })
+            }
+            CollisionShape::Capsule { radius, length } => {
+                Some(Solid { core: Core::Segment { half: 0.5 * length }, radius: *radius })
+            }
+            CollisionShape::Sphere { radius } => Some(Solid { core: Core::Point, radius: *radius }),
+            CollisionShape::Mesh { .. } | CollisionShape::Unread { .. } => None,
+        }
+    }
+
+    /// A solid that holds all these points and is hardly larger than their hull; `None` of no points.
+    ///
+    /// The outermost points along many directions are its core. The radius is the largest distance of any point from
+    /// the hull of those.
+    pub fn around(points: &[Vector3]) -> Option<Solid> {
+        let mut kept: Vec<usize> = directions().filter_map(|along| farthest(points, along)).collect();
+        kept.sort_unstable();
+        kept.dedup();
+        let hull = Core::Hull(kept.iter().map(|&k| points[k]).collect());
+        if kept.is_empty() {
+            return None;
+        }
+        let beyond = |p: &Vector3| distance_to_point(&hull, *p);
+        let others = (0..points.len()).filter(|k| kept.binary_search(k).is_err());
+        let radius = others.map(|k| beyond(&points[k])).fold(0.0, f64::max);
+        Some(Solid { core: hull, radius })
+    }
+
+    /// A ball that holds the solid: its centre in the frame of the solid, and its radius, m.
+    pub fn ball(&self) -> (Vector3, f64) {
+        let (centre, reach) = match &self.core {
+            Core::Point => ([0.0; 3], 0.0),
+            Core::Segment { half } => ([0.0; 3], *half),
+            Core::Cuboid { half } => ([0.0; 3], norm(*half)),
+            Core::Cylinder { radius, half } => ([0.0; 3], radius.hypot(*half)),
+            Core::Hull(points) => {
+                let end = |k: usize, pick: fn(f64, f64) -> f64, from: f64| points.iter().map(|p| p[k]).fold(from, pick);
+                let middle = |k| 0.5 * (end(k, f64::min, f64::INFINITY) + end(k, f64::max, f64::NEG_INFINITY));
+                let centre = [0, 1, 2].map(middle);
+                (centre, points.iter().map(|p| norm(minus(*p, centre))).fold(0.0, f64::max))
+            }
+        };
+        (centre, reach + self.radius)
+    }
+
+    /// The largest distance of any of its points from the z axis of a frame in which it stands as `pose` says, m.
+    pub fn reach_from_z(&self, pose: &robot::Pose) -> f64 {
+        let from_axis = |p: Vector3| {
+            let at = pose.compose(&robot::Pose { position: p, ..robot::Pose::IDENTITY }).position;
+            at[0].hypot(at[1])
+        };
+        let ends = |half: f64| from_axis([0.0, 0.0, half]).max(from_axis([0.0, 0.0, -half]));
+        let of_core = match &self.core {
+            Core::Point => from_axis([0.0; 3]),
+            Core::Segment { half } => ends(*half),
+            Core::Cylinder { radius, half } => ends(*half) + radius,
+            Core::Cuboid { half: [x, y, z] } => {
+                let corner = |k: u8| {
+                    let side = |bit: u8, x: f64| if k & bit == 0 { x } else { -x };
+                    from_axis([side(1, *x), side(2, *y), side(4, *z)])
+                };
+                (0..8).map(corner).fold(0.0, f64::max)
+            }
+            Core::Hull(points) => points.iter().map(|p| from_axis(*p)).fold(0.0, f64::max),
+        };
+        of_core + self.radius
+    }
+}
+
+impl Core {
+    /// The point that is farthest along a direction.
+    pub fn support(&self, along: Vector3) -> Vector3 {
+        let sign = |x: f64, half: f64| if x >= 0.0 { half } else { -half };
+        match self {
+            Core::Point => [0.0; 3],
+            Core::Segment { half } => [0.0, 0.0, sign(along[2], *half)],
+            Core::Cuboid { half } => [0, 1, 2].map(|k| sign(along[k], half[k])),
+            Core::Cylinder { radius, half } => {
+                let across = along[0].hypot(along[1]);
+                let share = if across > 0.0 { radius / across } else { 0.0 };
+                [along[0] * share, along[1] * share, sign(along[2], *half)]
+            }
+            Core::Hull(points) => farthest(points, along).map_or([0.0; 3], |k| points[k]),
+        }
+    }
+}
+
+impl SupportMap for Core {
+    fn local_support_point(&self, along: Vector) -> Vector {
+        Vector::from_array(self.support(along.to_array()))
+    }
+}
+
+/// The point farthest along a direction, the first of equals.
+fn farthest(points: &[Vector3], along: Vector3) -> Option<usize> {
+    let mut best = (f64::NEG_INFINITY, None);
+    for (k, p) in points.iter().enumerate() {
+        let height = dot(*p, along);
+        if height > best.0 {
+            best = (height, Some(k));
+        }
+    }
+    best.1
+}
+
+/// The axes, and directions spread evenly over the ball by the golden angle.
+fn directions() -> impl Iterator<Item = Vector3> {
+    let axes = [0, 1, 2].into_iter().flat_map(|k| {
+        [1.0, -1.0].map(|sign| {
+            let mut axis = [0.0; 3];
+            axis[k] = sign;
+            axis
+        })
+    });
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let spiral = (0..DIRECTIONS).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
+        let (across, angle) = ((1.0 - z * z).sqrt(), golden * k as f64);
+        [across * angle.cos(), across * angle.sin(), z]
+    });
+    axes.chain(spiral)
+}
+
+/// Distance of a point from a core, never less than it is, m: that of a point of the core.
+fn distance_to_point(core: &Core, point: Vector3) -> f64 {
+    let here = ParryPose::from_translation(Vector::from_array(point));
+    let from = Some(-Vector::from_array(point));
+    let mut simplex = VoronoiSimplex::new();
+    let infinity = f64::MAX;
+    match closest_points_support_map_support_map_with_params(&here, core, &Core::Point, infinity, &mut simplex, from) {
+        GJKResult::ClosestPoints(on_core, other, _) => (on_core - other).length(),
+        GJKResult::Intersection => 0.0,
+        // Not answered: as far as the core's farthest point, which is certainly enough.
+        GJKResult::NoIntersection(_) | GJKResult::Proximity(_) => {
+            norm(minus(core.support([-point[0], -point[1], -point[2]]), point))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No point of a mesh is outside the solid, and the solid is hardly larger than the hull.
+    #[test]
+    fn a_mesh_is_held() {
+        // A fine ball of radius 0.2 about (1, 0, 0): more vertices than directions.
+        let points: Vec<Vector3> = (0..5000)
+            .map(|k| {
+                let (z, angle) = (1.0 - (2 * k + 1) as f64 / 5000.0, 2.4 * f64::from(k));
+                let across = (1.0 - z * z).sqrt();
+                [1.0 + 0.2 * across * angle.cos(), 0.2 * across * angle.sin(), 0.2 * z]
+            })
+            .collect();
+        let solid = Solid::around(&points).unwrap();
+        let Core::Hull(kept) = &solid.core else { panic!("{solid:?}") };
+        assert!(kept.len() <= DIRECTIONS + 6);
+        for k in 0..50 {
+            let along = [(0.7 * f64::from(k)).sin(), (1.3 * f64::from(k)).cos(), (0.4 * f64::from(k)).sin()];
+            let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);
+            let held = dot(solid.core.support(along), along) + solid.radius * norm(along);
+            assert!(held >= outermost - 1e-12, "{k}: {held} {outermost}");
+            // A cap between 400 directions is 0.2 (1 - cos 0.1) = 1 mm high.
+            assert!(held < outermost + 2e-3 * norm(along), "{k}: {held} {outermost}");
+        }
+        assert_eq!(Solid::around(&[]), None);
+        assert_eq!(Solid::around(&[[1.0, 2.0, 3.0]; 4]).unwrap().radius, 0.0);
+        // The corners of a cube are a cube.
+        let corners: Vec<Vector3> =
+            (0..8).map(|k: u8| [1, 2, 4].map(|bit| if k & bit == 0 { 0.5 } else { -0.5 })).collect();
+        let cube = Solid::around(&corners).unwrap();
+        assert!(cube.radius < 1e-9 && (cube.ball().1 - 0.75_f64.sqrt()).abs() < 1e-12, "{cube:?}");
+    }
+
+    /// The reach from an axis is that of the farthest of many points.
+    #[test]
+    fn reaches_hold_every_point() {
+        let solids = [
+            Core::Point,
+            Core::Segment { half: 0.3 },
+            Core::Cuboid { half: [0.1, 0.2, 0.3] },
+            Core::Cylinder { radius: 0.1, half: 0.4 },
+            Core::Hull(vec![[0.1, 0.2, 0.3], [-0.4, 0.0, 0.1]]),
+        ]
+        .map(|core| Solid { core, radius: 0.05 });
+        let (s, c) = 0.7_f64.sin_cos();
+        let pose = robot::Pose { rotation: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], position: [0.2, 0.1, 0.0] };
+        for solid in solids {
+            let reach = solid.reach_from_z(&pose);
+            let (centre, ball) = solid.ball();
+            for k in 0..200 {
+                let along = [(0.7 * f64::from(k)).sin(), (1.3 * f64::from(k)).cos(), (0.4 * f64::from(k)).sin()];
+                let p = solid.core.support(along);
+                let far = [0, 1, 2].map(|i| p[i] + solid.radius * along[i] / norm(along));
+                let at = pose.compose(&robot::Pose { position: far, ..robot::Pose::IDENTITY }).position;
+                assert!(at[0].hypot(at[1]) <= reach + 1e-12 && norm(minus(far, centre)) <= ball + 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! A motion that a search has found, made to keep its limits for certain.
+//!
+//! What limits do between the samples of a search is settled here: a motion that exceeds one is made smaller by what is
+//! missing, about its centre, and proved again. About a centre that keeps its distances a smaller motion keeps more of
+//! them.
+
+use crate::experiments::excitation::fourier_motion::FourierMotion;
+use crate::experiments::excitation::gap_proof::{Surroundings, prove_gaps};
+use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque};
+
+/// Rounds before a proof is given up.
+const ROUNDS: usize = 16;
+/// Of the swing that a round leaves where a torque is not proved, and where a distance is not.
+const TORQUE_STEP: f64 = 0.996;
+const GAP_STEP: f64 = 0.97;
+
+/// What a motion has to keep.
+#[derive(Clone, Copy)]
+pub struct Obligations<'a> {
+    /// One a coordinate.
+    pub limits: &'a [CoordinateLimits],
+    /// Of the coordinates.
+    pub names: &'a [String],
+    /// Torques, where the description tells them.
+    pub torque: Option<&'a DescribedTorque<'a>>,
+    /// Distances, where the description has bodies.
+    pub surroundings: Option<&'a dyn Surroundings>,
+}
+
+impl Obligations<'_> {
+    /// The certificate of a motion: every limit with what proves it.
+    pub fn certificate(&self, motion: &FourierMotion) -> Vec<CertificateRow> {
+        let mut rows = prove_motion(motion, self.limits, self.names);
+        rows.extend(self.surroundings.into_iter().flat_map(|s| prove_gaps(motion, s)));
+        rows.extend(self.torque.into_iter().flat_map(|t| prove_torque(motion, self.limits, self.names, t)));
+        rows
+    }
+}
+
+fn are_proven(rows: &[CertificateRow]) -> bool {
+    rows.iter().all(|r| r.kept == Kept::Proven)
+}
+
+/// The motion, made smaller until its limits are proved to be kept or the rounds are over, with its certificate.
+pub fn fitted(motion: FourierMotion, obligations: &Obligations) -> (FourierMotion, Vec<CertificateRow>) {
+    let mut motion = motion;
+    for _ in 0..ROUNDS {
+        let rows = prove_motion(&motion, obligations.limits, obligations.names);
+        if !are_proven(&rows) {
+            within_joint_limits(&mut motion, obligations.limits, &rows);
+            continue;
+        }
+        let gaps = obligations.surroundings.map_or(vec![], |s| prove_gaps(&motion, s));
+        if !are_proven(&gaps) {
+            shrink(&mut motion, GAP_STEP);
+            continue;
+        }
+        let torque = obligations.torque;
+        let torques = torque.map_or(vec![], |t| prove_torque(&motion, obligations.limits, obligations.names, t));
+        if are_proven(&torques) {
+            return (motion, [rows, gaps, torques].concat());
+        }
+        shrink(&mut motion, TORQUE_STEP);
+    }
+    let rows = obligations.certificate(&motion);
+    (motion, rows)
+}
+
+fn shrink(motion: &mut FourierMotion, factor: f64) {
+    motion.joints.iter_mut().for_each(|joint| *joint = joint.scaled(factor, joint.centre));
+}
+
+/// Makes each joint smaller by what its rows say that is missing.
+fn within_joint_limits(motion: &mut FourierMotion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
+    let per_joint = LimitKind::KINEMATIC.len();
+    for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
+        let (low, high) = limits.position;
+        let middle = 0.5 * (low + high);
+        for row in rows.iter().filter(|r| r.kept != Kept::Proven) {
+            let shrink = |bound: f64, beyond: f64| (bound / beyond).clamp(0.5, 1.0) * (1.0 - 1e-6);
+            *joint = match row.limit {
+                // Towards the middle of the room, the centre too.
+                LimitKind::Position => {
+                    let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
+                    joint.scaled(factor, middle + factor * (joint.centre - middle))
+                }
+                _ => joint.scaled(shrink(row.bound, row.nowhere_beyond), joint.centre),
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::excitation::fourier_motion::FourierJoint;
+    use crate::experiments::excitation::gap_proof::tests::Rod;
+    use crate::experiments::excitation::search::tests::pendulum_limits;
+
+    /// A motion that is too large by a few parts in a thousand comes back within its limits, proved.
+    #[test]
+    fn what_is_missing_is_scaled_away() {
+        let (limits, names) = ([pendulum_limits()], ["q1".to_string()]);
+        let joint = FourierJoint { centre: 0.2, cosine: vec![1.0, 0.8, 0.4], sine: vec![0.3, -0.6, 0.2] };
+        let motion = FourierMotion { rate: 100.0, period: 5.0, blend: 1.0, repetitions: 1, joints: vec![joint] };
+        let alone = Obligations { limits: &limits, names: &names, torque: None, surroundings: None };
+        assert!(alone.certificate(&motion).iter().any(|r| r.kept == Kept::Violated));
+        let (free, rows) = fitted(motion.clone(), &alone);
+        assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
+        assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && free.joints[0].cosine[0] > 0.5);
+
+        // A wall a little before where that motion goes makes it smaller again.
+        let height = |i: u32| free.at(free.duration() * f64::from(i) / 2000.0)[0][0].sin();
+        let highest = (0..=2000).map(height).fold(f64::NEG_INFINITY, f64::max);
+        let rod = Rod::new(highest - 0.01);
+        let (held, rows) = fitted(motion, &Obligations { surroundings: Some(&rod), ..alone });
+        assert!(rows.iter().all(|r| r.kept == Kept::Proven) && rows.len() == 5, "{rows:?}");
+        assert!(held.joints[0].cosine[0] < free.joints[0].cosine[0] && held.joints[0].cosine[0] > 0.3);
+
+        // A wall that the centre is beyond leaves the motion unproven, and says so.
+        let rod = Rod::new(0.1);
+        let (held, rows) = fitted(held, &Obligations { surroundings: Some(&rod), ..alone });
+        assert_eq!(rows, Obligations { surroundings: Some(&rod), ..alone }.certificate(&held));
+        assert!(rows.iter().any(|r| r.limit == LimitKind::Region && r.kept == Kept::Violated));
+    }
+}

@@ -1,0 +1,125 @@
+//! What an earlier estimate tells the search of the next motion.
+//!
+//! With S the covariance of the estimate and R'R = S^-1, the rows R stand below those of the motion: the determinant is
+//! then that of what both tell together. An estimate without its covariance gives the deviations alone, as if they were
+//! independent; their determinant is never greater [Hadamard's inequality]. The noise of a sample is the one that the
+//! estimate's residuals show:
+//!
+//! ```text
+//! sigma_j = rms_j sqrt(rate / (2 cutoff)) sqrt(discount)
+//! ```
+//! rms_j, N m (N), the residual of joint j below the cut-off; discount, by how much the variances of white noise are too
+//! small ([`Estimate::discount`]).
+
+use identification::estimate::artefact::Estimate;
+use identification::experiments::excitation::proof::DescribedFriction;
+use identification::model::linear_model::Model as LinearModel;
+use identification::model::parameter::{FrictionParameter, ParameterId};
+use nalgebra::{Cholesky, DMatrix};
+
+/// The rows R over the columns of a model, row after row; columns that the estimate has not are zero. With what has to
+/// be said of them.
+pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Option<String>) {
+    let p = model.p();
+    let column = |id: &ParameterId| model.parameters.iter().position(|own| own.id == *id);
+    // (place in the estimate, place in the model, sigma).
+    let known: Vec<(usize, usize, f64)> = estimate
+        .parameters
+        .iter()
+        .enumerate()
+        .filter_map(|(i, found)| Some((i, column(&found.id)?, found.sigma.filter(|s| s.is_finite() && *s > 0.0)?)))
+        .collect();
+    let m = known.len();
+    // Scaled to unit deviations: parameters differ by orders of magnitude.
+    let entry = |a: usize, b: usize| {
+        let ((i, _, s), (j, _, t)) = (known[a], known[b]);
+        estimate.covariance.get(i).and_then(|row| row.get(j)).map_or(f64::NAN, |x| x / (s * t))
+    };
+    let correlation = DMatrix::from_fn(m, m, entry);
+    let inverse = Cholesky::new(correlation).map(|c| c.inverse()).and_then(Cholesky::new);
+    let note = inverse.is_none().then(|| {
+        "the earlier estimate has no covariance that can be used: its deviations are taken as independent, which never \
+         makes more of it than it told"
+            .to_string()
+    });
+    let upper = inverse.map_or(DMatrix::identity(m, m), |c| c.l().transpose());
+    let mut rows = vec![0.0; m * p];
+    for a in 0..m {
+        for (b, (_, c, sigma)) in known.iter().enumerate() {
+            rows[a * p + c] = upper[(a, b)] / sigma;
+        }
+    }
+    (rows, note)
+}
+
+/// Noise of a torque sample at `rate`, Hz, from the residuals; `None` for a joint that has none.
+pub(crate) fn residual_noise(estimate: &Estimate, coordinate: &str, rate: f64) -> Option<f64> {
+    let joint = estimate.joints.iter().find(|j| j.coordinate == coordinate)?;
+    let below = 2.0 * estimate.cutoff;
+    let band = if below > 0.0 && below < rate { rate / below } else { 1.0 };
+    Some(joint.rms * (band * estimate.discount()).sqrt()).filter(|x| x.is_finite() && *x > 0.0)
+}
+
+/// Friction of an estimate at a coordinate; what it has not is that of the description.
+pub(crate) fn identified_friction(
+    estimate: &Estimate,
+    coordinate: &str,
+    described: DescribedFriction,
+) -> DescribedFriction {
+    let value =
+        |parameter, otherwise| estimate.prediction(&ParameterId::friction(parameter, coordinate)).unwrap_or(otherwise);
+    // An asymmetric joint: the greater of its two sides.
+    let greater = |forward, backward, otherwise: f64| {
+        value(forward, otherwise).abs().max(value(backward, otherwise).abs()).max(otherwise)
+    };
+    let viscous = value(FrictionParameter::Viscous, described.viscous);
+    let coulomb = value(FrictionParameter::Coulomb, described.coulomb).abs();
+    DescribedFriction {
+        viscous: greater(FrictionParameter::ViscousForward, FrictionParameter::ViscousBackward, viscous),
+        coulomb: greater(FrictionParameter::CoulombForward, FrictionParameter::CoulombBackward, coulomb),
+        offset: value(FrictionParameter::Offset, described.offset),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Model;
+    use identification::estimate::identified::Identified;
+    use identification::model::friction::terms::FrictionTerm;
+    use identification::model::linear_model::Model as LinearModel;
+
+    /// R'R is the inverse of the covariance; without one, of the variances.
+    #[test]
+    fn rows_are_the_information_of_the_estimate() {
+        let model = Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/planar2r.yaml")).unwrap();
+        let linear = LinearModel::new(model.regressor(), &[FrictionTerm::Viscous], &[]);
+        let p = linear.p();
+        let sigma = |c: usize| 0.1 * (c + 1) as f64;
+        let parameters: Vec<Identified> = linear
+            .parameters
+            .iter()
+            .enumerate()
+            .map(|(c, own)| {
+                let mut found = Identified::given(own.id.clone(), own.unit(), 1.0);
+                found.sigma = Some(sigma(c));
+                found
+            })
+            .collect();
+        let correlation = |i: usize, j: usize| if i == j { 1.0 } else { 0.3_f64.powi(i.abs_diff(j) as i32) };
+        let covariance: Vec<Vec<f64>> =
+            (0..p).map(|i| (0..p).map(|j| correlation(i, j) * sigma(i) * sigma(j)).collect()).collect();
+        for (covariance, has_note) in [(covariance.clone(), false), (vec![], true)] {
+            let estimate =
+                Estimate { parameters: parameters.clone(), covariance: covariance.clone(), ..Estimate::default() };
+            let (rows, note) = prior_rows(&estimate, &linear);
+            assert_eq!(note.is_some(), has_note);
+            let r = DMatrix::from_row_slice(p, p, &rows);
+            let independent = |i: usize, j: usize| if i == j { sigma(i) * sigma(j) } else { 0.0 };
+            let known = |i, j| covariance.get(i).map_or(independent(i, j), |row: &Vec<f64>| row[j]);
+            let product = r.transpose() * &r * DMatrix::from_fn(p, p, known);
+            // Rounding of two factorisations of a matrix with a condition below ten.
+            assert!((product - DMatrix::identity(p, p)).amax() < 1e-12);
+        }
+    }
+}
