@@ -90,7 +90,7 @@ pub use logs::LogSource;
 pub use model::{Model, base_columns};
 pub use output::{check_output, is_same, write_file};
 pub use page::{Origin, PageRequest, page};
-pub use planning::{PlanRequest, Planned, plan};
+pub use planning::{PlanRequest, Planned, plan, plan_candidates};
 pub use samples::{Bodies, Identification, IdentifyRequest, identify};
 pub use simulation::{Motions, SimulateRequest, Simulated, simulate};
 pub use source::{Language, Source, function_named, function_names, generate};

@@ -1,5 +1,6 @@
 //! Exciting experiments: trajectories, candidates, the choice among them, and records.
 
+pub mod branch_and_bound;
 pub mod candidates;
 pub mod certificate;
 pub mod exchange;
@@ -13,5 +14,6 @@ pub mod point_to_point;
 pub mod profile;
 pub mod ranges;
 pub mod record;
+pub mod relaxed_design;
 pub mod servo_script;
 pub mod trajectory_file;
