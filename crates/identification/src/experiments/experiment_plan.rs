@@ -15,7 +15,8 @@ use crate::experiments::branch_and_bound::{PlanProof, Work, branch_and_bound};
 use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
-use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
+use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::experiments::motion_kind::MotionKind;
 use crate::experiments::planned_experiment::{
     PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
 };

@@ -8,6 +8,7 @@ pub mod excitation;
 pub mod exciting_trajectory;
 pub mod experiment_plan;
 pub mod measured_motion;
+pub mod motion_kind;
 pub mod paper_rows;
 pub mod planned_experiment;
 pub mod point_to_point;
