@@ -40,7 +40,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
     ),
     (
         "crates/clearance",
-        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance"],
+        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance", "gaps"],
     ),
     (
         "crates/modeling",

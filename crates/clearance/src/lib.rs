@@ -10,6 +10,7 @@
 
 pub mod bodies;
 pub mod clearance;
+pub mod gaps;
 pub mod half_space;
 pub mod kinematic_tree;
 pub mod mesh;

@@ -156,6 +156,7 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
         rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
         starts: given.get("starts", count)?.unwrap_or(customary.starts),
         seed: given.get("seed", count)?.unwrap_or(customary.seed),
+        ..customary
     };
     let planned = work(py, given.any("progress"), |reporter| {
         rist::plan(&model.inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
@@ -297,6 +298,7 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
         starts: given.get("starts", count)?.unwrap_or(customary.starts),
         iterations: given.get("iterations", count)?.unwrap_or(customary.iterations),
         seed: given.get("seed", count)?.unwrap_or(customary.seed),
+        ..customary
     };
     let inner = work(py, given.any("progress"), |reporter| {
         rist::excite(&model.inner, &request, &|done, all, text| reporter.tell(done, all, text))

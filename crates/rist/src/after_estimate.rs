@@ -2,7 +2,7 @@
 //!
 //! With S the covariance of the estimate and R'R = S^-1, the rows R stand below those of the motion: the determinant is
 //! then that of what both tell together. An estimate without its covariance gives the deviations alone, as if they were
-//! independent; their determinant is never greater [Hadamard's inequality]. The noise of a sample is the one that the
+//! independent; their determinant is never greater, by Hadamard's inequality. The noise of a sample is the one that the
 //! estimate's residuals show:
 //!
 //! ```text

@@ -1,7 +1,7 @@
 //! From a model to the experiments that identify it best.
 
 use identification::algebra::interruption::Interruption;
-use identification::experiments::candidates::{CandidateGrid, candidates};
+use identification::experiments::candidates::{Candidate, CandidateGrid, candidates};
 use identification::experiments::exchange::{Criterion, Search};
 use identification::experiments::profile::Profile;
 use identification::experiments::ranges::{check_limits, check_samples};
@@ -34,6 +34,8 @@ pub struct PlanRequest {
     pub starts: usize,
     /// Seed of the random starts.
     pub seed: u64,
+    /// Nodes of the branch and bound that proves how good the plan is, at most; 0: none.
+    pub nodes: usize,
 }
 
 impl Default for PlanRequest {
@@ -48,6 +50,7 @@ impl Default for PlanRequest {
             rate: 1000.0,
             starts: 12,
             seed: 1,
+            nodes: 0,
         }
     }
 }
@@ -70,6 +73,33 @@ pub fn plan(
     request: &PlanRequest,
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Result<Planned, Error> {
+    let (candidates, notes, noise) = candidates_of(model, request)?;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let search =
+        Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
+    let plan = ExperimentPlan::choose(
+        model.reference.clone(),
+        model.regressor(),
+        &candidates,
+        &noise,
+        request.experiments,
+        request.criterion,
+        &search,
+        progress,
+    );
+    Interruption::check()?;
+    Ok(Planned { plan, notes })
+}
+
+/// The motions that a plan of this request chooses from, in the order of its proof, and what had to be assumed for them.
+///
+/// Fails as [`plan`] does.
+pub fn plan_candidates(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>), Error> {
+    candidates_of(model, request).map(|(candidates, notes, _)| (candidates, notes))
+}
+
+/// With the noise of a torque sample, N m (N), one a coordinate.
+fn candidates_of(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>, Vec<f64>), Error> {
     check(request)?;
     let (limits, mut notes) = motion_limits(&model.robot);
     check_limits(model.regressor().coordinates(), &limits)
@@ -98,20 +128,7 @@ pub fn plan(
     if candidates.is_empty() {
         return Err(Error::new("the limits leave no motion: widen them in the model, or raise --steps"));
     }
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let search = Search { starts: request.starts, threads, seed: request.seed, ..Search::default() };
-    let plan = ExperimentPlan::choose(
-        model.reference.clone(),
-        model.regressor(),
-        &candidates,
-        &noise,
-        request.experiments,
-        request.criterion,
-        &search,
-        progress,
-    );
-    Interruption::check()?;
-    Ok(Planned { plan, notes })
+    Ok((candidates, notes, noise))
 }
 
 /// What a plan can have: more experiments than anybody runs, more candidates than a machine holds.
@@ -127,6 +144,7 @@ fn check(request: &PlanRequest) -> Result<(), Error> {
         ("--steps", request.steps, 1000),
         ("--configurations", request.configurations, 100_000),
         ("--starts", request.starts, 10_000),
+        ("--nodes", request.nodes.max(1), 1_000_000),
     ] {
         if !(1..=most).contains(&x) {
             return Err(Error::new(format_args!("{what} is {x}; expected is a number from 1 to {most}")));

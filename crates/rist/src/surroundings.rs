@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use clearance::clearance::{Clearance, Rules, Situation};
+use clearance::clearance::Clearance;
+use clearance::gaps::{Rules, Situation};
 use clearance::half_space::HalfSpace;
 use identification::experiments::excitation::gap_proof::{Gap, Room, Surroundings};
 use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind};

@@ -2,7 +2,8 @@
 
 use identification::algebra::random::Random;
 use identification::experiments::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
-use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::experiments::motion_kind::MotionKind;
 use identification::experiments::profile::Profile;
 
 use crate::benchmark::arms::{ACCELERATION, NOISE, VELOCITY};

@@ -4,7 +4,8 @@ use identification::algebra::information_matrix::Rows;
 use identification::algebra::random::Random;
 use identification::experiments::candidates::Candidate;
 use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
-use identification::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
+use identification::experiments::motion_kind::MotionKind;
 
 use crate::benchmark::candidates::bang_bang;
 

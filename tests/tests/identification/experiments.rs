@@ -1,8 +1,8 @@
 //! Experiments of R3G: candidates within its limits, and the paper's rows of exact motions.
 
 use identification::experiments::candidates::{Candidate, CandidateGrid, candidates, swing};
-use identification::experiments::exciting_trajectory::MotionKind;
 use identification::experiments::measured_motion::MeasuredMotion;
+use identification::experiments::motion_kind::MotionKind;
 use identification::experiments::paper_rows::spectral_rows;
 use identification::experiments::profile::Profile;
 use tests::benchmark::arms::NOISE;

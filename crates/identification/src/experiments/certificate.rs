@@ -123,7 +123,7 @@ fn argmax(values: &[f64], allowed: impl Fn(usize) -> bool) -> usize {
 }
 
 /// The step t in [0, limit] that maximises log det(M + t (F_gain - F_lose)).
-fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, limit: f64) -> f64 {
+pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, limit: f64) -> f64 {
     let p = gain.width();
     let mut g = DMatrix::<f64>::zeros(p, p);
     let mut z = vec![0.0; p];

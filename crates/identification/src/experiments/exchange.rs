@@ -39,11 +39,15 @@ pub struct Search {
     pub threads: usize,
     /// Seed of the random plans.
     pub seed: u64,
+    /// Nodes of the branch and bound that follows, at most; 0: none.
+    pub nodes: usize,
+    /// Of the D-efficiency: a gap below it ends the branch and bound.
+    pub tolerance: f64,
 }
 
 impl Default for Search {
     fn default() -> Search {
-        Search { starts: 12, sweeps: 100, threads: 2, seed: 1 }
+        Search { starts: 12, sweeps: 100, threads: 2, seed: 1, nodes: 0, tolerance: 1e-3 }
     }
 }
 

@@ -11,10 +11,12 @@ use serde::{Deserialize, Serialize};
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::TriangleBuilder;
+use crate::experiments::branch_and_bound::{PlanProof, Work, branch_and_bound};
 use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
-use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion, MotionKind};
+use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::experiments::motion_kind::MotionKind;
 use crate::experiments::planned_experiment::{
     PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
 };
@@ -42,6 +44,9 @@ pub struct ExperimentPlan {
     /// No plan of as many experiments has a determinant (to the power 1/p) greater than this one's
     /// over this share.
     pub d_efficiency_at_least: f64,
+    /// The proof of it, where the plan is one by the determinant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proof: Option<PlanProof>,
     /// Equation (15) for this plan, and what no plan can fall below.
     pub cond_fro: f64,
     /// Bound on what any plan of as many experiments can reach.
@@ -74,8 +79,14 @@ impl ExperimentPlan {
             Criterion::Determinant => &information,
             Criterion::FrobeniusCondition => &raw,
         };
-        let chosen = exchange(blocks, count, criterion, search, progress).chosen;
+        let mut chosen = exchange(blocks, count, criterion, search, progress).chosen;
         let bound = determinant_bound(&information, 1e-2, 2000);
+        let work = Work { nodes: search.nodes, tolerance: search.tolerance };
+        let is_asked = criterion == Criterion::Determinant && search.nodes > 0;
+        let proven = is_asked.then(|| branch_and_bound(&information, &chosen, &work)).flatten();
+        if let Some(proven) = &proven {
+            chosen.clone_from(&proven.chosen);
+        }
         let condition = condition_bound(&raw, 1e-2, 2000);
         let value = value_of(&information, &chosen, Criterion::Determinant);
         let solution = fit(p, chosen.iter().map(|&i| &information[i]));
@@ -94,7 +105,12 @@ impl ExperimentPlan {
                 Criterion::Determinant => "determinant".into(),
                 Criterion::FrobeniusCondition => "frobenius_condition".into(),
             },
-            d_efficiency_at_least: certified_efficiency(value, chosen.len(), p, &bound),
+            d_efficiency_at_least: {
+                let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
+                let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
+                whole.map_or(relaxed, |whole| whole.max(relaxed))
+            },
+            proof: proven.map(|x| x.proof),
             cond_fro: (-value_of(&raw, &chosen, Criterion::FrobeniusCondition)).exp(),
             cond_fro_at_least: condition.bound,
             rank: solution.rank,
@@ -280,7 +296,7 @@ impl fmt::Display for ExperimentPlan {
         writeln!(f, "{}: {count} of {} experiments, rank {} of {p}", self.model.name, self.candidates, self.rank)?;
         writeln!(
             f,
-            "D-efficiency at least {:.3}; cond_fro {:.1}, of no plan below {:.1}\n",
+            "D-efficiency at least {:.4}; cond_fro {:.1}, of no plan below {:.1}\n",
             self.d_efficiency_at_least, self.cond_fro, self.cond_fro_at_least
         )?;
         for e in &self.experiments {

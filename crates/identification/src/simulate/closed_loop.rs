@@ -212,7 +212,8 @@ impl Sensing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::exciting_trajectory::{ExcitingTrajectory, MotionKind};
+    use crate::experiments::exciting_trajectory::ExcitingTrajectory;
+    use crate::experiments::motion_kind::MotionKind;
     use crate::experiments::profile::Profile;
 
     /// One mass on a rail, inertia 2.

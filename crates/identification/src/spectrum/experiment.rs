@@ -130,7 +130,7 @@ pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::experiments::exciting_trajectory::MotionKind;
+    use crate::experiments::motion_kind::MotionKind;
     use crate::experiments::profile::Profile;
 
     fn noisy(count: usize) -> Record {
