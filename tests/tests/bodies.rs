@@ -6,8 +6,8 @@ use std::path::Path;
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::excitation::limits::LimitKind;
 use identification::experiments::excitation::proof::Kept;
-use rist::exciting::ExciteRequest;
 use rist::Model;
+use rist::exciting::ExciteRequest;
 use tests::program::{folder, rist as run};
 
 /// Three joints, links of half a metre, all round: each body is a segment with a radius.

@@ -4,9 +4,8 @@ use identification::algebra::information_matrix::{InformationMatrix, Rows};
 use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::model::friction::terms::{FrictionTerm, sign};
-use identification::model::regressor::Regressor;
-use rist::planning::PlanRequest;
 use rist::Model;
+use rist::planning::PlanRequest;
 use tests::program::{folder, rist as run};
 use tests::workspace;
 

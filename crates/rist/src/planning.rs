@@ -73,7 +73,7 @@ pub fn plan(
     request: &PlanRequest,
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Result<Planned, Error> {
-    let (candidates, notes, noise) = candidates_of(model, request)?;
+    let Candidates { candidates, notes, noise } = candidates_of(model, request)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let search =
         Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
@@ -95,11 +95,19 @@ pub fn plan(
 ///
 /// Fails as [`plan`] does.
 pub fn plan_candidates(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>), Error> {
-    candidates_of(model, request).map(|(candidates, notes, _)| (candidates, notes))
+    candidates_of(model, request).map(|found| (found.candidates, found.notes))
 }
 
-/// With the noise of a torque sample, N m (N), one a coordinate.
-fn candidates_of(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>, Vec<f64>), Error> {
+/// The motions to choose from.
+struct Candidates {
+    candidates: Vec<Candidate>,
+    /// What had to be assumed for them.
+    notes: Vec<String>,
+    /// Of a torque sample, N m (N), one a coordinate.
+    noise: Vec<f64>,
+}
+
+fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Error> {
     check(request)?;
     let (limits, mut notes) = motion_limits(&model.robot);
     check_limits(model.regressor().coordinates(), &limits)
@@ -128,7 +136,7 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>
     if candidates.is_empty() {
         return Err(Error::new("the limits leave no motion: widen them in the model, or raise --steps"));
     }
-    Ok((candidates, notes, noise))
+    Ok(Candidates { candidates, notes, noise })
 }
 
 /// What a plan can have: more experiments than anybody runs, more candidates than a machine holds.

@@ -114,6 +114,20 @@ impl Ord for Open {
     }
 }
 
+impl Open {
+    /// Its plans with at most so many of a candidate, and those with more, at these nodes.
+    fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [Open; 2] {
+        let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
+        below.high[candidate] = at_most;
+        above.low[candidate] = at_most + 1;
+        let half = |node, bounds: Bounds| {
+            let (bound, _) = self.tangent.bound(&bounds, count);
+            Open { bound, node, bounds, design: self.design, tangent: self.tangent.clone(), x: self.x.clone() }
+        };
+        [half(nodes[0], below), half(nodes[1], above)]
+    }
+}
+
 /// A better plan than `chosen` where there is one, and what no plan of as many experiments exceeds; `None` where the
 /// candidates together have not full rank, or nothing is chosen. Interrupted, it gives what is proven until then.
 pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Option<ProvenPlan> {
@@ -165,16 +179,8 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
             continue;
         };
         let (below, above) = proof.split(next.node, candidate, at_most, next.design);
-        for (node, is_below) in [(below, true), (above, false)] {
-            let mut bounds = next.bounds.clone();
-            if is_below {
-                bounds.high[candidate] = at_most;
-            } else {
-                bounds.low[candidate] = at_most + 1;
-            }
-            let (bound, _) = next.tangent.bound(&bounds, count);
-            let child = Open { bound, node, bounds, x: next.x.clone(), tangent: next.tangent.clone(), ..next };
-            if bound <= known { closed = closed.max(bound) } else { open.push(child) }
+        for child in next.halves(candidate, at_most, [below, above], count) {
+            if child.bound <= known { closed = closed.max(child.bound) } else { open.push(child) }
         }
     }
     let bound = open.iter().map(|o| o.bound).fold(closed.max(best.0), f64::max);

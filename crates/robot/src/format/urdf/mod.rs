@@ -1,6 +1,7 @@
 //! URDF files.
 
 mod collision;
+mod excerpt;
 mod mimic;
 mod read;
 mod reframe;
