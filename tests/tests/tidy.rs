@@ -95,6 +95,7 @@ const ORDERS: [(&str, &[&str]); 11] = [
             "exciting",
             "checking",
             "tape_dynamics",
+            "closed_loop",
             "simulation",
             "source",
             "validation",
