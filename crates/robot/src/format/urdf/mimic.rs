@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::text::{Checked, shown};
+use super::shown::shown;
+use super::text::Checked;
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::error::Error;
 use crate::format::node::Source;

@@ -4,6 +4,7 @@ mod collision;
 mod mimic;
 mod read;
 mod reframe;
+mod shown;
 mod text;
 mod tree;
 mod write;

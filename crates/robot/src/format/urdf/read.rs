@@ -16,7 +16,8 @@ use urdf_rs::JointType;
 
 use super::mimic::{Follows, followed};
 use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL, frames, make_parallel};
-use super::text::{Checked, check, shown};
+use super::shown::shown;
+use super::text::{Checked, check};
 use super::tree::{Moving, MovingLinks, moving_links};
 use crate::angle_snap;
 use crate::closure::{configurations, distance};

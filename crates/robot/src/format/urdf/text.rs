@@ -10,6 +10,7 @@ use std::fmt::Write;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::collision::collisions;
+use super::shown::shown;
 use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::expression::LARGEST;
@@ -313,9 +314,4 @@ impl Reader<'_, '_> {
 
 fn first<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|n| n.is_element() && n.tag_name().name() == tag)
-}
-
-/// A text of the file, short enough for a message.
-pub(super) fn shown(text: &str) -> String {
-    if text.chars().count() <= 60 { text.to_string() } else { text.chars().take(57).chain("...".chars()).collect() }
 }

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use urdf_rs::JointType;
 
 use super::reframe::Given;
-use super::text::{At, Checked, JointMark, shown};
+use super::shown::shown;
+use super::text::{At, Checked, JointMark};
 use crate::angle_snap::{self, Angles};
 use crate::error::Error;
 use crate::format::node::Source;
