@@ -1,0 +1,186 @@
+//! An exciting motion keeps the bodies of a robot apart and off what stands around it: proven, held against dense
+//! samples and a geometry of its own, and refused where it is broken by hand.
+
+use std::path::Path;
+
+use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::excitation::limits::LimitKind;
+use identification::experiments::excitation::proof::Kept;
+use rist::{ExciteRequest, Model};
+use tests::program::{folder, rist as run};
+
+/// Three joints, links of half a metre, all round: each body is a segment with a radius.
+const ARM: &str = r#"<robot name="arm">
+  <link name="post"><collision><origin xyz="0 0 0.2"/><geometry><capsule radius="0.08" length="0.4"/></geometry></collision></link>
+  <joint name="turn" type="revolute"><parent link="post"/><child link="column"/><origin xyz="0 0 0.6"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" velocity="2" effort="100"/></joint>
+  <link name="column"><inertial><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial>
+    <collision><geometry><sphere radius="0.06"/></geometry></collision></link>
+  <joint name="lift" type="revolute"><parent link="column"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2.5" velocity="2" effort="100"/></joint>
+  <link name="upper"><inertial><origin xyz="0.25 0 0"/><mass value="3"/><inertia ixx="0.005" ixy="0" ixz="0" iyy="0.07" iyz="0" izz="0.07"/></inertial>
+    <collision><origin xyz="0.25 0 0" rpy="0 1.5707963267948966 0"/><geometry><capsule radius="0.05" length="0.5"/></geometry></collision></link>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.5 0.02 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2.9" upper="2.9" velocity="3" effort="50"/></joint>
+  <link name="fore"><inertial><origin xyz="0.2 0 0"/><mass value="1.5"/><inertia ixx="0.002" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial>
+    <collision><origin xyz="0.25 0 0" rpy="0 1.5707963267948966 0"/><geometry><capsule radius="0.04" length="0.5"/></geometry></collision></link>
+</robot>"#;
+
+/// m.
+const FLOOR: f64 = 0.05;
+const DISTANCE: f64 = 0.03;
+const WALL: f64 = 0.7;
+
+const LIMITS: &str = "space:\n  floor: 0.05\n  distance: 0.03\n  walls: [{point: [0.7, 0, 0], normal: [-1, 0, 0]}]\n  boxes: \
+                      [{low: [-1, -0.9, 0], high: [2, 0.9, 2], links: [fore]}]\n";
+
+type Point = [f64; 3];
+
+fn minus(a: Point, b: Point) -> Point {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Distance of two segments: the least of a convex quadratic over the unit square, on its inside or on one of its edges.
+fn distance(a: [Point; 2], b: [Point; 2]) -> f64 {
+    let (u, v, w) = (minus(a[1], a[0]), minus(b[1], b[0]), minus(a[0], b[0]));
+    let at = |s: f64, t: f64| {
+        let d = [0, 1, 2].map(|k| w[k] + s * u[k] - t * v[k]);
+        dot(d, d).sqrt()
+    };
+    let ratio = |x: f64, y: f64| if y > 0.0 { (x / y).clamp(0.0, 1.0) } else { 0.0 };
+    let s_of = |t: f64| ratio(t * dot(u, v) - dot(u, w), dot(u, u));
+    let t_of = |s: f64| ratio(s * dot(u, v) + dot(v, w), dot(v, v));
+    let inside = dot(u, u) * dot(v, v) - dot(u, v).powi(2);
+    let s = ratio(dot(u, v) * dot(v, w) - dot(v, v) * dot(u, w), inside);
+    let edges = [
+        (s_of(0.0), 0.0),
+        (s_of(1.0), 1.0),
+        (0.0, t_of(0.0)),
+        (1.0, t_of(1.0)),
+        (s, t_of(s)),
+        (s_of(t_of(s)), t_of(s)),
+    ];
+    edges.into_iter().map(|(s, t)| at(s, t)).fold(f64::INFINITY, f64::min)
+}
+
+/// The segments of upper arm and forearm at these positions, from the geometry of the text alone.
+fn segments([turn, lift, bend]: Point) -> [[Point; 2]; 2] {
+    let place = |across: f64, aside: f64, up: f64| {
+        let (s, c) = turn.sin_cos();
+        [c * across - s * aside, s * across + c * aside, 0.6 + up]
+    };
+    // A positive turn about y lowers x.
+    let (elbow_x, elbow_z) = (0.5 * lift.cos(), -0.5 * lift.sin());
+    let (tip_x, tip_z) = (elbow_x + 0.5 * (lift + bend).cos(), elbow_z - 0.5 * (lift + bend).sin());
+    let upper = [place(0.0, 0.0, 0.0), place(elbow_x, 0.0, elbow_z)];
+    [upper, [place(elbow_x, 0.02, elbow_z), place(tip_x, 0.02, tip_z)]]
+}
+
+#[test]
+fn bodies_keep_their_distance_between_samples_too() {
+    let folder = folder("bodies");
+    std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
+    std::fs::write(folder.join("limits.yaml"), LIMITS).unwrap();
+    let excite =
+        ["excite", "arm.urdf", "--limits", "limits.yaml", "--period", "6", "--repetitions", "1", "--starts", "2"];
+    let found = run(&folder, &[&excite[..], &["--iterations", "15", "--out", "motion.yaml"]].concat());
+    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    assert!(found.out.contains("every limit above is proven, between samples too"), "{}", found.out);
+    assert!(
+        found.out.contains("distances not looked at, neighbours: column and post; upper and column; fore and upper")
+    );
+    assert!(found.err.contains(" m above the "), "{}", found.err);
+    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+    let artefact = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    let gaps: Vec<&str> =
+        artefact.certificate.iter().filter(|r| r.limit == LimitKind::Distance).map(|r| r.subject.as_str()).collect();
+    assert_eq!(gaps, ["upper and post", "fore and post", "fore and column"]);
+    assert!(
+        artefact.certificate.iter().any(|r| r.subject == "fore at the greatest y of the box" && r.kept == Kept::Proven)
+    );
+
+    // A hundred times the samples, and a geometry of its own.
+    let motion = artefact.motion("motion.yaml").unwrap();
+    let (post, column) = ([[0.0; 3], [0.0, 0.0, 0.4]], [[0.0, 0.0, 0.6]; 2]);
+    let count = (motion.duration() * motion.rate * 100.0) as usize;
+    let mut least = [f64::INFINITY; 4];
+    for k in 0..=count {
+        let state = motion.at(motion.duration() * k as f64 / count as f64);
+        let [upper, fore] = segments([state[0][0], state[1][0], state[2][0]]);
+        let near = [
+            distance(upper, post) - 0.05 - 0.08 - DISTANCE,
+            distance(fore, post).min(distance(fore, column) + 0.02) - 0.04 - 0.08 - DISTANCE,
+            upper.iter().map(|p| p[2] - 0.05).chain(fore.iter().map(|p| p[2] - 0.04)).fold(f64::INFINITY, f64::min)
+                - FLOOR,
+            WALL - upper.iter().map(|p| p[0] + 0.05).chain(fore.iter().map(|p| p[0] + 0.04)).fold(0.0, f64::max),
+        ];
+        (0..4).for_each(|i| least[i] = least[i].min(near[i]));
+        assert!(fore.iter().all(|p| p[1].abs() <= 0.86), "{fore:?}");
+    }
+    assert!(least.iter().all(|x| *x >= 0.0), "{least:?}");
+
+    // The proof is found again, and does not believe the file.
+    assert_eq!(run(&folder, &["check", "arm.urdf", "motion.yaml"]).code, Some(0));
+    let broken = |name: &str, change: &dyn Fn(&mut ExcitingMotion), said: &str| {
+        let mut artefact = artefact.clone();
+        change(&mut artefact);
+        std::fs::write(folder.join(name), artefact.to_yaml().unwrap()).unwrap();
+        let found = run(&folder, &["check", "arm.urdf", name]);
+        assert_eq!(found.code, Some(1), "{name}: {}{}", found.out, found.err);
+        assert!(found.err.contains(said), "{name}: {}", found.err);
+    };
+    let reached = |limit: LimitKind, subject: &str| {
+        artefact.certificate.iter().find(|r| r.limit == limit && r.subject == subject).unwrap().value
+    };
+    let farther = reached(LimitKind::Distance, "fore and post") + 0.001;
+    broken("distance.yaml", &|m| m.space.distance = farther, "distance of fore and post: ");
+    let higher = FLOOR + reached(LimitKind::Region, "fore at the floor") + 0.001;
+    broken("floor.yaml", &|m| m.space.floor = Some(higher), "region of fore at the floor: -0.00");
+    broken("wall.yaml", &|m| m.space.walls[0].point[0] = 0.2, "at the wall: -");
+    broken("lower.yaml", &|m| m.joints[1].centre += 1.5, " is beyond ");
+}
+
+/// Requests that leave no room are told why.
+#[test]
+fn impossible_rooms_get_an_answer() {
+    let folder = folder("bodies_impossible");
+    std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
+    let quick = ["--starts", "1", "--iterations", "2"];
+    for (limits, said) in [
+        ("space: {floor: 0.62}", "column is 0.0800 m beyond the floor, and no joint that is not locked moves it away"),
+        ("space: {floor: 3, walls: []}\ncoordinates: {}", "beyond the floor"),
+        (
+            "space: {boxes: [{low: [5, 5, 0], high: [6, 6, 2], links: [fore]}]}",
+            "no motion keeps the region of fore at the ",
+        ),
+        ("space: {boxes: [{low: [1, 1, 1], high: [0, 2, 2]}]}", "the box: it leaves no room along x: from 1 to 0"),
+        ("space: {walls: [{point: [0, 0, 0], normal: [0, 0, 0]}]}", "the wall: normal [0.0, 0.0, 0.0]"),
+        (
+            "space: {floor: 0, walls: [{point: [1, 0, 0], normal: [-1, 0, 0], links: [hand]}]}",
+            "there is no link `hand`",
+        ),
+        ("space: {distance: 0.8}", "no motion keeps the distance of "),
+        ("space: {distance: .nan}", "space: distance is NaN"),
+    ] {
+        std::fs::write(folder.join("limits.yaml"), limits).unwrap();
+        let found = run(&folder, &[&["excite", "arm.urdf", "--limits", "limits.yaml"][..], &quick[..]].concat());
+        assert_eq!(found.code, Some(2), "{limits}: {}{}", found.out, found.err);
+        assert!(found.err.contains(said), "{limits}: {}", found.err);
+    }
+    // A mesh that is not there: said with its path, and nothing is claimed of it.
+    let text = ARM.replace("<capsule radius=\"0.04\" length=\"0.5\"/>", "<mesh filename=\"package://arm/fore.stl\"/>");
+    let model = Model::parse(&text, Path::new("nowhere/arm.urdf"), &Default::default()).unwrap();
+    let request = ExciteRequest { starts: 1, iterations: 2, period: Some(6.0), ..ExciteRequest::default() };
+    let found = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
+    assert!(
+        found
+            .notes
+            .iter()
+            .any(|n| n.starts_with("distances of fore are not looked at: fore: mesh package://arm/fore.stl"))
+    );
+    assert!(found.certificate.iter().all(|r| !r.subject.starts_with("fore ")));
+}

@@ -1,0 +1,157 @@
+//! A motion that is designed after a first look at the robot, and a plan that is proven to be near the best.
+
+use identification::algebra::information_matrix::{InformationMatrix, Rows};
+use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
+use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::model::friction::terms::{FrictionTerm, sign};
+use identification::model::regressor::Regressor;
+use rist::{Model, PlanRequest};
+use tests::program::{folder, rist as run};
+use tests::workspace;
+
+/// The information of a motion about base parameters and friction, over an equal noise of each joint's effort.
+fn information(model: &Model, motion: &ExcitingMotion) -> Rows {
+    let regressor = model.regressor();
+    let (n, base) = (regressor.coordinates().len(), regressor.parameters().len());
+    let played = motion.motion("motion").unwrap();
+    let terms = FrictionTerm::STANDARD;
+    let own: usize = terms.iter().map(|t| t.parameters().len()).sum();
+    let mut rows = Rows::new(base + n * own);
+    let mut y = vec![0.0; n * base];
+    for k in 0..(played.repetitions as f64 * played.period * played.rate).round() as usize {
+        let state = played.at(played.blend + k as f64 / played.rate);
+        let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
+        let (dq, ddq) = (of(1), of(2));
+        regressor.fill(&of(0), &dq, &ddq, &mut y);
+        for i in 0..n {
+            let mut row = vec![0.0; rows.width()];
+            row[..base].copy_from_slice(&y[i * base..][..base]);
+            let mut place = base + i * own;
+            for term in &terms {
+                let count = term.parameters().len();
+                term.fill(dq[i], ddq[i], 0.0, sign(dq[i]), &mut row[place..][..count]);
+                place += count;
+            }
+            let effort = motion.joints[i].limits.effort.unwrap();
+            row.iter_mut().for_each(|x| *x /= 0.01 * effort);
+            rows.push(&row);
+        }
+    }
+    rows
+}
+
+/// det^(1/p) of what these tell together.
+fn determinant(rows: &[&Rows]) -> f64 {
+    let p = rows[0].width();
+    let factor = InformationMatrix::sum(p, 0.0, rows.iter().map(|r| (*r, 1.0))).factor().unwrap();
+    (factor.log_det / p as f64).exp()
+}
+
+/// Two motions of four seconds, the second designed after what the first has told, tell more than one that repeats, and
+/// about as much as one of eight seconds that a search could shape as a whole.
+#[test]
+fn a_second_motion_shows_what_the_first_left_open() {
+    let folder = folder("second_motion");
+    let urdf = workspace().join("models/ur5.urdf");
+    let urdf = urdf.to_str().unwrap();
+    let excite = |name: &str, more: &[&str]| {
+        let common = ["excite", urdf, "--repetitions", "1", "--starts", "2", "--iterations", "25", "--out", name];
+        let found = run(&folder, &[&common[..], more].concat());
+        assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+        let text = std::fs::read_to_string(folder.join(name)).unwrap();
+        (ExcitingMotion::from_yaml(name, &text).unwrap(), found.out)
+    };
+    let (first, _) = excite("first.yaml", &["--period", "4"]);
+    let (whole, _) = excite("whole.yaml", &["--period", "8"]);
+    assert_eq!(run(&folder, &["simulate", urdf, "first.yaml", "--validation", "0", "--out", "logs"]).code, Some(0));
+    std::fs::write(folder.join("options.yaml"), "covariance: true\n").unwrap();
+    let identify = ["identify", urdf, "logs/motion.csv", "--options", "options.yaml", "--out", "estimate.yaml"];
+    let found = run(&folder, &identify);
+    assert!(folder.join("estimate.yaml").is_file(), "{}{}", found.out, found.err);
+    let (second, said) = excite("second.yaml", &["--period", "4", "--after", "estimate.yaml"]);
+    assert!(!said.contains("has no covariance"), "{said}");
+    // Its torque limits are those of the identified parameters, which a check finds in the motion.
+    assert!(second.identified.is_some());
+    assert_eq!(run(&folder, &["check", urdf, "second.yaml"]).code, Some(0));
+
+    let model = Model::read(urdf).unwrap();
+    let [first, second, whole] = [&first, &second, &whole].map(|motion| information(&model, motion));
+    let (both, twice, long) = (determinant(&[&first, &second]), determinant(&[&first, &first]), determinant(&[&whole]));
+    eprintln!("two motions {both:.4e}, the first twice {twice:.4e}, one of the same length {long:.4e}");
+    // Measured: see docs/how-to/find-a-motion.md. What a repetition gains is a factor of two in every direction.
+    assert!(both > 1.1 * twice, "{both} {twice}");
+    assert!(both > 0.9 * long, "{both} {long}");
+}
+
+/// A bound on log det of plans between `low` and `high`, from the tangent at a design, as a reader of plan.yaml would do
+/// it: no code of the search but the Cholesky factor.
+fn leaf_bound(blocks: &[Rows], design: &[(usize, f64)], low: &[usize], high: &[usize], count: usize) -> f64 {
+    let (p, least) = (blocks[0].width(), low.iter().sum::<usize>());
+    if least > count || high.iter().sum::<usize>() < count {
+        return f64::NEG_INFINITY;
+    }
+    let factor = InformationMatrix::sum(p, 0.0, design.iter().map(|(i, x)| (&blocks[*i], *x))).factor().unwrap();
+    let inverse = factor.inverse();
+    let quadratic = |row: &[f64]| -> f64 {
+        (0..p).map(|i| row[i] * (0..p).map(|j| inverse[i * p + j] * row[j]).sum::<f64>()).sum()
+    };
+    let gain: Vec<f64> = blocks.iter().map(|b| b.iter().map(quadratic).sum()).collect();
+    let mut runs: Vec<f64> = (0..blocks.len()).flat_map(|i| vec![gain[i]; high[i] - low[i]]).collect();
+    runs.sort_by(|a, b| b.total_cmp(a));
+    let fixed: f64 = low.iter().zip(&gain).map(|(x, g)| *x as f64 * g).sum();
+    factor.log_det - p as f64 + fixed + runs[..count - least].iter().sum::<f64>()
+}
+
+/// The bound of a whole proof: that of its worst leaf.
+fn proven_bound(blocks: &[Rows], proof: &PlanProof, count: usize) -> f64 {
+    let mut worst = f64::NEG_INFINITY;
+    let mut left = vec![(0, vec![0; blocks.len()], vec![count; blocks.len()])];
+    while let Some((node, low, high)) = left.pop() {
+        match proof.tree[node] {
+            ProofNode::Leaf { design } => {
+                worst = worst.max(leaf_bound(blocks, &proof.designs[design], &low, &high, count));
+            }
+            ProofNode::Split { candidate, at_most, below, above } => {
+                let (mut low_above, mut high_below) = (low.clone(), high.clone());
+                high_below[candidate] = high[candidate].min(at_most);
+                low_above[candidate] = low[candidate].max(at_most + 1);
+                // A side that no plan can be on has nothing to prove.
+                if low[candidate] <= high_below[candidate] {
+                    left.push((below, low.clone(), high_below));
+                }
+                if low_above[candidate] <= high[candidate] {
+                    left.push((above, low_above, high));
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// What plan.yaml says of the best possible plan follows from the designs in it and the candidates.
+#[test]
+fn the_bound_of_a_plan_follows_from_its_file() {
+    let model = Model::read(workspace().join("models/planar2r_vertical.yaml")).unwrap();
+    let request = PlanRequest { experiments: 6, starts: 2, nodes: 60, configurations: 8, ..PlanRequest::default() };
+    let planned = rist::plan(&model, &request, &|_, _, _| ()).unwrap().plan;
+    let read = rist::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
+    assert_eq!(read, planned);
+    let proof = read.proof.as_ref().unwrap();
+    let (candidates, _) = rist::plan_candidates(&model, &request).unwrap();
+    let blocks: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
+    let bound = proven_bound(&blocks, proof, 6);
+    // Two ways to add the same few hundred numbers.
+    assert!(bound <= proof.log_det_at_most + 1e-8, "{bound} {}", proof.log_det_at_most);
+    let p = blocks[0].width() as f64;
+    let trajectories = read.trajectories("plan.yaml").unwrap();
+    let chosen: Vec<&Rows> =
+        trajectories.iter().map(|t| &candidates.iter().find(|c| c.trajectory == *t).unwrap().information).collect();
+    let reached = InformationMatrix::sum(p as usize, 0.0, chosen.iter().map(|r| (*r, 1.0))).factor().unwrap().log_det;
+    let efficiency = ((reached - bound) / p).exp();
+    assert!(efficiency >= planned.d_efficiency_at_least - 1e-9, "{efficiency} {}", planned.d_efficiency_at_least);
+    assert!(planned.d_efficiency_at_least > 0.95, "{}", planned.d_efficiency_at_least);
+    // A proof whose designs are taken away does not hold.
+    let mut cut = proof.clone();
+    cut.designs.iter_mut().for_each(|d| d.iter_mut().for_each(|x| x.1 = 1.0));
+    assert!(proven_bound(&blocks, &cut, 6) > proof.log_det_at_most);
+}
