@@ -4,7 +4,6 @@ use identification::algebra::information_matrix::{InformationMatrix, Rows};
 use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::model::friction::terms::{FrictionTerm, sign};
-use identification::model::regressor::Regressor;
 use rist::{Model, PlanRequest};
 use tests::program::{folder, rist as run};
 use tests::workspace;
