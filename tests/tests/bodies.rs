@@ -13,7 +13,7 @@ use tests::program::{folder, rist as run};
 /// Three joints, links of half a metre, all round: each body is a segment with a radius.
 const ARM: &str = r#"<robot name="arm">
   <link name="post"><collision><origin xyz="0 0 0.2"/><geometry><capsule radius="0.08" length="0.4"/></geometry></collision></link>
-  <joint name="turn" type="revolute"><parent link="post"/><child link="column"/><origin xyz="0 0 0.55"/><axis xyz="0 0 1"/>
+  <joint name="turn" type="revolute"><parent link="post"/><child link="column"/><origin xyz="0 0 0.6"/><axis xyz="0 0 1"/>
     <limit lower="-3" upper="3" velocity="2" effort="100"/></joint>
   <link name="column"><inertial><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial>
     <collision><geometry><sphere radius="0.06"/></geometry></collision></link>
@@ -72,7 +72,7 @@ fn distance(a: [Point; 2], b: [Point; 2]) -> f64 {
 fn segments([turn, lift, bend]: Point) -> [[Point; 2]; 2] {
     let place = |across: f64, aside: f64, up: f64| {
         let (s, c) = turn.sin_cos();
-        [c * across - s * aside, s * across + c * aside, 0.55 + up]
+        [c * across - s * aside, s * across + c * aside, 0.6 + up]
     };
     // A positive turn about y lowers x.
     let (elbow_x, elbow_z) = (0.5 * lift.cos(), -0.5 * lift.sin());
@@ -106,7 +106,7 @@ fn bodies_keep_their_distance_between_samples_too() {
 
     // A hundred times the samples, and a geometry of its own.
     let motion = artefact.motion("motion.yaml").unwrap();
-    let (post, column) = ([[0.0; 3], [0.0, 0.0, 0.4]], [[0.0, 0.0, 0.55]; 2]);
+    let (post, column) = ([[0.0; 3], [0.0, 0.0, 0.4]], [[0.0, 0.0, 0.6]; 2]);
     let count = (motion.duration() * motion.rate * 100.0) as usize;
     let mut least = [f64::INFINITY; 4];
     for k in 0..=count {
@@ -141,8 +141,8 @@ fn bodies_keep_their_distance_between_samples_too() {
     broken("distance.yaml", &|m| m.space.distance = farther, "distance of fore and post: ");
     let higher = FLOOR + reached(LimitKind::Region, "fore at the floor") + 0.001;
     broken("floor.yaml", &|m| m.space.floor = Some(higher), "region of fore at the floor: -0.00");
-    broken("wall.yaml", &|m| m.space.walls[0].point[0] = 0.2, "region of upper at the wall");
-    broken("lower.yaml", &|m| m.joints[1].centre += 1.5, "region of ");
+    broken("wall.yaml", &|m| m.space.walls[0].point[0] = 0.2, "at the wall: -");
+    broken("lower.yaml", &|m| m.joints[1].centre += 1.5, " is beyond ");
 }
 
 /// Requests that leave no room are told why.
@@ -152,7 +152,7 @@ fn impossible_rooms_get_an_answer() {
     std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
     let quick = ["--starts", "1", "--iterations", "2"];
     for (limits, said) in [
-        ("space: {floor: 0.62}", "column is 0.1300 m beyond the floor, and no joint that is not locked moves it away"),
+        ("space: {floor: 0.62}", "column is 0.0800 m beyond the floor, and no joint that is not locked moves it away"),
         ("space: {floor: 3, walls: []}\ncoordinates: {}", "beyond the floor"),
         (
             "space: {boxes: [{low: [5, 5, 0], high: [6, 6, 2], links: [fore]}]}",

@@ -5,7 +5,7 @@
 
 use roxmltree::Node;
 
-use super::excerpt::shown;
+use super::shown::shown;
 use crate::angle_snap;
 use crate::collision::{Collision, CollisionShape};
 use crate::format::expression::LARGEST;

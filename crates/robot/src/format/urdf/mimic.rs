@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::excerpt::shown;
+use super::shown::shown;
 use super::text::Checked;
 use crate::angle_snap::{computed_angle, computed_length};
 use crate::error::Error;

@@ -1,10 +1,10 @@
 //! URDF files.
 
 mod collision;
-mod excerpt;
 mod mimic;
 mod read;
 mod reframe;
+mod shown;
 mod text;
 mod tree;
 mod write;

@@ -14,9 +14,9 @@
 
 use urdf_rs::JointType;
 
-use super::excerpt::shown;
 use super::mimic::{Follows, followed};
 use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL, frames, make_parallel};
+use super::shown::shown;
 use super::text::{Checked, check};
 use super::tree::{Moving, MovingLinks, moving_links};
 use crate::angle_snap;

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::collision::collisions;
-use super::excerpt::shown;
+use super::shown::shown;
 use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::expression::LARGEST;

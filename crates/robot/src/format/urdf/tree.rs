@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use urdf_rs::JointType;
 
-use super::excerpt::shown;
 use super::reframe::Given;
+use super::shown::shown;
 use super::text::{At, Checked, JointMark};
 use crate::angle_snap::{self, Angles};
 use crate::error::Error;

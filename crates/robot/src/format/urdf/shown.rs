@@ -1,4 +1,4 @@
-//! Texts of a file in messages about it.
+//! Texts of a file in messages.
 
 /// A text of the file, short enough for a message.
 pub(super) fn shown(text: &str) -> String {
