@@ -1,5 +1,6 @@
 //! Matrices, transforms and random numbers. Nothing here knows robots.
 
+pub mod behrens_fisher;
 pub mod fourier;
 pub mod in_order;
 pub mod information_matrix;

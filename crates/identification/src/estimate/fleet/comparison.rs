@@ -1,18 +1,16 @@
 //! What changed: the parameters of robots, or of days of one robot, against those of a reference.
 //!
 //! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference): the sums are of different logs. Each sigma is
-//! the larger of the white deviation and that between replicates, which has nu degrees of freedom of its own; d_c / sd d_c is held
-//! against Student's t with
-//!   nu_d = (s_1^2 + s_2^2)^2 / (s_1^4 / nu_1 + s_2^4 / nu_2)       [Welch 1947]
-//! and the questions of all parameters and robots are answered together (`false_discovery`). Compared is what both
-//! determine; what one leaves open is named.
+//! the larger of the white deviation and that between replicates, with the degrees of freedom of its own; how likely d_c is
+//! without a change says `algebra::behrens_fisher`, and the questions of all parameters and robots are answered together
+//! (`false_discovery`). Compared is what both determine; what one leaves open is named.
 
 use std::fmt;
 
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
-use crate::algebra::student::two_sided;
+use crate::algebra::behrens_fisher::two_sided_difference;
 use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::false_discovery::families;
 use crate::estimate::fleet::solution::Solved;
@@ -142,18 +140,16 @@ impl Pair<'_> {
                 open.push(column.name.clone());
                 continue;
             }
-            let [one, other] = [0, 1].map(|k: usize| sigma[k][c].powi(2));
-            let freedom = (one + other).powi(2) / (one * one / a.freedom(c) + other * other / b.freedom(c));
-            let sigma = (one + other).sqrt();
+            let (one, other) = (sigma[0][c], sigma[1][c]);
             let difference = a.solution.x[c] - b.solution.x[c];
-            // Without noise nothing scatters, and what differs by rounding has not moved.
-            let p = if sigma > 0.0 { two_sided(difference / sigma, freedom) } else { 1.0 };
+            // Without noise nothing scatters, and what differs by rounding has not moved: then p is 1.
+            let p = two_sided_difference(difference, (one, a.freedom(c)), (other, b.freedom(c)));
             parameters.push(Difference {
                 name: column.name.clone(),
                 unit: column.unit,
                 reference: b.solution.x[c],
                 difference,
-                sigma,
+                sigma: one.hypot(other),
                 p,
                 moved: false,
             });
