@@ -141,7 +141,7 @@ mod tests {
     /// The rate is held, and hardly a change of eight deviations is missed. Two deviations are not found, nor could be.
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
-        // The share of one fleet scatters by 4 %, the mean of 60 by 0.5 %, one alike; with Welch's freedom it is 8 %.
+        // The share of one fleet scatters by 4 %, the mean of 60 by 0.5 %, one alike; with Welch's freedom it is 7.1 %.
         let (wrong, power) = fleets(60, 8.0);
         assert!(wrong < 0.055 && power > 0.9, "{wrong} {power}");
         let (_, power) = fleets(5, 2.0);
