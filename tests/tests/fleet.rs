@@ -187,9 +187,9 @@ fn unlike_parts_are_refused() {
     let accumulate = |more: &[&str], expected: &[&str]| {
         refused(&here, &[&["accumulate", &model, "a.csv", "--out", "x.tri"], more].concat(), expected);
     };
-    accumulate(&["--weights", "huber"], &["residual of each row"]);
-    accumulate(&["--delay", "auto"], &["over the rows many times"]);
-    accumulate(&["--friction", "auto"], &["once for each candidate"]);
+    accumulate(&["--weights", "huber"], &["residual of each row", "joint or none, or identify"]);
+    accumulate(&["--delay", "auto"], &["over the rows many times", "find it on some of the logs"]);
+    accumulate(&["--friction", "auto"], &["once for each candidate", "choose it on some of the logs"]);
     accumulate(&["a.csv"], &["given twice"]);
     accumulate(&["copy.csv"], &["copy.csv: in both (as a.csv)"]);
     let currents = std::fs::read_to_string(here.join("a.csv")).unwrap().replace("tau_", "i_");
@@ -197,7 +197,7 @@ fn unlike_parts_are_refused() {
     refused(
         &here,
         &["accumulate", &model, "currents.csv", "--out", "x.tri"],
-        &["currents.csv", "motor currents", "all logs at once"],
+        &["currents.csv", "motor currents", "all logs at once", "--gain"],
     );
     let other = here.join("other.urdf");
     std::fs::write(&other, urdf_text::random_tree(6, 1, 1)).unwrap();

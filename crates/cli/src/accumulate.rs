@@ -193,7 +193,9 @@ fn weights(text: &str) -> Result<Weights, String> {
     match Weights::of_word(text) {
         Some(weights) if weights.losses().is_empty() => Ok(weights),
         Some(_) => {
-            Err("these weights follow from the residual of each row, and sums have no rows: joint or none".into())
+            Err("these weights follow from the residual of each row, and sums have no rows: take joint or none, or \
+                 identify these logs in one go"
+                .into())
         }
         None => Err("expected joint or none".into()),
     }
