@@ -4,7 +4,8 @@ use identification::algebra::information_matrix::{InformationMatrix, Rows};
 use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::model::friction::terms::{FrictionTerm, sign};
-use rist::{Model, PlanRequest};
+use rist::Model;
+use rist::planning::PlanRequest;
 use tests::program::{folder, rist as run};
 use tests::workspace;
 
@@ -133,10 +134,10 @@ fn the_bound_of_a_plan_follows_from_its_file() {
     let model = Model::read(workspace().join("models/planar2r_vertical.yaml")).unwrap();
     let request = PlanRequest { experiments: 6, starts: 2, nodes: 60, configurations: 8, ..PlanRequest::default() };
     let planned = rist::plan(&model, &request, &|_, _, _| ()).unwrap().plan;
-    let read = rist::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
+    let read = rist::planning::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
     assert_eq!(read, planned);
     let proof = read.proof.as_ref().unwrap();
-    let (candidates, _) = rist::plan_candidates(&model, &request).unwrap();
+    let (candidates, _) = rist::planning::plan_candidates(&model, &request).unwrap();
     let blocks: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
     let bound = proven_bound(&blocks, proof, 6);
     // Two ways to add the same few hundred numbers.
