@@ -44,9 +44,15 @@ fn walk(file: &str) {
             ),
         );
     }
-    run(&here, &format!("identify {model} logs/v01.csv --out ls.yaml"));
-    let out = run(&here, &format!("validate {model} ls.yaml logs/v02.csv --out ls_validation.yaml"));
-    assert!(out.contains("all "), "{file}: {out}");
+    // A motion that is right and short is the one thing that may be said against it.
+    for arguments in
+        ["identify MODEL logs/v01.csv --out ls.yaml", "validate MODEL ls.yaml logs/v02.csv --out ls_validation.yaml"]
+    {
+        let arguments = arguments.replace("MODEL", &model.to_string());
+        let run = rist(&here, &arguments.split_whitespace().collect::<Vec<_>>());
+        let is_short = run.code == Some(1) && run.out.contains("the log is too short");
+        assert!(run.code == Some(0) || is_short, "{file}: rist {arguments}: {}{}", run.out, run.err);
+    }
     run(&here, &format!("report --model {model} --estimate ls.yaml --validation ls_validation.yaml --out page.html"));
 }
 
