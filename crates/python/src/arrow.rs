@@ -2,10 +2,10 @@
 //!
 //! The layout is that of the specification "The Arrow C data interface" and "The Arrow C stream interface": a struct of
 //! columns, batch by batch. Read are integers, floats and times (as integers), a null as no number; other columns are told
-//! by name. Nothing is exported, and no buffer outlives the call: the numbers are copied into f64.
+//! by name. No buffer outlives the call: the numbers are copied into f64. The other direction is `arrow_export`.
 //!
-//! `unsafe` stands here alone in this package. The argument: every pointer comes out of a structure that its owner filled by
-//! the specification and that is released once, at the end; lengths are those that it states.
+//! `unsafe` stands in these two files alone. The argument here: every pointer comes out of a structure that its owner filled
+//! by the specification and that is released once, at the end; lengths are those that it states.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, c_char, c_void};
@@ -18,40 +18,41 @@ use crate::error::error;
 
 /// A type: `+s` for a struct, `g` for doubles.
 #[repr(C)]
-struct Schema {
-    format: *const c_char,
-    name: *const c_char,
-    metadata: *const c_char,
-    flags: i64,
-    n_children: i64,
-    children: *mut *mut Schema,
-    dictionary: *mut Schema,
-    release: Option<unsafe extern "C" fn(*mut Schema)>,
-    private: *mut c_void,
+pub(crate) struct Schema {
+    pub format: *const c_char,
+    pub name: *const c_char,
+    pub metadata: *const c_char,
+    pub flags: i64,
+    pub n_children: i64,
+    pub children: *mut *mut Schema,
+    pub dictionary: *mut Schema,
+    pub release: Option<unsafe extern "C" fn(*mut Schema)>,
+    pub private: *mut c_void,
 }
 
 /// The values of a type.
 #[repr(C)]
-struct Batch {
-    length: i64,
-    null_count: i64,
-    offset: i64,
-    n_buffers: i64,
-    n_children: i64,
-    buffers: *mut *const c_void,
-    children: *mut *mut Batch,
-    dictionary: *mut Batch,
-    release: Option<unsafe extern "C" fn(*mut Batch)>,
-    private: *mut c_void,
+pub(crate) struct Batch {
+    pub length: i64,
+    pub null_count: i64,
+    pub offset: i64,
+    pub n_buffers: i64,
+    pub n_children: i64,
+    pub buffers: *mut *const c_void,
+    pub children: *mut *mut Batch,
+    pub dictionary: *mut Batch,
+    pub release: Option<unsafe extern "C" fn(*mut Batch)>,
+    pub private: *mut c_void,
 }
 
+/// Batches of one type.
 #[repr(C)]
-struct Stream {
-    get_schema: Option<unsafe extern "C" fn(*mut Stream, *mut Schema) -> i32>,
-    get_next: Option<unsafe extern "C" fn(*mut Stream, *mut Batch) -> i32>,
-    get_last_error: Option<unsafe extern "C" fn(*mut Stream) -> *const c_char>,
-    release: Option<unsafe extern "C" fn(*mut Stream)>,
-    private: *mut c_void,
+pub(crate) struct Stream {
+    pub get_schema: Option<unsafe extern "C" fn(*mut Stream, *mut Schema) -> i32>,
+    pub get_next: Option<unsafe extern "C" fn(*mut Stream, *mut Batch) -> i32>,
+    pub get_last_error: Option<unsafe extern "C" fn(*mut Stream) -> *const c_char>,
+    pub release: Option<unsafe extern "C" fn(*mut Stream)>,
+    pub private: *mut c_void,
 }
 
 impl Drop for Schema {

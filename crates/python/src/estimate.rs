@@ -7,10 +7,12 @@ use identification::estimate::identified::{Identified, Status};
 use identification::model::reference::ModelReference;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyCapsule, PyDict, PyTuple};
 use rist::{Bodies, Origin, PageRequest, Trust};
+use robot::LinkId;
 
 use crate::arrays::array;
+use crate::arrow_export::{Content, stream};
 use crate::artefact::{read_text, save};
 use crate::error::{OrError, error};
 use crate::experiments::ExperimentPlan;
@@ -23,7 +25,8 @@ use crate::work::work;
 
 /// Identified parameters with their deviations, the residuals they leave, and what the data cannot tell.
 ///
-/// An estimate that was read back, or pickled, has no bodies any more: write URDF and MJCF where it was made.
+/// It is an Arrow table too: pyarrow.table(estimate), polars.DataFrame(estimate). A pickle holds all of it; estimate.yaml
+/// holds no bodies, so that write_urdf and write_mjcf want what `identify` returned, or a pickle of it.
 #[pyclass(frozen, module = "rist")]
 pub struct Estimate {
     pub inner: rist::Estimate,
@@ -35,13 +38,18 @@ pub struct Estimate {
     pub load: Option<String>,
     /// What the passport found wrong, in sentences.
     pub findings: Vec<String>,
+    /// Whether it comes out of estimate.yaml, which holds no bodies.
+    pub is_read: bool,
 }
+
+/// Bodies as a pickle holds them: XX .. M by the number of the link, rotor inertias, and why they are not to be used.
+type BodyState = (Vec<(usize, [f64; 10])>, Vec<f64>, Option<String>);
 
 impl Estimate {
     /// An estimate out of a file or a simulation.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
         let verdict = rist::estimate_verdict(&inner);
-        Estimate { inner, model, verdict, bodies: None, load: None, findings: Vec::new() }
+        Estimate { inner, model, verdict, bodies: None, load: None, findings: Vec::new(), is_read: false }
     }
 
     fn numbers<'py>(
@@ -63,9 +71,13 @@ impl Estimate {
     /// The bodies, unless the verdict is no and nobody insists.
     fn bodies(&self, anyway: bool) -> PyResult<Bodies> {
         let Some(bodies) = &self.bodies else {
-            return Err(error(
-                "this estimate has no bodies that can exist: identify(model, logs, consistent=True) makes them",
-            ));
+            return Err(error(match self.is_read {
+                true => {
+                    "this estimate was read from its file, which holds no bodies: call this on what identify(model, logs, \
+                     consistent=True) returned, or on a pickle of that"
+                }
+                false => "this estimate has no bodies that can exist: identify(model, logs, consistent=True) makes them",
+            }));
         };
         if !anyway && self.verdict.trust == Trust::No {
             let reasons = self.verdict.reasons.join("; ");
@@ -137,7 +149,8 @@ impl Estimate {
         self.inner.parameters.iter().map(word).collect()
     }
 
-    /// A dict of columns (name, value, sigma, white_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it.
+    /// A dict of columns (name, value, sigma, white_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it;
+    /// a value that the data do not tell is not a number there, and null in the Arrow table.
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let table = PyDict::new(py);
@@ -148,6 +161,29 @@ impl Estimate {
         table.set_item("unit", self.units())?;
         table.set_item("status", self.status())?;
         Ok(table)
+    }
+
+    /// The table as an Arrow stream, for pyarrow.table(estimate) and polars.DataFrame(estimate).
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        // Another type is a wish, which the interface lets a producer refuse.
+        let _ = requested_schema;
+        let numbers = |of: fn(&Identified) -> Option<f64>| {
+            Content::Numbers(self.inner.parameters.iter().map(of).collect())
+        };
+        let columns = vec![
+            ("name", Content::Texts(self.names())),
+            ("value", numbers(|p| p.value)),
+            ("sigma", numbers(|p| p.sigma)),
+            ("white_sigma", numbers(|p| p.white_sigma)),
+            ("unit", Content::Texts(self.units())),
+            ("status", Content::Texts(self.status().into_iter().map(String::from).collect())),
+        ];
+        stream(py, columns)
     }
 
     /// The covariance of the values, (P, P), for white noise; None unless identify was called with covariance=True.
@@ -332,8 +368,13 @@ impl Estimate {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let state =
-            (self.to_yaml()?, self.model.as_ref().map(|m| m.clone_ref(py)), self.verdict(), self.findings.clone());
+        let bodies: Option<BodyState> = self.bodies.as_ref().map(|bodies| {
+            let links = bodies.links.iter().map(|(link, body)| (link.0, *body)).collect();
+            (links, bodies.armatures.clone(), bodies.refusal.clone())
+        });
+        let model = self.model.as_ref().map(|m| m.clone_ref(py));
+        let more = (self.findings.clone(), self.load.clone(), bodies, self.is_read);
+        let state = (self.to_yaml()?, model, self.verdict(), more);
         Ok((py.import("rist")?.getattr("_estimate")?, state.into_pyobject(py)?))
     }
 }
@@ -345,13 +386,24 @@ impl Estimate {
             let made_with = ModelReference { name: inner.model.clone(), fingerprint: inner.fingerprint.clone() };
             Arc::clone(&model.get().inner).check(path, &made_with).or_error()?;
         }
-        Ok(Estimate::plain(inner, model))
+        Ok(Estimate { is_read: true, ..Estimate::plain(inner, model) })
     }
 }
 
-/// What a pickle of an estimate calls.
+/// What a pickle of an estimate calls; `more`: findings, load, bodies, and whether it was read from a file.
 #[pyfunction]
-pub fn _estimate(text: &str, model: Option<Py<Model>>, verdict: &Verdict, findings: Vec<String>) -> PyResult<Estimate> {
+pub fn _estimate(
+    text: &str,
+    model: Option<Py<Model>>,
+    verdict: &Verdict,
+    more: (Vec<String>, Option<String>, Option<BodyState>, bool),
+) -> PyResult<Estimate> {
+    let (findings, load, bodies, is_read) = more;
+    let bodies = bodies.map(|(links, armatures, refusal)| Bodies {
+        links: links.into_iter().map(|(link, body)| (LinkId(link), body)).collect(),
+        armatures,
+        refusal,
+    });
     let read = Estimate::of_text(text, Path::new("pickle"), model)?;
-    Ok(Estimate { verdict: verdict.inner.clone(), findings, ..read })
+    Ok(Estimate { verdict: verdict.inner.clone(), findings, load, bodies, is_read, ..read })
 }

@@ -179,24 +179,10 @@ pub fn simulate<'py>(
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
     let known: &[&str] = &["out", "validation", "gain", "load", "feedforward", "seed", "noise_free", "progress"];
-    let (given, customary) = (Keywords::new("simulate", known, options)?, SimulateRequest::default());
+    let given = Keywords::new("simulate", known, options)?;
     let inner = &model.get().inner;
     let plan = ExperimentPlan::of(plan, inner)?;
-    let feedforward = match given.any("feedforward") {
-        None => None,
-        Some(estimate) => {
-            let estimate = estimate.cast::<Estimate>().map_err(|_| error("simulate: feedforward is an Estimate"))?;
-            Some(estimate.get().inner.clone())
-        }
-    };
-    let request = SimulateRequest {
-        validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
-        gains: gains(&given, "gain", inner)?,
-        load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
-        feedforward,
-        seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
-        noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
-    };
+    let request = simulate_request(&given, inner)?;
     let out = given.get::<PathBuf>("out", "a path")?;
     if let Some(out) = &out {
         make_directory(out)?;
@@ -221,8 +207,34 @@ pub fn simulate<'py>(
     if let Some(out) = &out {
         save(&out.join("truth.yaml"), &simulated.truth.to_yaml().or_error()?, &[&inner.path])?;
     }
+    let logs = logs_of(py, &records)?;
+    Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+}
+
+/// The options of a simulation.
+fn simulate_request(given: &Keywords<'_>, model: &rist::Model) -> PyResult<SimulateRequest> {
+    let customary = SimulateRequest::default();
+    let feedforward = match given.any("feedforward") {
+        None => None,
+        Some(estimate) => {
+            let estimate = estimate.cast::<Estimate>().map_err(|_| error("simulate: feedforward is an Estimate"))?;
+            Some(estimate.get().inner.clone())
+        }
+    };
+    Ok(SimulateRequest {
+        validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
+        gains: gains(given, "gain", model)?,
+        load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
+        feedforward,
+        seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
+        noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
+    })
+}
+
+/// Records as dicts of arrays, by name.
+fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)]) -> PyResult<Bound<'py, PyDict>> {
     let logs = PyDict::new(py);
-    for (name, record) in &records {
+    for (name, record) in records {
         let log = PyDict::new(py);
         let n = record.q.first().map_or(0, Vec::len);
         let t: Vec<f64> = (0..n).map(|i| i as f64 * record.sample_time).collect();
@@ -231,7 +243,7 @@ pub fn simulate<'py>(
         log.set_item("i", samples(py, n, &record.current)?)?;
         logs.set_item(name, log)?;
     }
-    Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+    Ok(logs)
 }
 
 /// One series a joint as one column a joint.

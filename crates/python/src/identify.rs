@@ -121,6 +121,7 @@ fn identify_samples(
         bodies: found.bodies,
         load: found.load.map(|load| load.to_string().trim().to_string()),
         findings: found.passport.findings.iter().map(ToString::to_string).collect(),
+        is_read: false,
     })
 }
 
@@ -266,7 +267,22 @@ fn expected_gains(given: &Keywords<'_>) -> PyResult<Vec<(String, Gain)>> {
 /// What logs and a description have to do with each other.
 #[pyclass(frozen, module = "rist")]
 pub struct Passport {
-    inner: rist::Passport,
+    /// One line a joint.
+    table: String,
+    findings: Vec<String>,
+    untold: Vec<String>,
+    is_gross: bool,
+}
+
+impl Passport {
+    fn of(passport: &rist::Passport) -> Passport {
+        Passport {
+            table: passport.to_string(),
+            findings: passport.findings.iter().map(ToString::to_string).collect(),
+            untold: passport.untold.clone(),
+            is_gross: passport.is_gross(),
+        }
+    }
 }
 
 #[pymethods]
@@ -274,29 +290,43 @@ impl Passport {
     /// What is wrong, the worst first: a sentence each with what mends it.
     #[getter]
     fn findings(&self) -> Vec<String> {
-        self.inner.findings.iter().map(ToString::to_string).collect()
+        self.findings.clone()
     }
 
     /// What could not be looked at.
     #[getter]
     fn untold(&self) -> Vec<String> {
-        self.inner.untold.clone()
+        self.untold.clone()
     }
 
     /// Whether a finding forbids to use an estimate from these logs.
     #[getter]
     fn is_gross(&self) -> bool {
-        self.inner.is_gross()
+        self.is_gross
     }
 
     fn __repr__(&self) -> String {
         let lines = [self.findings(), self.untold()].concat().join("\n");
-        format!("{}\n{lines}", self.inner)
+        format!("{}\n{lines}", self.table)
     }
 
     fn _repr_html_(&self) -> String {
         html::text(&self.__repr__())
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, PassportState)> {
+        let state = (self.table.clone(), self.findings(), self.untold(), self.is_gross);
+        Ok((py.import("rist")?.getattr("_passport")?, state))
+    }
+}
+
+/// A passport as a pickle holds it.
+type PassportState = (String, Vec<String>, Vec<String>, bool);
+
+/// What a pickle of a passport calls.
+#[pyfunction]
+pub fn _passport(table: String, findings: Vec<String>, untold: Vec<String>, is_gross: bool) -> Passport {
+    Passport { table, findings, untold, is_gross }
 }
 
 /// Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
@@ -314,5 +344,5 @@ pub fn doctor(
     let given = crate::logs::logs(logs)?;
     let inner =
         work(py, None, |_| rist::examine(&model.inner, &open(given, &model.inner, &options.columns)?, &options))?;
-    Ok(Passport { inner })
+    Ok(Passport::of(&inner))
 }

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod arrow;
+mod arrow_export;
 mod artefact;
 mod base_parameters;
 mod error;
@@ -30,7 +31,7 @@ use pyo3::prelude::*;
 #[pymodule(name = "_rist")]
 mod module {
     #[pymodule_export]
-    use crate::base_parameters::BaseParameters;
+    use crate::base_parameters::{_base_parameters, BaseParameters};
     #[pymodule_export]
     use crate::error::Error;
     #[pymodule_export]
@@ -40,7 +41,7 @@ mod module {
     #[pymodule_export]
     use crate::fleet::{_accumulator, Accumulator, Comparison, compare};
     #[pymodule_export]
-    use crate::identify::{Passport, doctor, identify};
+    use crate::identify::{_passport, Passport, doctor, identify};
     #[pymodule_export]
     use crate::model::{_model, Model};
     #[pymodule_export]

@@ -78,6 +78,14 @@ impl Model {
         Ok((self.inner.path.display().to_string(), self.text.clone(), options))
     }
 
+    /// The base parameters and their rules, for notebooks.
+    pub fn rules_table(&self) -> String {
+        let rules = self.inner.parameters.rules();
+        let rows = self.inner.parameters.base.iter().zip(rules.base).map(|(b, rule)| vec![b.name.clone(), rule]);
+        let title = format!("{}: {} base parameters", self.inner.robot.name, self.inner.parameters.len());
+        html::table(&title, &["parameter", "rule"], rows)
+    }
+
     fn evaluation(&self, py: Python<'_>, quantity: Quantity) -> PyResult<&Evaluation> {
         let place = &self.evaluations[quantity as usize];
         if let Some(found) = place.get() {
@@ -223,8 +231,8 @@ impl Model {
 
     /// The p base parameters, with names, rules and matrix.
     #[getter]
-    fn base_parameters(&self) -> BaseParameters {
-        BaseParameters::of(Arc::clone(&self.inner))
+    fn base_parameters(slf: &Bound<'_, Self>) -> BaseParameters {
+        BaseParameters::of(slf.clone().unbind())
     }
 
     /// Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each
@@ -357,10 +365,7 @@ impl Model {
     }
 
     fn _repr_html_(&self) -> String {
-        let rules = self.inner.parameters.rules();
-        let rows = self.inner.parameters.base.iter().zip(rules.base).map(|(b, rule)| vec![b.name.clone(), rule]);
-        let title = format!("{}: {} base parameters", self.inner.robot.name, self.inner.parameters.len());
-        html::table(&title, &["parameter", "rule"], rows)
+        self.rules_table()
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String, Bound<'py, PyDict>))> {

@@ -8,4 +8,4 @@ Everything stands on the library of Rust; `rist.Error` is what cannot be done, w
 """
 
 from ._rist import *
-from ._rist import __version__, _accumulator, _estimate, _model, _verdict
+from ._rist import __version__, _accumulator, _base_parameters, _estimate, _model, _passport, _verdict
