@@ -182,24 +182,10 @@ pub fn simulate<'py>(
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
     let known: &[&str] = &["out", "validation", "gain", "load", "feedforward", "seed", "noise_free", "progress"];
-    let (given, customary) = (Keywords::new("simulate", known, options)?, SimulateRequest::default());
+    let given = Keywords::new("simulate", known, options)?;
     let inner = &model.get().inner;
     let plan = ExperimentPlan::of(plan, inner)?;
-    let feedforward = match given.any("feedforward") {
-        None => None,
-        Some(estimate) => {
-            let estimate = estimate.cast::<Estimate>().map_err(|_| error("simulate: feedforward is an Estimate"))?;
-            Some(estimate.get().inner.clone())
-        }
-    };
-    let request = SimulateRequest {
-        validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
-        gains: gains(&given, "gain", inner)?,
-        load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
-        feedforward,
-        seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
-        noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
-    };
+    let request = simulate_request(&given, inner)?;
     let out = given.get::<PathBuf>("out", "a path")?;
     if let Some(out) = &out {
         make_directory(out)?;
@@ -225,11 +211,37 @@ pub fn simulate<'py>(
     if let Some(out) = &out {
         save(&out.join("truth.yaml"), &simulated.truth.to_yaml().or_error()?, &[&inner.path])?;
     }
+    let logs = logs_of(py, &records, effort)?;
+    Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+}
+
+/// The options of a simulation.
+fn simulate_request(given: &Keywords<'_>, model: &rist::Model) -> PyResult<SimulateRequest> {
+    let customary = SimulateRequest::default();
+    let feedforward = match given.any("feedforward") {
+        None => None,
+        Some(estimate) => {
+            let estimate = estimate.cast::<Estimate>().map_err(|_| error("simulate: feedforward is an Estimate"))?;
+            Some(estimate.get().inner.clone())
+        }
+    };
+    Ok(SimulateRequest {
+        validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
+        gains: gains(given, "gain", model)?,
+        load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
+        feedforward,
+        seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
+        noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
+    })
+}
+
+/// Records as dicts of arrays, by name; their efforts are torques or currents.
+fn logs_of<'py>(py: Python<'py>, records: &[(String, Record)], effort: Effort) -> PyResult<Bound<'py, PyDict>> {
     let logs = PyDict::new(py);
-    for (name, record) in &records {
+    for (name, record) in records {
         logs.set_item(name, log(py, record, effort)?)?;
     }
-    Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
+    Ok(logs)
 }
 
 /// The arrays of a record; its efforts are torques or currents.

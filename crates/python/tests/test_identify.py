@@ -153,6 +153,14 @@ def test_what_an_estimate_can_do(ur5, log, csv, estimate, tmp_path):
 def test_bodies_go_back_into_the_urdf(ur5, csv, tmp_path):
     found = rist.identify(ur5, csv, consistent=True)
     found.write_urdf(tmp_path / "new.urdf", anyway=True)
+    # A pickle has the bodies too, as a worker sends them; the file has none, and says where they are.
+    pickle.loads(pickle.dumps(found)).write_urdf(tmp_path / "pickled.urdf", anyway=True)
+    assert (tmp_path / "pickled.urdf").read_bytes() == (tmp_path / "new.urdf").read_bytes()
+    found.save(tmp_path / "estimate.yaml")
+    read = rist.Estimate.read(tmp_path / "estimate.yaml", ur5)
+    for copy in (read, pickle.loads(pickle.dumps(read))):
+        with pytest.raises(rist.Error, match="its file, which holds no bodies.*consistent=True.*or on a pickle"):
+            copy.write_mjcf(tmp_path / "joints.xml", anyway=True)
     again = rist.Model.read(tmp_path / "new.urdf")
     assert again.base_parameters.names == ur5.base_parameters.names
     with pytest.raises(rist.Error, match="an input"):
@@ -168,6 +176,49 @@ def test_a_load_and_a_doctor(ur5, log, csv):
     passport = rist.doctor(ur5, dict(log, tau=-log["tau"]))
     assert passport.is_gross and any("sign" in finding for finding in passport.findings)
     assert not rist.doctor(ur5, csv).is_gross
+
+
+def test_every_class_is_pickled(ur5, log, csv, estimate):
+    """What a class shows is what its pickle shows; plans, motions and sums have tests of their own."""
+    heavy = rist.identify(ur5, csv, loaded=dict(log, tau=log["tau"] + ur5.gravity(log["q"]) * 0.1))
+    validation, verdict = rist.validate(ur5, estimate, log_of(ur5, seed=2))
+    passport = rist.doctor(ur5, dict(log, tau=-log["tau"]))
+    for thing in (ur5, ur5.base_parameters, heavy, validation, verdict, passport):
+        copy = pickle.loads(pickle.dumps(thing))
+        assert type(copy) is type(thing) and repr(copy) == repr(thing) and copy._repr_html_() == thing._repr_html_()
+    copy = pickle.loads(pickle.dumps(heavy))
+    assert copy.load == heavy.load != None and copy.findings == heavy.findings
+    copy = pickle.loads(pickle.dumps(passport))
+    assert copy.is_gross and copy.findings == passport.findings and copy.untold == passport.untold
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(ur5.base_parameters)).matrix, ur5.base_parameters.matrix)
+    error = pickle.loads(pickle.dumps(rist.Error("where and what")))
+    assert type(error) is rist.Error and str(error) == "where and what"
+
+
+@pytest.mark.parametrize("library", ["pyarrow", "polars", "pandas"])
+def test_the_table_is_an_arrow_stream(ur5, log, library):
+    """Rows of a standstill leave inertias open: they are nulls."""
+    module = pytest.importorskip(library, reason=f"{library} is not installed")
+    still = {**log, "q": log["q"].copy(), "dq": log["dq"].copy()}
+    still["q"][:, 5], still["dq"][:, 5] = 0.3, 0.0
+    found = rist.identify(ur5, still)
+    assert None in found.parameters.values()
+    if library == "pyarrow":
+        table = module.table(found)
+        values, names = table["value"].to_pylist(), table["name"].to_pylist()
+        assert table["value"].null_count == sum(x is None for x in values) > 0
+    elif library == "polars":
+        table = module.DataFrame(found)
+        values, names = table["value"].to_list(), table["name"].to_list()
+    else:
+        if not hasattr(module.DataFrame, "from_arrow"):
+            pytest.skip("this pandas reads no Arrow streams: DataFrame.from_arrow is of 3.0")
+        table = module.DataFrame.from_arrow(found)
+        names, values = list(table["name"]), [None if module.isna(x) else x for x in table["value"]]
+    assert dict(zip(names, values)) == found.parameters
+    assert list(table["unit"].to_pylist() if library == "pyarrow" else table["unit"]) == found.units
+    # A stream that nobody reads is released with its capsule.
+    found.__arrow_c_stream__()
 
 
 def test_ctrl_c_ends_long_work():
