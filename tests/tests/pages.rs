@@ -123,6 +123,7 @@ fn every_key_of_a_file_stands_in_the_reference() {
         ("Load", &format!("{identification}model/known_load.rs"), "pub struct Inertia"),
         ("Limits", &format!("{identification}experiments/excitation/limits.rs"), "pub struct AskedLimits"),
         ("Limits", &format!("{identification}experiments/excitation/limits.rs"), "pub struct LimitsFile"),
+        ("Limits", &format!("{identification}experiments/excitation/space_limits.rs"), "pub struct SpaceLimits"),
         ("Motion", &format!("{identification}experiments/excitation/artefact.rs"), "pub struct ExcitingMotion"),
         ("Plan", &format!("{identification}experiments/experiment_plan.rs"), "pub struct ExperimentPlan"),
         ("Estimate", &format!("{identification}estimate/artefact.rs"), "pub struct Estimate"),

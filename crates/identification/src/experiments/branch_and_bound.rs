@@ -4,7 +4,7 @@
 //! plan within can reach. Bounds of variables that the tangent at that design settles are tightened; then the variable
 //! that is the farthest from a whole number is split. The node with the greatest bound comes next, so that the bound of
 //! the whole falls; it ends within a tolerance, or after so many nodes, with the gap that is left.
-//! [Ponte, Fampa, Lee 2025]
+//! [Ponte, Fampa, Lee 2023]
 //!
 //! What is kept is the proof: a tree of splits whose leaves name a design. Every leaf's bound follows from its design and
 //! the splits above it, so that the bound of the whole can be found again from the tree and the candidates alone.

@@ -5,7 +5,7 @@
 //!
 //! log det F(y) <= log det F(x) - p + max over y of sum y_i g_i
 //!
-//! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2025], with T as
+//! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as
 //! its dual. The maximum is a sum over the greatest g, filled up to the bounds; the last one filled is the price nu of an
 //! experiment. An x_i is worth g_i - nu, so one that stands at a bound and is far from the price cannot leave it in any
 //! plan as good as one known.
