@@ -41,6 +41,9 @@ pub struct Estimate {
     pub tenths: Vec<f64>,
     /// Condition number of the columns scaled to unit norm.
     pub condition_number: f64,
+    /// Whether a method of many rounds came to rest; absent for methods that need none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub settled: Option<bool>,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
     /// Combinations of parameters that the data tell least, the weakest first.

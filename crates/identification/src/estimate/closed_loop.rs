@@ -49,11 +49,14 @@ pub fn identify_closed_loop(
     // They are of least squares.
     estimate.covariance.clear();
     estimate.directions.clear();
-    let held_out = "held-out errors are those of least squares on the same rows";
+    estimate.tenths.clear();
+    estimate.cross_validation = None;
+    estimate.joints.iter_mut().for_each(|joint| joint.held_out = None);
+    estimate.settled = Some(found.converged);
     estimate.remarks.push(match found.converged {
-        true => format!("settled after {} simulations of every experiment; {held_out}", found.iterations),
+        true => format!("settled after {} simulations of every experiment", found.iterations),
         false => format!(
-            "did not settle: after {} simulations the parameters still change by {:.1e} of themselves; {held_out}",
+            "did not settle: after {} simulations the parameters still change by {:.1e} of themselves",
             found.iterations, found.change
         ),
     });

@@ -137,6 +137,9 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
     let estimate = evidence.estimate;
     let mut reasons: Vec<String> =
         evidence.passport.into_iter().flat_map(|p| &p.findings).map(|f| f.statement()).collect();
+    if estimate.settled == Some(false) {
+        reasons.push("the method did not settle: the values still change from round to round".into());
+    }
     let held_out = evidence.predicted.or(evidence.held_out);
     if let Some(error) = held_out.filter(|e| *e > POOR) {
         reasons.push(format!("data that were not fitted are predicted with an error of {}", percent(error)));
