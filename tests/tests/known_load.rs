@@ -122,7 +122,11 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     let one = run(&here, "identify silent.yaml logs --plan plan.yaml --method rist-mh");
     assert!(one.contains("all of it stands on the gain of q3, 1 N m/A"), "{one}");
     let refused = rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"]);
-    assert!(refused.code == Some(2) && refused.err.contains("--load: --method ls does not heed that"), "{}", refused.err);
+    assert!(
+        refused.code == Some(2) && refused.err.contains("--load: --method ls does not heed that"),
+        "{}",
+        refused.err
+    );
 
     run(&here, "simulate arm.yaml plan.yaml --out alone --validation 0 --noise-free");
     run(&here, "simulate arm.yaml plan.yaml --out fed --validation 0 --noise-free --feedforward estimate.yaml");

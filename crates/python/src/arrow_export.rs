@@ -92,8 +92,14 @@ impl Content {
 
 impl Buffers {
     fn of(content: Content) -> PyResult<Buffers> {
-        let mut buffers =
-            Buffers { length: 0, nulls: 0, validity: None, numbers: Vec::new(), offsets: Vec::new(), bytes: Vec::new() };
+        let mut buffers = Buffers {
+            length: 0,
+            nulls: 0,
+            validity: None,
+            numbers: Vec::new(),
+            offsets: Vec::new(),
+            bytes: Vec::new(),
+        };
         match content {
             Content::Numbers(numbers) => {
                 buffers.length = numbers.len() as i64;

@@ -78,7 +78,9 @@ impl Estimate {
                     "this estimate was read from its file, which holds no bodies: call this on what identify(model, logs, \
                      consistent=True) returned, or on a pickle of that"
                 }
-                false => "this estimate has no bodies that can exist: identify(model, logs, consistent=True) makes them",
+                false => {
+                    "this estimate has no bodies that can exist: identify(model, logs, consistent=True) makes them"
+                }
             }));
         };
         if !anyway && self.verdict.trust == Trust::No {
@@ -175,9 +177,8 @@ impl Estimate {
     ) -> PyResult<Bound<'py, PyCapsule>> {
         // Another type is a wish, which the interface lets a producer refuse.
         let _ = requested_schema;
-        let numbers = |of: fn(&Identified) -> Option<f64>| {
-            Content::Numbers(self.inner.parameters.iter().map(of).collect())
-        };
+        let numbers =
+            |of: fn(&Identified) -> Option<f64>| Content::Numbers(self.inner.parameters.iter().map(of).collect());
         let columns = vec![
             ("name", Content::Texts(self.names())),
             ("value", numbers(|p| p.value)),
@@ -276,7 +277,9 @@ impl Estimate {
         let (py, model, given) = (log.py(), &self.the_model()?.inner, logs(log)?);
         let is_one = given.len() == 1;
         let columns = self.inner.options.as_ref().map(|o| o.columns.clone()).unwrap_or_default();
-        let series = work(py, None, |_| rist::validation::predicted_torques(model, &self.inner, &open(given, model, &columns)?))?;
+        let series = work(py, None, |_| {
+            rist::validation::predicted_torques(model, &self.inner, &open(given, model, &columns)?)
+        })?;
         let n = model.robot.n_coordinates();
         let mut found = Vec::new();
         for one in &series {

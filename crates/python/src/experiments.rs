@@ -57,7 +57,11 @@ impl ExperimentPlan {
             Err(_) => {
                 let path: PathBuf =
                     given.extract().map_err(|_| error("a plan is an ExperimentPlan or the path of plan.yaml"))?;
-                (rist::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()?, path)
+                (
+                    rist::planning::ExperimentPlan::from_yaml(&path.display().to_string(), &read_text(&path)?)
+                        .or_error()?,
+                    path,
+                )
             }
         };
         model.check(&path, &plan.model).or_error()?;

@@ -10,8 +10,8 @@ use identification::spectrum::identify::SpectralMethod;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::experiments::ExperimentLogs;
 use rist::IdentifyRequest;
+use rist::experiments::ExperimentLogs;
 
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
@@ -68,11 +68,26 @@ pub fn identify(
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Estimate> {
     let given = Keywords::new("identify", &OPTIONS, options)?;
-    let methods = [("ls", None), ("rist", Some(SpectralMethod::Paper)), ("rist-mh", Some(SpectralMethod::Harmonic))];
-    match given.word("method", &methods)?.flatten() {
-        Some(method) => identify_experiments(py, model, logs, &given, method),
-        None => identify_samples(py, model, logs, &given),
+    let methods = [
+        ("ls", Method::LeastSquares),
+        ("essential", Method::Essential),
+        ("rist", Method::Experiments(SpectralMethod::Paper)),
+        ("rist-mh", Method::Experiments(SpectralMethod::Harmonic)),
+    ];
+    match given.word("method", &methods)?.unwrap_or(Method::LeastSquares) {
+        Method::LeastSquares => identify_samples(py, model, logs, &given, false),
+        Method::Essential => identify_samples(py, model, logs, &given, true),
+        Method::Experiments(method) => identify_experiments(py, model, logs, &given, method),
     }
+}
+
+/// How an identification is done.
+#[derive(Clone, Copy)]
+enum Method {
+    LeastSquares,
+    /// Of the parameters that the data can tell from zero alone.
+    Essential,
+    Experiments(SpectralMethod),
 }
 
 fn identify_samples(
@@ -80,6 +95,7 @@ fn identify_samples(
     model: &Bound<'_, Model>,
     fitted: &Bound<'_, PyAny>,
     given: &Keywords<'_>,
+    essential: bool,
 ) -> PyResult<Estimate> {
     if let Some(other) = given.given(&["plan", "load"]).first() {
         return Err(error(format_args!("identify: {other} is for method='rist' and 'rist-mh'")));
@@ -108,8 +124,9 @@ fn identify_samples(
         let columns = options.columns.clone();
         let (fitted, loaded) = (open(fitted, inner, &columns)?, open(loaded, inner, &columns)?);
         let others = open(others, inner, &columns)?;
+        let loaded = &loaded;
         let request =
-            IdentifyRequest { options, gains, find_delay, find_friction, consistent, loaded: &loaded, loaded_link };
+            IdentifyRequest { options, gains, find_delay, find_friction, consistent, essential, loaded, loaded_link };
         let found = rist::identify(inner, &fitted, &request)?;
         let predictions = rist::validation::predictions(inner, &found.estimate, &others)?;
         let verdict = found.verdict(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));

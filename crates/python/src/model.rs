@@ -6,10 +6,10 @@ use std::sync::{Arc, OnceLock};
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
+use rist::ModelOptions;
 use rist::description::RotorInertias;
 use rist::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::source::Language;
-use rist::ModelOptions;
 use robot::format::{Angles, Mimic};
 
 use crate::arrays::{Rows, States, array, empty};
