@@ -3,6 +3,7 @@
 use identification::algebra::information_matrix::{InformationMatrix, Rows};
 use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
 use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::model::friction::terms::{FrictionTerm, sign};
 use rist::Model;
 use rist::planning::PlanRequest;
@@ -152,7 +153,7 @@ fn the_bound_of_a_plan_follows_from_its_file() {
     // Two ways to add the same few hundred numbers.
     assert!(bound <= proof.log_det_at_most + 1e-8, "{bound} {}", proof.log_det_at_most);
     let trajectories = read.trajectories("plan.yaml").unwrap();
-    let place = |t| candidates.iter().position(|c| c.trajectory == *t).unwrap();
+    let place = |t: &ExcitingTrajectory| candidates.iter().position(|c| c.trajectory == *t).unwrap();
     let chosen: Vec<&Rows> = trajectories.iter().map(|t| &scaled[place(t)]).collect();
     let of_plan = InformationMatrix::sum(p as usize, 0.0, chosen.iter().map(|r| (*r, 1.0)));
     let reached = of_plan.factor().unwrap().log_det - shift;
