@@ -91,9 +91,13 @@ fn leaf_bound(blocks: &[Rows], design: &[(usize, f64)], low: &[usize], high: &[u
     if least > count || high.iter().sum::<usize>() < count {
         return f64::NEG_INFINITY;
     }
-    // A design that does not show everything proves nothing.
-    let Some(factor) = InformationMatrix::sum(p, 0.0, design.iter().map(|(i, x)| (&blocks[*i], *x))).factor() else {
-        return f64::INFINITY;
+    let factor = |weights: &mut dyn Iterator<Item = (usize, f64)>| {
+        InformationMatrix::sum(p, 0.0, weights.map(|(i, x)| (&blocks[i], x))).factor()
+    };
+    let Some(factor) = factor(&mut design.iter().copied()) else {
+        // A design that does not show everything proves nothing. A plan of the leaf shows no more than all that is allowed.
+        let allowed = factor(&mut high.iter().enumerate().filter(|(_, x)| **x > 0).map(|(i, x)| (i, *x as f64)));
+        return allowed.map_or(f64::NEG_INFINITY, |all| all.log_det);
     };
     let inverse = factor.inverse();
     let quadratic = |row: &[f64]| -> f64 {
