@@ -13,7 +13,7 @@ use crate::error::Error;
 /// Which motion is looked for.
 #[derive(Clone, Debug)]
 pub struct ExciteRequest {
-    /// s; none: by the limits, see [`default_period`].
+    /// s; none: by the limits, see [`crate::exciting::default_period`].
     pub period: Option<f64>,
     /// s from rest to the series; none: by the limits.
     pub blend: Option<f64>,
