@@ -1,4 +1,4 @@
-//! The <collision> elements of a URDF.
+//! The `<collision>` elements of a URDF.
 //!
 //! What cannot be read stays in the robot as such, with its line: a robot is read for many purposes, and few need its
 //! shapes.
@@ -12,7 +12,7 @@ use crate::format::expression::LARGEST;
 use crate::inertial::Pose;
 use crate::value::Value;
 
-/// The shapes of a <link>, in its own frame.
+/// The shapes of a `<link>`, in its own frame.
 pub(super) fn collisions(link: Node) -> Vec<Collision> {
     let name = link.attribute("name").unwrap_or("");
     let own = link.children().filter(|n| n.has_tag_name("collision"));
