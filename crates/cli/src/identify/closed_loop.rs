@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use identification::estimators::closed_loop::ClosedLoop;
 use rist::closed_loop::ClosedLoopLogs;
-use rist::output::{check_output, write_file};
+use rist::output::check_output;
 
 use super::arguments::{Arguments, Delay};
+use super::experiments::told;
 use super::samples::options;
 use crate::artefact::{gains, read_plan};
-use crate::failure::{Failure, print};
-use crate::verdict::refused;
+use crate::failure::Failure;
 
 pub fn run(arguments: &Arguments, plan: &Path, method: ClosedLoop) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
@@ -20,7 +20,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: ClosedLoop) -> Result<(),
         return Err(Failure::new("--delay auto: for --method ls and rist-mh; give the seconds that they find"));
     }
     let of_user = [&arguments.model.model].into_iter().chain(&arguments.plan).chain(&arguments.options);
-    let mut inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let options = options(arguments, &model)?;
@@ -28,11 +28,5 @@ pub fn run(arguments: &Arguments, plan: &Path, method: ClosedLoop) -> Result<(),
     let gains = gains(&arguments.gain, &model)?;
     let logs = ClosedLoopLogs { directory, plan: &plan, gains, options };
     let estimate = rist::closed_loop::identify_experiments_in_loop(&model, &logs, method)?;
-    let verdict = rist::verdict::estimate_verdict(&estimate);
-    print(&format!("{estimate}\n{verdict}"))?;
-    if let Some(out) = &arguments.out {
-        inputs.extend(estimate.logs.iter().map(Path::new));
-        write_file(out, &estimate.to_yaml()?, &inputs)?;
-    }
-    refused(&verdict, false)
+    told(arguments, &estimate, inputs)
 }

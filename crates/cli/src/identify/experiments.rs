@@ -6,6 +6,7 @@ use identification::estimate::options::Options;
 use identification::spectrum::identify::SpectralMethod;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
 use logs::ColumnNames;
+use rist::Estimate;
 use rist::experiments::ExperimentLogs;
 
 use super::arguments::{Arguments, Delay};
@@ -20,7 +21,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     };
     let of_user =
         [&arguments.model.model].into_iter().chain(&arguments.plan).chain(&arguments.load).chain(&arguments.options);
-    let mut inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let columns = match &arguments.options {
         Some(path) => columns(path)?,
@@ -33,7 +34,16 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let options = options(arguments)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
     let estimate = rist::identify_experiments(&model, &logs, method)?;
-    let verdict = rist::verdict::estimate_verdict(&estimate);
+    told(arguments, &estimate, inputs)
+}
+
+/// Prints an estimate of experiments with its verdict, and writes it; `inputs`: what was read beside the logs.
+pub(super) fn told<'a>(
+    arguments: &Arguments,
+    estimate: &'a Estimate,
+    mut inputs: Vec<&'a Path>,
+) -> Result<(), Failure> {
+    let verdict = rist::verdict::estimate_verdict(estimate);
     print(&format!("{estimate}\n{verdict}"))?;
     if let Some(out) = &arguments.out {
         inputs.extend(estimate.logs.iter().map(Path::new));
