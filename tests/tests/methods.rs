@@ -89,6 +89,9 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
 /// `tests/command_line.rs` looks at them.
 const OF_THE_MODEL: [&str; 6] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base", "--packages"];
 
+/// Those of every command that say how the program speaks; `tests/terminal.rs` looks at them.
+const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];
+
 /// A flag with a value that changes something where it is heeded.
 fn with_value(flag: &str) -> Option<Vec<&str>> {
     let value = match flag {
@@ -137,9 +140,8 @@ fn every_method_heeds_or_refuses_every_flag() {
             .collect();
         let plain = rist(&here, &base);
         assert_eq!(plain.code, Some(0), "{base:?}: {}", plain.err);
-        for &flag in
-            flags.iter().filter(|f| !OF_THE_MODEL.contains(*f) && !["--help", "--method", "--out"].contains(*f))
-        {
+        let elsewhere = [&OF_THE_MODEL[..], &OF_THE_TERMINAL, &["--help", "--method", "--out"]].concat();
+        for &flag in flags.iter().filter(|f| !elsewhere.contains(f)) {
             let Some(more) = with_value(flag) else {
                 panic!("{flag} is new: say here with which value it changes something")
             };

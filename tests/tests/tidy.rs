@@ -122,6 +122,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
         "crates/cli",
         &[
             "failure",
+            "terminal",
             "verdict",
             "model",
             "artefact",

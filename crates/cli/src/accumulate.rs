@@ -10,11 +10,13 @@ use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
 use rist::fleet::AccumulateRequest;
 use rist::{Accumulator, Model};
+use serde_json::json;
 
 use crate::artefact::{gains, read_sums};
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
+use crate::terminal::{at_work, print_result};
 use rist::output::{check_output, is_same, write_file};
 
 /// Add logs up: triangles that rist merge, rist solve and rist compare take instead of the logs
@@ -100,9 +102,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         anyway: arguments.anyway,
         threads: arguments.threads,
     };
+    at_work(format_args!("adding {} logs up", logs.len()));
     let sums = rist::accumulate(&model, logs, &request)?;
     write_file(&arguments.out, &sums.to_bytes()?, &inputs)?;
-    print(&account(&sums))
+    print_account(&sums)
 }
 
 /// The model, and the options of `--like`, or else of the flags over those of a file.
@@ -154,8 +157,21 @@ fn terms(words: &[Friction]) -> Result<Vec<FrictionTerm>, Failure> {
     Ok(terms)
 }
 
-/// What is in the sums, for the user.
-pub fn account(sums: &Accumulator) -> String {
+/// Prints what is in the sums.
+pub fn print_account(sums: &Accumulator) -> Result<(), Failure> {
+    print_result(account(sums), || {
+        let failed: Vec<_> = sums.failed().iter().map(|f| json!({"name": f.name, "reason": f.reason})).collect();
+        Ok(json!({
+            "model": sums.settings().model.name,
+            "columns": sums.settings().columns.len(),
+            "cutoff_hz": sums.settings().options.signal.cutoff,
+            "logs": serde_json::to_value(sums.logs())?,
+            "left_out": failed,
+        }))
+    })
+}
+
+fn account(sums: &Accumulator) -> String {
     let (settings, logs) = (sums.settings(), sums.logs());
     let mut text = String::new();
     let width = logs.iter().map(|log| log.name.chars().count()).max().unwrap_or(0).max(3);

@@ -7,6 +7,7 @@ use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::known_load::KnownLoad;
 use identification::model::reference::ModelReference;
+use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
 pub use robot::format::read_text;
 
@@ -39,6 +40,14 @@ pub fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Failure> 
 pub fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
     let bytes = std::fs::read(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
     Ok(Accumulator::from_bytes(&path.display().to_string(), &bytes)?)
+}
+
+/// The text of --series: Parquet where the name of the file ends so, else CSV.
+pub fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
+    match out.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
+        true => Ok(series_to_parquet(series, coordinates)?),
+        false => Ok(series_to_csv(series, coordinates).into_bytes()),
+    }
 }
 
 /// What `rist simulate` can simulate.

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_text};
+use serde_json::json;
 
 use crate::artefact::read_text;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{at_work, print_result};
 
 /// Prove anew that an exciting motion keeps its limits
 ///
@@ -29,11 +31,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let file = &arguments.motion;
     let motion = ExcitingMotion::from_yaml(&file.display().to_string(), &read_text(file)?)?;
+    at_work(format_args!("proving the limits of {}", file.display()));
     let checked = rist::check(&model, file, &motion)?;
-    let notes: String = checked.notes.iter().map(|n| format!("note: {n}\n")).collect();
-    print(&format!("{notes}{}", certificate_text(&checked.certificate)))?;
+    let mut text: String = checked.notes.iter().map(|n| format!("note: {n}\n")).collect();
+    text += &certificate_text(&checked.certificate);
     if checked.is_proven() {
-        return print("every limit above is proven, between samples too\n");
+        text += "every limit above is proven, between samples too\n";
+    }
+    let (is_proven, notes) = (checked.is_proven(), &checked.notes);
+    print_result(text, || {
+        let certificate = serde_json::to_value(&checked.certificate)?;
+        Ok(json!({"proven": is_proven, "notes": notes, "certificate": certificate}))
+    })?;
+    if is_proven {
+        return Ok(());
     }
     let faults: Vec<String> = checked.faults().map(|row| row.to_string()).collect();
     Err(Failure::verdict(format_args!("{}: {}", file.display(), faults.join("; "))))

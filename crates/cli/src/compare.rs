@@ -6,7 +6,8 @@ use clap::Args;
 use rist::Accumulator;
 
 use crate::artefact::read_sums;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
+use crate::terminal::print_result;
 use rist::output::{check_output, write_file};
 
 /// Say which parameters moved between sums of rist accumulate: two robots, or two days of one
@@ -41,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let names: Vec<String> = arguments.robots.iter().map(name).collect();
     let named: Vec<(&str, &Accumulator)> = names.iter().map(String::as_str).zip(&robots).collect();
     let found = rist::fleet::compare((&name(&arguments.reference), &reference), &named, arguments.fdr)?;
-    print(&found.to_string())?;
+    print_result(&found, || serde_json::to_value(&found))?;
     if let Some(out) = &arguments.out {
         write_file(out, &found.to_yaml()?, &inputs)?;
     }

@@ -7,8 +7,9 @@ use robot::convention::Convention;
 use robot::format::{Angles, ReadOptions, write_par, write_urdf, write_yaml};
 use robot::{PassiveCoordinate, Robot, transform_inertial};
 
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{self, print};
 use rist::output::write_file;
 
 /// Write a robot's description in another format, and say what that format cannot carry
@@ -63,10 +64,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => print(&text)?,
     }
     for note in notes {
-        eprintln!("{}: {}", note.subject, note.text);
+        terminal::note(format_args!("{}: {}", note.subject, note.text));
     }
     for difference in differences {
-        eprintln!("{}: {difference}", arguments.model.model.display());
+        terminal::note(format_args!("{}: {difference}", arguments.model.model.display()));
     }
     Ok(())
 }

@@ -5,9 +5,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::Finding;
+use serde_json::{Value, json};
 
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{at_work, print_result};
 
 /// Look for what is wrong with logs: units, signs, zeros, swapped columns, delays, another robot
 ///
@@ -27,16 +31,45 @@ pub struct Arguments {
     options: Option<PathBuf>,
 }
 
+/// The passport of a log as JSON; numbers that the log does not tell are null.
+fn as_json(log: &str, passport: &Passport) -> Value {
+    let joints = passport.joints.iter().map(|j| {
+        json!({
+            "coordinate": j.coordinate,
+            "slope": j.slope,
+            "share": j.share,
+            "explained": j.explained,
+            "range": j.range,
+        })
+    });
+    json!({
+        "log": log,
+        "joints": joints.collect::<Vec<_>>(),
+        "findings": findings(&passport.findings),
+        "untold": passport.untold,
+    })
+}
+
+/// Findings as JSON, the worst first.
+pub fn findings(findings: &[Finding]) -> Vec<Value> {
+    let one = |f: &Finding| {
+        let is_gross = f.fault.is_gross();
+        json!({"statement": f.statement(), "joints": f.joints, "gross": is_gross, "evidence": f.evidence, "remedy": f.remedy})
+    };
+    findings.iter().map(one).collect()
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let options = match &arguments.options {
         Some(path) => Options::read(path)?,
         None => Options::default(),
     };
-    let (mut text, mut wrong) = (String::new(), 0);
+    let (mut text, mut logs, mut wrong) = (String::new(), Vec::new(), 0);
     for path in &arguments.logs {
         let (log, columns) = model.open_log(path, &options.columns)?;
         let report = log.report().to_string();
+        at_work(format_args!("examining {}", path.display()));
         let passport = rist::examine(&model, &[log], &options)?;
         wrong += passport.findings.len();
         // A String never fails to grow.
@@ -50,8 +83,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         if passport.findings.is_empty() {
             let _ = writeln!(text, "nothing wrong is seen");
         }
+        logs.push(as_json(&path.display().to_string(), &passport));
     }
-    print(&text)?;
+    print_result(text, || Ok(json!({"logs": logs})))?;
     match wrong {
         0 => Ok(()),
         1 => Err(Failure::verdict("1 finding")),

@@ -7,8 +7,9 @@ use expr::{Function, Tape};
 use modeling::Closure;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::print;
 
 /// Evaluate the regressor or the torque at the states of a CSV file
 ///

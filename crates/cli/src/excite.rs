@@ -13,9 +13,10 @@ use rist::exciting::ExciteRequest;
 use rist::{Estimate, Model};
 
 use crate::artefact::read_text;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
+use crate::terminal::{print_result, progress};
 use rist::output::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
@@ -130,10 +131,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let request = request(arguments)?;
-    let progress = |done: usize, all: usize, text: &str| eprintln!("start {done} of {all}: {text}");
-    let found = rist::excite(&model, &request, &progress)?;
+    let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
+    let found = rist::excite(&model, &request, &told)?;
     let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
-    print(&format!("{notes}{found}"))?;
+    print_result(format_args!("{notes}{found}"), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
         return Err(Failure::verdict(
             "no motion was found whose limits are proven to be kept; nothing is written (--unproven writes it all the \

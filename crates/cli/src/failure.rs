@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Read};
 use std::process::ExitCode;
 
 use robot::Place;
@@ -24,9 +24,14 @@ impl Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
-    pub fn report(&self) -> ExitCode {
+    /// What the user is told, with the line that it is about.
+    pub fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
-        eprint!("rist: {self}\n{line}");
+        format!("rist: {self}\n{line}")
+    }
+
+    /// How the program exits.
+    pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.code)
     }
 }
@@ -81,14 +86,6 @@ fn marked(line: &str, place: &Place) -> String {
         text += &format!(" {margin} | {}^\n", " ".repeat(place.column - 1 - first));
     }
     text
-}
-
-/// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
-pub fn print(text: &str) -> Result<(), Failure> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

@@ -6,8 +6,9 @@ use clap::{Args, ValueEnum};
 use rist::source::{IdentifiedValues, Language};
 
 use crate::artefact::read_estimate;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{at_work, note, print, progress};
 use rist::output::write_file;
 
 /// Write a robot's base regressor, and other functions of it, as source that needs no other file
@@ -72,9 +73,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     };
     let refused = |e| Failure::new(format_args!("{path}: {e}"));
+    at_work(format_args!("generating the source of {path}"));
     let source = rist::generate(&robot, &arguments.functions, &language, &made_by, values.as_ref()).map_err(refused)?;
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
-        eprintln!("note: the constants X and F do not hold {}", left_out.join(", "));
+        note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }
     let Some(out) = &arguments.out else { return print(&source.text) };
     let read: Vec<&Path> =
@@ -87,7 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => write_file(out, &source.text, &read)?,
     }
     for (name, c) in &source.counts {
-        eprintln!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos);
+        progress(format_args!("{name}: {} mul, {} add, {} sin_cos a call", c.mul, c.add, c.sin_cos));
     }
     Ok(())
 }

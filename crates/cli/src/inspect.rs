@@ -12,8 +12,9 @@ use robot::format::Angles;
 use robot::value::SymbolId;
 use serde_json::{Value, json};
 
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{at_work, is_json, print};
 
 /// Columns of a text that goes into no terminal.
 const PIPE: usize = 80;
@@ -31,10 +32,6 @@ pub struct Arguments {
     /// text is wrapped at the terminal's width, at 80 columns in a pipe; html lets one choose a base parameter or a link
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-
-    /// The same as --format json
-    #[arg(long, conflicts_with = "format")]
-    json: bool,
 
     /// Write the rules in the standard parameters alone, however long they are [default: while all of them stay below
     /// 200000 characters; beyond, they name the regrouped parameters of the next link]
@@ -54,11 +51,12 @@ enum Format {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
+    at_work(format_args!("deriving {}", arguments.model.model.display()));
     let model = Model::of(robot, &arguments.model.model)?;
     let (robot, derived) = (&model.robot, &model);
     let tilted = Tilted::new(arguments, derived)?;
     let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
-    let format = if arguments.json { Format::Json } else { arguments.format };
+    let format = if is_json() { Format::Json } else { arguments.format };
     print(&match format {
         Format::Json => format!("{:#}\n", as_json(derived, &rules, &tilted)),
         _ => shown(&sheet(derived, &rules, &tilted), format),

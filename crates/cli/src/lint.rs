@@ -3,9 +3,11 @@
 use std::fmt::Write;
 
 use clap::Args;
+use serde_json::json;
 
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::print_result;
 
 /// Look for classic mistakes in a description's inertial parameters
 ///
@@ -31,7 +33,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         counted(findings.len(), "finding"),
         counted(robot.links.len(), "link")
     );
-    print(&text)?;
+    print_result(text, || {
+        let findings: Vec<_> = findings.iter().map(|f| json!({"link": f.link, "text": f.text})).collect();
+        Ok(json!({"findings": findings, "links": robot.links.len(), "without_parameters": unknown}))
+    })?;
     match findings.len() {
         0 => Ok(()),
         n => Err(Failure::verdict(counted(n, "finding"))),

@@ -20,12 +20,15 @@ mod report;
 mod shell;
 mod simulate;
 mod solve;
+mod terminal;
 mod validate;
 mod verdict;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use failure::Failure;
+use terminal::TerminalArguments;
 
 /// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
 /// identified on the machine.
@@ -34,6 +37,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+
+    #[command(flatten)]
+    terminal: TerminalArguments,
 }
 
 #[derive(Subcommand)]
@@ -59,8 +65,40 @@ enum Command {
     Man(shell::ManualArguments),
 }
 
+impl Command {
+    /// What a command makes that JSON has no part in; `None` where it has a result.
+    fn other_than_json(&self) -> Option<&'static str> {
+        match self {
+            Command::Convert(_) => Some("convert writes a description, or CSV"),
+            Command::Evaluate(_) => Some("evaluate writes CSV"),
+            Command::Generate(_) => Some("generate writes source"),
+            Command::Report(_) => Some("report writes a page"),
+            Command::Completions(_) => Some("completions are for a shell"),
+            Command::Man(_) => Some("man writes pages of the manual"),
+            _ => None,
+        }
+    }
+}
+
 fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
+    let Arguments { command, terminal } = Arguments::parse();
+    terminal::set(terminal);
+    let outcome = match command.other_than_json() {
+        Some(text) if terminal.json => Err(Failure::new(format_args!("--json: rist {text}; leave the flag out"))),
+        _ => run(command),
+    };
+    terminal::rest();
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            terminal::complain(&failure.text());
+            failure.exit_code()
+        }
+    }
+}
+
+fn run(command: Command) -> Result<(), Failure> {
+    match command {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Lint(arguments) => lint::run(&arguments),
@@ -80,9 +118,5 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
         Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
     }
 }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::accumulate::account;
+use crate::accumulate::print_account;
 use crate::artefact::read_sums;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use rist::output::{check_output, write_file};
 
 /// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order
@@ -33,5 +33,5 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         })?;
     }
     write_file(&arguments.out, &all.to_bytes()?, &inputs)?;
-    print(&account(&all))
+    print_account(&all)
 }

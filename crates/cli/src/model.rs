@@ -10,11 +10,12 @@ use robot::Robot;
 use robot::format::{Angles, Mimic};
 
 use crate::failure::Failure;
+use crate::terminal::{at_work, note};
 
 /// The model and how to read it.
 #[derive(Args)]
 pub struct ModelArguments {
-    /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO)
+    /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO); - is standard input
     pub model: PathBuf,
 
     /// Value of a symbol of the description, m or rad: D3=0.45 (a .par file gives its symbols none)
@@ -92,7 +93,7 @@ impl ModelArguments {
         let text = robot::format::text_of(&self.model)?;
         let robot = rist::description::parse_robot(&text, &self.model, options)?;
         if let Some(sentence) = rist::description::snapping(&robot, &text, &self.model, options) {
-            eprintln!("note: {sentence}");
+            note(sentence);
         }
         Ok(robot)
     }
@@ -121,6 +122,7 @@ impl ModelArguments {
     fn derive_by(&self, options: &ModelOptions) -> Result<Model, Failure> {
         let robot = self.read_by(options)?;
         rist::description::check_values(&robot, &self.model)?;
+        at_work(format_args!("deriving {}", self.model.display()));
         let mut model = Model::of(robot, &self.model)?;
         model.description = options.description();
         Ok(model)

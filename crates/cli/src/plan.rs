@@ -7,10 +7,12 @@ use identification::experiments::exchange::Criterion;
 use identification::experiments::profile::Profile;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
 use rist::planning::PlanRequest;
+use serde_json::json;
 
 use crate::artefact::make_directory;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{print_result, progress};
 use rist::output::{check_output, write_file};
 
 /// Plan the exciting experiments of identification by spectrum analysis
@@ -114,10 +116,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // The search takes seconds: what it cannot be written to is found before.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
-    let progress = |done: usize, all: usize, best: f64| eprintln!("start {done} of {all}, best {best:.3}");
-    let rist::planning::Planned { plan, notes } = rist::plan(&model, &request, &progress)?;
-    let notes: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
-    print(&format!("{notes}{plan}"))?;
+    let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
+    let rist::planning::Planned { plan, notes } = rist::plan(&model, &request, &told)?;
+    let lines: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
+    print_result(format_args!("{lines}{plan}"), || Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?})))?;
     if let Some(directory) = &arguments.trajectories {
         make_directory(directory)?;
         let (format, end) = match arguments.format {

@@ -14,6 +14,7 @@ use rist::{LogSource, Model, ModelOptions};
 
 use crate::artefact::{make_directory, read_text};
 use crate::failure::Failure;
+use crate::terminal::at_work;
 use rist::output::{check_output, write_file};
 
 /// Write plan, estimate and validation as one self-contained HTML page
@@ -101,13 +102,36 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(write_file(&arguments.out, &page, &inputs)?)
 }
 
+/// The page of an estimate, with what it makes of logs and of those that it is validated on.
+pub fn page_of(
+    model: &Model,
+    estimate: &Estimate,
+    logs: &[LogSource],
+    validation: Option<&Validation>,
+    verdict: &Verdict,
+    date: Option<&str>,
+) -> Result<String, Failure> {
+    let portrait = rist::validation::portrait(model, estimate, logs)?;
+    let command = command();
+    let request = PageRequest {
+        model: Some(model),
+        estimate: Some(estimate),
+        portrait: portrait.as_ref(),
+        validation,
+        verdict: Some(verdict),
+        origin: origin(date, &command),
+        ..PageRequest::default()
+    };
+    Ok(rist::page::page(&request).0)
+}
+
 /// Version and command of a page.
-pub fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
+fn origin<'a>(date: Option<&'a str>, command: &'a str) -> Origin<'a> {
     Origin { date, version: env!("CARGO_PKG_VERSION"), command, model: None }
 }
 
 /// The command as it was typed, for the page.
-pub fn command() -> String {
+fn command() -> String {
     let quoted =
         |word: String| match word.is_empty() || word.contains(|c: char| c.is_whitespace() || "'\"$`".contains(c)) {
             true => format!("'{}'", word.replace('\'', "'\\''")),
@@ -148,6 +172,7 @@ fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Dr
             "{e}\nthe estimate was made from this log; run where its name leads to it, or say where it is with --log"
         ))),
     };
+    at_work("reading the logs once more");
     let logs: Vec<LogSource> = paths.iter().map(open).collect::<Result<_, _>>()?;
     let verdict = match is_of_others {
         true => {

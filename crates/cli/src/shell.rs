@@ -6,7 +6,8 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use crate::artefact::make_directory;
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
+use crate::terminal::print;
 use rist::output::write_file;
 
 /// Print the completions of a shell

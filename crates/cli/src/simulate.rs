@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use identification::experiments::record::Record;
 use rist::simulation::{Motions, SimulateRequest};
+use serde_json::json;
 
 use crate::artefact::{MotionFile, gains, make_directory, read_estimate, read_load, read_motions};
-use crate::failure::{Failure, print};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
+use crate::terminal::{at_work, print_result};
 use rist::output::write_file;
 
 /// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
@@ -76,17 +78,22 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         MotionFile::Motion(motion) => (Motions::from(motion), "1 motion".into()),
     };
     let effort = request.effort(&model);
+    let mut written = Vec::new();
     let mut write = |name: &str, record: &Record| {
-        let text = record.to_csv(coordinates, effort);
-        write_file(&arguments.out.join(format!("{name}.csv")), &text, &inputs)
+        let (text, file) = (record.to_csv(coordinates, effort), arguments.out.join(format!("{name}.csv")));
+        at_work(format_args!("simulating: {} is written", file.display()));
+        write_file(&file, &text, &inputs)?;
+        written.push(file.display().to_string());
+        Ok(())
     };
+    at_work("simulating");
     let found = rist::simulate(&model, motions, &request, &mut write)?;
     write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
-    let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
+    let (truth, notes) = (arguments.out.join("truth.yaml").display().to_string(), &found.notes);
+    let lines: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
     let with_load = if arguments.load.is_some() { ", as many with the load," } else { "" };
-    print(&format!(
-        "{notes}{count}{with_load} and {} validation motions in {}\n",
-        arguments.validation,
-        arguments.out.display()
-    ))
+    let (validation, out) = (arguments.validation, arguments.out.display());
+    print_result(format_args!("{lines}{count}{with_load} and {validation} validation motions in {out}\n"), || {
+        Ok(json!({"notes": notes, "logs": written, "truth": truth}))
+    })
 }

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
 
 use crate::artefact::read_sums;
-use crate::failure::{Failure, print};
-use crate::verdict::refused;
+use crate::failure::Failure;
+use crate::terminal::print_result;
+use crate::verdict::{as_json, refused};
 use rist::output::{check_output, write_file};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
@@ -27,7 +29,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let failed = |e: logs::Error| Failure::new(format_args!("{}: {e}", arguments.sums.display()));
     let estimate = read_sums(&arguments.sums)?.solve().map_err(failed)?;
     let verdict = rist::verdict::estimate_verdict(&estimate);
-    print(&format!("{estimate}\n{verdict}"))?;
+    print_result(format_args!("{estimate}\n{verdict}"), || {
+        Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
+    })?;
     if let Some(out) = &arguments.out {
         write_file(out, &estimate.to_yaml()?, &inputs)?;
     }

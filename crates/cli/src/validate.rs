@@ -3,12 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use rist::LogSource;
 use rist::validation::MOTION_CUTOFF;
+use serde_json::json;
 
-use crate::artefact::{gains, read_estimate};
-use crate::failure::{Failure, print};
+use crate::artefact::{gains, read_estimate, series_text};
+use crate::failure::Failure;
 use crate::model::ModelArguments;
-use crate::verdict::refused;
+use crate::report::page_of;
+use crate::terminal::{at_work, note, print_result};
+use crate::verdict::{as_json, refused};
 use rist::output::{check_output, write_file};
 
 /// Compare measured and predicted torques on motions that were not used
@@ -36,59 +40,69 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Write measured and predicted torques as CSV; for an estimate from logs
+    /// Write measured and predicted torques as CSV, or as Parquet (FILE.parquet); for an estimate from logs
     #[arg(long, value_name = "FILE")]
     series: Option<PathBuf>,
+
+    /// Write a page with verdict, torques, residuals, friction and parameters as HTML
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
+    /// The date on that page, as you would have it
+    #[arg(long, requires = "report")]
+    date: Option<String>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let of_user = [&arguments.model.model, &arguments.estimate].into_iter().chain(&arguments.logs);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
-    arguments.out.iter().chain(&arguments.series).try_for_each(|out| check_output(out, &inputs))?;
+    let mut outputs = [&arguments.out, &arguments.series, &arguments.report].into_iter().flatten();
+    outputs.try_for_each(|out| check_output(out, &inputs))?;
     let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
     let place = |name: &str| std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
     let fitted: Vec<PathBuf> = estimate.logs.iter().map(|name| place(name)).collect();
     let motions = motions(&arguments.logs)?;
     for log in motions.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
-        eprintln!("note: {}: the estimate was fitted to it; what it leaves there is no validation", log.display());
+        note(format_args!("{}: the estimate was fitted to it; what it leaves there is no validation", log.display()));
     }
-    let mut series = None;
-    let (validation, verdict) = match &estimate.options {
-        Some(options) => {
-            if arguments.cutoff.is_some() || !arguments.gain.is_empty() {
-                return Err(Failure::new(
-                    "--cutoff and --gain: an estimate from samples brings those that it was made with",
-                ));
-            }
-            let open = |path: &PathBuf| model.open_log(path, &options.columns).map(|(log, _)| log);
-            let logs = motions.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-            let validation = rist::validate(&model, &estimate, &logs)?;
-            if arguments.series.is_some() {
-                series = Some(rist::validation::series_to_csv(
-                    &rist::validation::predicted_torques(&model, &estimate, &logs)?,
-                    model.regressor().coordinates(),
-                ));
-            }
-            let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total)?;
-            (validation, verdict)
-        }
-        None if arguments.series.is_some() => {
-            return Err(Failure::new("--series: for an estimate from logs; this one is of experiments"));
-        }
+    let options = estimate.options.as_ref();
+    if options.is_none() && arguments.series.is_some() {
+        return Err(Failure::new("--series: for an estimate from logs; this one is of experiments"));
+    }
+    if options.is_some() && (arguments.cutoff.is_some() || !arguments.gain.is_empty()) {
+        let message = "--cutoff and --gain: an estimate from samples brings those that it was made with";
+        return Err(Failure::new(message));
+    }
+    let open = |path: &PathBuf| {
+        at_work(format_args!("reading {}", path.display()));
+        options.map(|options| model.open_log(path, &options.columns).map(|(log, _)| log)).transpose()
+    };
+    // None for an estimate of experiments, whose motions are read as a whole.
+    let logs: Vec<LogSource> = motions.iter().filter_map(|path| open(path).transpose()).collect::<Result<_, _>>()?;
+    at_work("validating");
+    let validation = match options {
+        Some(_) => rist::validate(&model, &estimate, &logs)?,
         None => {
             let gains = gains(&arguments.gain, &model)?;
             let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
-            let validation = rist::validation::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?;
-            let verdict = rist::verdict::validation_verdict(&model, &estimate, &[], validation.total)?;
-            (validation, verdict)
+            rist::validation::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?
         }
     };
-    print(&format!("{validation}\n{verdict}"))?;
+    let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total)?;
+    print_result(format_args!("{validation}\n{verdict}"), || {
+        Ok(json!({"validation": serde_json::to_value(&validation)?, "verdict": as_json(&verdict)}))
+    })?;
+    at_work("writing");
     if let Some(out) = &arguments.out {
         write_file(out, &validation.to_yaml()?, &inputs)?;
     }
-    if let (Some(out), Some(series)) = (&arguments.series, &series) {
-        write_file(out, series, &inputs)?;
+    if let Some(out) = &arguments.series {
+        let series = rist::validation::predicted_torques(&model, &estimate, &logs)?;
+        write_file(out, series_text(out, &series, model.regressor().coordinates())?, &inputs)?;
+    }
+    if let Some(out) = &arguments.report {
+        let page = page_of(&model, &estimate, &logs, Some(&validation), &verdict, arguments.date.as_deref())?;
+        write_file(out, page, &inputs)?;
     }
     refused(&verdict, false)
 }

@@ -1,8 +1,15 @@
-//! How a command ends whose verdict is no.
+//! How a command ends that has a verdict.
 
 use rist::verdict::{Trust, Verdict};
+use serde_json::{Value, json};
 
 use crate::failure::Failure;
+
+/// The verdict as JSON.
+pub fn as_json(verdict: &Verdict) -> Value {
+    let Verdict { trust, found, reasons, next } = verdict;
+    json!({"trust": trust.word(), "found": found, "reasons": reasons, "next": next})
+}
 
 /// A failure with exit code 1 where the verdict is no; `withheld`: files were asked for and are not written.
 pub fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {

@@ -21,6 +21,8 @@ pub use columns::names::{ColumnNames, Names};
 pub use columns::words::Quantity;
 pub use error::Error;
 pub use formats::arrays::Array;
+#[cfg(feature = "parquet")]
+pub use formats::parquet::write::{Cells, parquet_bytes};
 pub use log::{Effort, Log, Window};
 pub use stream::{LogSource, LogStream};
 pub use table::{Lines, Table};

@@ -13,7 +13,7 @@ use logs::{ColumnNames, Effort, Log, LogSource};
 
 pub use identification::estimate::validation::Validation;
 pub use identification::portrait::Portrait;
-pub use identification::portrait::series::{TorqueSeries, series_to_csv};
+pub use identification::portrait::series::{TorqueSeries, series_to_csv, series_to_parquet};
 
 use crate::Estimate;
 use crate::error::Error;

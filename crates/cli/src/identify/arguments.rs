@@ -138,7 +138,7 @@ pub struct Arguments {
     #[arg(long, requires = "report", help_heading = OUTPUTS)]
     pub date: Option<String>,
 
-    /// Write measured and predicted torques, filtered as they were fitted, as CSV
+    /// Write measured and predicted torques, filtered as they were fitted, as CSV, or as Parquet (FILE.parquet)
     #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub series: Option<PathBuf>,
 }

@@ -11,6 +11,7 @@ use super::experiments::told;
 use super::samples::options;
 use crate::artefact::{gains, read_plan};
 use crate::failure::Failure;
+use crate::terminal::at_work;
 
 pub fn run(arguments: &Arguments, plan: &Path, method: ClosedLoop) -> Result<(), Failure> {
     let [directory] = arguments.logs.as_slice() else {
@@ -27,6 +28,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: ClosedLoop) -> Result<(),
     let plan = read_plan(plan, &model)?;
     let gains = gains(&arguments.gain, &model)?;
     let logs = ClosedLoopLogs { directory, plan: &plan, gains, options };
+    at_work(format_args!("simulating and identifying {}", directory.display()));
     let estimate = rist::closed_loop::identify_experiments_in_loop(&model, &logs, method)?;
     told(arguments, &estimate, inputs)
 }

@@ -8,11 +8,13 @@ use identification::spectrum::rist_mh::data::HarmonicOptions;
 use logs::ColumnNames;
 use rist::Estimate;
 use rist::experiments::ExperimentLogs;
+use serde_json::json;
 
 use super::arguments::{Arguments, Delay};
 use crate::artefact::{gains, read_load, read_plan};
-use crate::failure::{Failure, print};
-use crate::verdict::refused;
+use crate::failure::Failure;
+use crate::terminal::{at_work, print_result};
+use crate::verdict::{as_json, refused};
 use rist::output::{check_output, write_file};
 
 pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result<(), Failure> {
@@ -33,6 +35,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let gains = gains(&arguments.gain, &model)?;
     let options = options(arguments)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
+    at_work(format_args!("identifying from {}", directory.display()));
     let estimate = rist::identify_experiments(&model, &logs, method)?;
     told(arguments, &estimate, inputs)
 }
@@ -44,7 +47,9 @@ pub(super) fn told<'a>(
     mut inputs: Vec<&'a Path>,
 ) -> Result<(), Failure> {
     let verdict = rist::verdict::estimate_verdict(estimate);
-    print(&format!("{estimate}\n{verdict}"))?;
+    print_result(format_args!("{estimate}\n{verdict}"), || {
+        Ok(json!({"estimate": serde_json::to_value(estimate)?, "verdict": as_json(&verdict)}))
+    })?;
     if let Some(out) = &arguments.out {
         inputs.extend(estimate.logs.iter().map(Path::new));
         write_file(out, &estimate.to_yaml()?, &inputs)?;

@@ -8,15 +8,20 @@ use identification::estimate::residuals::Residuals;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
-use rist::page::PageRequest;
+use rist::load::Load;
+use rist::samples::Identification;
 use rist::verdict::{Trust, Verdict};
-use rist::{Estimate, IdentifyRequest, Model, Validation};
+use rist::{IdentifyRequest, Model, Validation};
+use robot::Inertial;
+use serde_json::{Value, json};
 
 use super::arguments::{Arguments, Delay, Friction, Method};
-use crate::artefact::{gain, read_text};
-use crate::failure::{Failure, print};
-use crate::report::{command, origin};
-use crate::verdict::refused;
+use crate::artefact::{gain, read_text, series_text};
+use crate::doctor::findings;
+use crate::failure::Failure;
+use crate::report::page_of;
+use crate::terminal::{at_work, note, print_result};
+use crate::verdict::{self, refused};
 use rist::output::{check_output, is_same, write_file};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -39,26 +44,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         loaded_link: arguments.loaded_link.clone(),
         options: options.clone(),
     };
+    at_work("identifying");
     let mut found = rist::identify(&model, &logs, &request)?;
 
     text.push_str(&chosen(&found));
+    at_work("predicting what was not fitted");
     let predictions = rist::validation::predictions(&model, &found.estimate, &others)?;
-    for (log, validation) in &predictions {
-        let _ = write!(text, "\n{log}, not fitted:\n{validation}");
-    }
-    for finding in &found.passport.findings {
-        let _ = writeln!(text, "{finding}");
-    }
-    let predicted = predictions.iter().map(|(_, p)| p.total).reduce(f64::max);
-    let verdict = found.verdict(predicted);
-    let _ = write!(text, "\n{verdict}");
+    let verdict = found.verdict(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
+    text.push_str(&judged(&predictions, &found, &verdict));
     if let Some(bodies) = found.bodies.as_mut().filter(|_| arguments.anyway) {
         bodies.refusal = None;
     }
     let is_withheld = verdict.trust == Trust::No && !arguments.anyway;
     let simulators = if is_withheld { Vec::new() } else { for_simulators(arguments, &model, &found)? };
-    print(&text)?;
-    let (estimate, read) = (&found.estimate, inputs(arguments));
+    let (reference, estimate) = (model.reference.clone(), &found.estimate);
+    let validation = (!predictions.is_empty())
+        .then(|| Validation::of_logs(reference, &estimate.method, estimate.cutoff, model.regressor(), &predictions));
+    print_result(text, || as_json(&found, validation.as_ref(), &verdict))?;
+
+    at_work("writing");
+    let read = inputs(arguments);
     for (out, text) in simulators {
         write_file(out, text, &read)?;
     }
@@ -66,17 +71,46 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(out, estimate.to_yaml()?, &read)?;
     }
     if let Some(out) = &arguments.report {
-        write_file(out, page(arguments, &model, estimate, &logs, &predictions, &verdict)?, &read)?;
+        let page = page_of(&model, estimate, &logs, validation.as_ref(), &verdict, arguments.date.as_deref())?;
+        write_file(out, page, &read)?;
     }
     if let Some(out) = &arguments.series {
         let series = rist::validation::predicted_torques(&model, estimate, &logs)?;
-        write_file(out, rist::validation::series_to_csv(&series, model.regressor().coordinates()), &read)?;
+        write_file(out, series_text(out, &series, model.regressor().coordinates())?, &read)?;
     }
     refused(&verdict, is_withheld && writes)
 }
 
+/// What was predicted, what the logs have to do with the description, and the verdict.
+fn judged(predictions: &[(String, Residuals)], found: &Identification, verdict: &Verdict) -> String {
+    let mut text = String::new();
+    for (log, validation) in predictions {
+        let _ = write!(text, "\n{log}, not fitted:\n{validation}");
+    }
+    for finding in &found.passport.findings {
+        let _ = writeln!(text, "{finding}");
+    }
+    text + &format!("\n{verdict}")
+}
+
+/// What --json prints.
+fn as_json(
+    found: &Identification,
+    validation: Option<&Validation>,
+    verdict: &Verdict,
+) -> Result<Value, serde_json::Error> {
+    Ok(json!({
+        "estimate": serde_json::to_value(&found.estimate)?,
+        "delay_s": found.delay.as_ref().map(|delay| delay.seconds),
+        "load": found.load.as_ref().map(load_as_json),
+        "validation": serde_json::to_value(validation)?,
+        "findings": findings(&found.passport.findings),
+        "verdict": verdict::as_json(verdict),
+    }))
+}
+
 /// What was chosen, and the estimate.
-fn chosen(found: &rist::samples::Identification) -> String {
+fn chosen(found: &Identification) -> String {
     let mut text = String::new();
     // A String never fails to grow.
     if let Some(delay) = &found.delay {
@@ -93,38 +127,19 @@ fn chosen(found: &rist::samples::Identification) -> String {
     text
 }
 
-/// The page of --report.
-fn page(
-    arguments: &Arguments,
-    model: &Model,
-    estimate: &Estimate,
-    logs: &[LogSource],
-    predictions: &[(String, Residuals)],
-    verdict: &Verdict,
-) -> Result<String, Failure> {
-    let portrait = rist::validation::portrait(model, estimate, logs)?;
-    let (reference, method) = (model.reference.clone(), &estimate.method);
-    let of_logs =
-        |logs: &[(String, Residuals)]| Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), logs);
-    let validation = (!predictions.is_empty()).then(|| of_logs(predictions));
-    let command = command();
-    let request = PageRequest {
-        model: Some(model),
-        estimate: Some(estimate),
-        portrait: portrait.as_ref(),
-        validation: validation.as_ref(),
-        verdict: Some(verdict),
-        origin: origin(arguments.date.as_deref(), &command),
-        ..PageRequest::default()
-    };
-    Ok(rist::page::page(&request).0)
+/// The load as JSON: its parameters by their names.
+fn load_as_json(load: &Load) -> Value {
+    let one = |i: usize| json!({"value": load.parameters[i], "sigma": load.sigma[i], "determined": load.determined[i]});
+    let parameters: serde_json::Map<_, _> =
+        Inertial::BODY.iter().enumerate().map(|(i, inertial)| (inertial.letters().to_string(), one(i))).collect();
+    json!({"link": load.link, "whole": load.is_whole, "parameters": parameters})
 }
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
 fn for_simulators<'a>(
     arguments: &'a Arguments,
     model: &Model,
-    found: &rist::samples::Identification,
+    found: &Identification,
 ) -> Result<Vec<(&'a PathBuf, String)>, Failure> {
     let mut written = Vec::new();
     let Some(bodies) = &found.bodies else { return Ok(written) };
@@ -135,14 +150,12 @@ fn for_simulators<'a>(
         };
         let into = into.as_ref().map(|(file, text)| (file.as_str(), text.as_str()));
         let mjcf = rist::write_back::write_mjcf(model, bodies, &found.estimate, into)?;
-        mjcf.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        mjcf.notes.iter().for_each(note);
         written.push((out, mjcf.text));
     }
     if let Some(out) = &arguments.write_urdf {
         let urdf = rist::write_urdf(model, &read_text(&arguments.model.model)?, bodies, &found.estimate)?;
-        for note in &urdf.notes {
-            eprintln!("note: {note}");
-        }
+        urdf.notes.iter().for_each(note);
         written.push((out, urdf.text));
     }
     Ok(written)
@@ -158,6 +171,7 @@ impl Opened<'_> {
     fn logs(&mut self, model: &Model, paths: &[PathBuf], text: &mut String) -> Result<Vec<LogSource>, Failure> {
         let mut logs = Vec::new();
         for path in paths {
+            at_work(format_args!("reading {}", path.display()));
             let (log, columns) = model.open_log(path, self.columns)?;
             let columns = columns.to_string();
             let _ = writeln!(text, "{}", path.display());

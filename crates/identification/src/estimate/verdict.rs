@@ -24,6 +24,17 @@ pub enum Trust {
     No,
 }
 
+impl Trust {
+    /// The answer in words.
+    pub fn word(self) -> &'static str {
+        match self {
+            Trust::Yes => "yes",
+            Trust::WithCare => "with care",
+            Trust::No => "no",
+        }
+    }
+}
+
 /// The last three lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
@@ -278,13 +289,8 @@ fn percent(x: f64) -> String {
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let trust = match self.trust {
-            Trust::Yes => "yes",
-            Trust::WithCare => "with care",
-            Trust::No => "no",
-        };
         writeln!(f, "found: {}", self.found)?;
-        writeln!(f, "trust: {trust}: {}", self.reasons.join("; "))?;
+        writeln!(f, "trust: {}: {}", self.trust.word(), self.reasons.join("; "))?;
         writeln!(f, "next: {}", self.next)
     }
 }

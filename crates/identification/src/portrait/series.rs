@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use logs::{Error, LogSource};
+use logs::{Cells, Error, LogSource};
 
 use crate::estimate::options::Options;
 use crate::model::linear_model::Model;
@@ -67,6 +67,25 @@ pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String 
     text
 }
 
+/// The same columns as Parquet, in full precision; a number that does not count is absent.
+///
+/// Fails where two coordinates have one name.
+pub fn series_to_parquet(series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Error> {
+    let names = series.iter().flat_map(|one| std::iter::repeat_n(one.name.as_str(), one.t.len())).collect();
+    let times = series.iter().flat_map(|one| one.t.iter().copied()).collect();
+    let mut columns = vec![("log".to_string(), Cells::Texts(names)), ("t".to_string(), Cells::Numbers(times))];
+    for (j, coordinate) in coordinates.iter().enumerate() {
+        let of_joint = |rows: fn(&TorqueSeries) -> &[f64]| {
+            Cells::Numbers(
+                series.iter().flat_map(|one| rows(one).iter().skip(j).step_by(coordinates.len()).copied()).collect(),
+            )
+        };
+        columns.push((format!("measured_{coordinate}"), of_joint(|one| &one.measured)));
+        columns.push((format!("predicted_{coordinate}"), of_joint(|one| &one.predicted)));
+    }
+    logs::parquet_bytes(&columns)
+}
+
 /// A field of CSV.
 fn quoted(text: &str) -> String {
     match text.contains([',', '"', '\n']) {
@@ -77,6 +96,8 @@ fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use logs::Table;
+
     use super::*;
 
     /// A name with a comma stays one field; what does not count is an empty one.
@@ -84,10 +105,16 @@ mod tests {
     fn rows_have_their_fields() {
         let (measured, predicted) = (vec![1.0, 2.0, 3.0, 4.0], vec![1.5, f64::NAN, 2.5, 4.5]);
         let one = TorqueSeries { name: "a,\"b\"".into(), t: vec![0.0, 0.1], measured, predicted };
-        let text = series_to_csv(&[one], &["q1".into(), "q2".into()]);
+        let (series, coordinates) = ([one], ["q1".to_string(), "q2".to_string()]);
+        let text = series_to_csv(&series, &coordinates);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "log,t,measured_q1,predicted_q1,measured_q2,predicted_q2");
         assert_eq!(lines[1], "\"a,\"\"b\"\"\",0.000000,1.000000e0,1.500000e0,2.000000e0,");
         assert_eq!(lines.len(), 3);
+        let bytes = series_to_parquet(&series, &coordinates).unwrap();
+        let table = Table::from_bytes("series.parquet", &bytes).unwrap();
+        assert_eq!(table.header, lines[0].split(',').collect::<Vec<_>>());
+        assert_eq!((&table.columns[1], &table.columns[4]), (&vec![0.0, 0.1], &vec![2.0, 4.0]));
+        assert!(table.columns[5][0].is_nan() && table.columns[5][1] == 4.5);
     }
 }

@@ -1,8 +1,9 @@
-//! Reading a file of any format: its extension tells which.
+//! Reading a file of any format: its extension tells which; of standard input (`-`) how the text starts.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
+use std::sync::OnceLock;
 
 use super::par::read_par_with;
 use super::urdf::read_urdf_with;
@@ -25,8 +26,7 @@ pub fn read(path: &Path) -> Result<Robot, Error> {
 
 /// As [`read`], with options.
 pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
-    let format = Format::of(path)?;
-    format.parse(&decoded(path, format == Format::Par)?, path, options)
+    parse_with(&text_of(path)?, path, options)
 }
 
 /// Reads the robot that a text describes, as [`read_with`] reads it from the file at `path`: the extension tells the
@@ -34,7 +34,7 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
 ///
 /// Fails when the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
-    let format = Format::of(path)?;
+    let format = Format::of(path, text)?;
     if text.len() as u64 > MAX_BYTES {
         return Err(whole_file(&path.display().to_string(), "the text is larger than 16 MiB".into()));
     }
@@ -45,7 +45,13 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    decoded(path, Format::of(path)? == Format::Par)
+    // That of standard input shows once it is read.
+    decoded(path, is_standard_input(path) || Format::of(path, "")? == Format::Par)
+}
+
+/// `-` is standard input, as elsewhere.
+fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -56,8 +62,16 @@ enum Format {
 }
 
 impl Format {
-    /// By the extension.
-    fn of(path: &Path) -> Result<Format, Error> {
+    /// By the extension; of standard input by how the text starts: an XML tag, or the comment of a .par file.
+    fn of(path: &Path, text: &str) -> Result<Format, Error> {
+        if is_standard_input(path) {
+            let start = text.trim_start_matches('\u{feff}').trim_start();
+            return Ok(match start {
+                _ if start.starts_with('<') => Format::Urdf,
+                _ if start.starts_with("(*") => Format::Par,
+                _ => Format::Yaml,
+            });
+        }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
             "yaml" | "yml" => Ok(Format::Yaml),
@@ -88,14 +102,33 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
     decoded(path, false)
 }
 
+/// All of a source, or as much as shows that it is too large.
+fn begun(source: impl Read) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// What came in by standard input; it comes once, and a description may be looked at twice.
+fn standard_input() -> io::Result<&'static [u8]> {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    if let Some(bytes) = BYTES.get() {
+        return Ok(bytes);
+    }
+    let bytes = begun(io::stdin())?;
+    Ok(BYTES.get_or_init(|| bytes))
+}
+
 fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
     let file_name = &path.display().to_string();
-    let fail = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
+    let fail = |e: io::Error| match e.kind() {
+        io::ErrorKind::NotFound => whole_file(file_name, "there is no such file".into()),
         _ => whole_file(file_name, format!("the file cannot be read: {e}")),
     };
-    let mut bytes = Vec::new();
-    File::open(path).map_err(fail)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+    let bytes = match is_standard_input(path) {
+        true => standard_input().map_err(fail)?.to_vec(),
+        false => begun(File::open(path).map_err(fail)?).map_err(fail)?,
+    };
     if bytes.len() as u64 > MAX_BYTES {
         return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
     }

@@ -1,0 +1,197 @@
+//! What the program says: the result on standard output, as text or as JSON; notes and progress on standard error.
+//!
+//! Colours stand where a terminal is, and there only. What takes longer than a second says on a terminal what it is at,
+//! in a line that it takes away again.
+
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anstream::AutoStream;
+use anstyle::{AnsiColor, Style};
+use clap::{Args, ColorChoice};
+use serde_json::Value;
+
+use crate::failure::Failure;
+
+/// How the program speaks, for every command.
+#[derive(Args, Clone, Copy, Default)]
+#[command(next_help_heading = "Terminal")]
+pub struct TerminalArguments {
+    /// Print the result as JSON
+    #[arg(long, global = true)]
+    pub json: bool,
+
+    /// Neither notes nor progress: the result and errors alone
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+
+    /// Colours; NO_COLOR in the environment turns them off too
+    #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    pub color: ColorChoice,
+}
+
+/// Set once, before anything is said.
+static ARGUMENTS: OnceLock<TerminalArguments> = OnceLock::new();
+
+/// Decides how everything after it is said.
+pub fn set(arguments: TerminalArguments) {
+    match arguments.color {
+        ColorChoice::Auto => anstream::ColorChoice::Auto,
+        ColorChoice::Always => anstream::ColorChoice::Always,
+        ColorChoice::Never => anstream::ColorChoice::Never,
+    }
+    .write_global();
+    // A second call would change nothing; there is one, in main.
+    let _ = ARGUMENTS.set(arguments);
+}
+
+fn arguments() -> TerminalArguments {
+    ARGUMENTS.get().copied().unwrap_or_default()
+}
+
+/// Whether the result is wanted as JSON.
+pub fn is_json() -> bool {
+    arguments().json
+}
+
+/// Prints the result of a command: `text`, or what `json` makes where --json asks for it.
+pub fn print_result(
+    text: impl Display,
+    json: impl FnOnce() -> Result<Value, serde_json::Error>,
+) -> Result<(), Failure> {
+    if !is_json() {
+        return print(&text.to_string());
+    }
+    match json() {
+        Ok(value) => print(&format!("{value:#}\n")),
+        Err(e) => Err(Failure::new(format_args!("the result cannot be written as JSON: {e}"))),
+    }
+}
+
+/// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let _at = took_away();
+    match AutoStream::auto(io::stdout()).write_all(coloured(text).as_bytes()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Says on standard error what the user should know beside the result.
+pub fn note(text: impl Display) {
+    if !arguments().quiet {
+        complain(&format!("note: {text}\n"));
+    }
+}
+
+/// Says on standard error how far a search is.
+pub fn progress(text: impl Display) {
+    if !arguments().quiet {
+        complain(&format!("{text}\n"));
+    }
+}
+
+/// Writes to standard error; where that is closed, nobody is there to be told.
+pub fn complain(text: &str) {
+    let _at = took_away();
+    let _ = AutoStream::auto(io::stderr()).write_all(coloured(text).as_bytes());
+}
+
+/// Words at the start of a line that stand out.
+const WORDS: [(&str, AnsiColor); 5] = [
+    ("trust: yes", AnsiColor::Green),
+    ("trust: with care", AnsiColor::Yellow),
+    ("trust: no", AnsiColor::Red),
+    ("note:", AnsiColor::Cyan),
+    ("rist:", AnsiColor::Red),
+];
+
+/// The text with its words in colours, which a stream that is no terminal leaves out.
+fn coloured(text: &str) -> String {
+    let line = |line: &str| match WORDS.iter().find(|(word, _)| line.starts_with(word)) {
+        Some((word, color)) => {
+            let style = Style::new().bold().fg_color(Some((*color).into()));
+            format!("{style}{word}{style:#}{}", &line[word.len()..])
+        }
+        None => line.to_string(),
+    };
+    text.split_inclusive('\n').map(line).collect()
+}
+
+/// What the program is at.
+struct At {
+    what: String,
+    since: Instant,
+    /// Whether a line about it stands on the terminal.
+    shown: bool,
+}
+
+static AT: Mutex<Option<At>> = Mutex::new(None);
+
+/// A second of silence is what a person takes for granted.
+const SILENCE: Duration = Duration::from_secs(1);
+const TICK: Duration = Duration::from_millis(250);
+/// Back to the start of the line, and the line away.
+const AWAY: &str = "\r\x1b[K";
+
+fn at() -> MutexGuard<'static, Option<At>> {
+    AT.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Takes the line of what the program is at away, until the guard is dropped.
+fn took_away() -> MutexGuard<'static, Option<At>> {
+    let mut now = at();
+    if let Some(at) = now.as_mut().filter(|at| at.shown) {
+        at.shown = false;
+        let _ = io::stderr().write_all(AWAY.as_bytes());
+    }
+    now
+}
+
+/// From now on the program is at this: `reading log.csv`. Shown on a terminal while it takes more than a second.
+pub fn at_work(what: impl Display) {
+    static WATCH: OnceLock<bool> = OnceLock::new();
+    let is_watched = *WATCH.get_or_init(|| {
+        let is_seen = !arguments().quiet && io::stderr().is_terminal();
+        if is_seen {
+            thread::spawn(watch);
+        }
+        is_seen
+    });
+    if is_watched {
+        *took_away() = Some(At { what: what.to_string(), since: Instant::now(), shown: false });
+    }
+}
+
+/// Nothing is at work any more.
+pub fn rest() {
+    *took_away() = None;
+}
+
+/// Ends with the program.
+fn watch() {
+    loop {
+        thread::sleep(TICK);
+        if let Some(at) = at().as_mut().filter(|at| at.since.elapsed() > SILENCE) {
+            at.shown = true;
+            let line = format!("{AWAY}{}, {} s", at.what, at.since.elapsed().as_secs());
+            let _ = io::stderr().write_all(line.as_bytes());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_at_the_start_of_a_line_are_coloured() {
+        let text = "found: x\ntrust: no: note: y\nnotes: z\n";
+        let seen = coloured(text);
+        assert!(seen.starts_with("found: x\n\u{1b}[1m\u{1b}[31mtrust: no\u{1b}[0m: note: y\nnotes: z"), "{seen:?}");
+        assert_eq!(anstream::adapter::strip_str(&seen).to_string(), text);
+    }
+}
