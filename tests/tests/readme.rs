@@ -3,8 +3,8 @@
 //! In a block of the kind `console`, a line `$ rist ..` is run, and the lines below it, to the next such line or the
 //! end of the block, are its output; `...` alone on a line stands for any lines. The README's commands run at the
 //! root of the repository. The tutorial's run in an empty folder, with the files that its blocks of the kind `yaml`
-//! hold under the name in their first line, `# NAME: ..`, and with models/race.yaml; those of the how-to with the files of
-//! the tutorial and its own. `[exit code 1]` below an output is the exit code where it is not 0.
+//! hold under the name in their first line, `# NAME: ..`, and with models/race.yaml; those of a how-to there too, or in a
+//! folder with the files of the tutorial or its own. `[exit code 1]` below an output is the exit code where it is not 0.
 
 use std::path::Path;
 
@@ -88,6 +88,24 @@ fn write_files(page: &str, here: &Path) {
     assert!(!files.is_empty(), "{page} holds no file");
     for (name, text) in files {
         std::fs::write(here.join(&name), text).unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+}
+
+#[test]
+fn the_pages_that_run_at_the_root_hold() {
+    holds("docs/how-to/start-from-a-urdf.md", &workspace());
+    holds("docs/how-to/identify-a-payload.md", &workspace());
+}
+
+#[test]
+fn the_pages_that_run_in_a_folder_hold() {
+    for (page, files_of) in [
+        ("docs/how-to/units-and-gains.md", "docs/tutorial.md"),
+        ("docs/how-to/describe-a-robot-with-loops.md", "docs/how-to/describe-a-robot-with-loops.md"),
+    ] {
+        let here = folder(&page.replace('/', "_"));
+        write_files(files_of, &here);
+        holds(page, &here);
     }
 }
 

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::artefact::read_text;
 use crate::failure::Failure;
 use crate::model::ModelArguments;
-use crate::terminal::{at_work, print_result};
+use crate::terminal::{self, at_work, print_result};
 
 /// Prove anew that an exciting motion keeps its limits
 ///
@@ -33,8 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let motion = ExcitingMotion::from_yaml(&file.display().to_string(), &read_text(file)?)?;
     at_work(format_args!("proving the limits of {}", file.display()));
     let checked = rist::check(&model, file, &motion)?;
-    let mut text: String = checked.notes.iter().map(|n| format!("note: {n}\n")).collect();
-    text += &certificate_text(&checked.certificate);
+    let mut text = terminal::notes(&checked.notes) + &certificate_text(&checked.certificate);
     if checked.is_proven() {
         text += "every limit above is proven, between samples too\n";
     }

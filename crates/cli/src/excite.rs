@@ -16,7 +16,7 @@ use crate::artefact::read_text;
 use crate::failure::Failure;
 use crate::identify::{Friction, friction};
 use crate::model::ModelArguments;
-use crate::terminal::{print_result, progress};
+use crate::terminal::{self, print_result, progress};
 use rist::output::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
@@ -133,8 +133,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = request(arguments)?;
     let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
     let found = rist::excite(&model, &request, &told)?;
-    let notes: String = found.notes.iter().map(|n| format!("note: {n}\n")).collect();
-    print_result(format_args!("{notes}{found}"), || serde_json::to_value(&found))?;
+    print_result(format_args!("{}{found}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
         return Err(Failure::verdict(
             "no motion was found whose limits are proven to be kept; nothing is written (--unproven writes it all the \

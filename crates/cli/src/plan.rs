@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::artefact::make_directory;
 use crate::failure::Failure;
 use crate::model::ModelArguments;
-use crate::terminal::{print_result, progress};
+use crate::terminal::{self, print_result, progress};
 use rist::output::{check_output, write_file};
 
 /// Plan the exciting experiments of identification by spectrum analysis
@@ -118,8 +118,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
     let rist::planning::Planned { plan, notes } = rist::plan(&model, &request, &told)?;
-    let lines: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
-    print_result(format_args!("{lines}{plan}"), || Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?})))?;
+    print_result(format_args!("{}{plan}", terminal::notes(&notes)), || {
+        Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?}))
+    })?;
     if let Some(directory) = &arguments.trajectories {
         make_directory(directory)?;
         let (format, end) = match arguments.format {

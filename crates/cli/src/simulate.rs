@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::artefact::{MotionFile, gains, make_directory, read_estimate, read_load, read_motions};
 use crate::failure::Failure;
 use crate::model::ModelArguments;
-use crate::terminal::{at_work, print_result};
+use crate::terminal::{self, at_work, print_result};
 use rist::output::write_file;
 
 /// Simulate the experiments of a plan, or an exciting motion, in closed loop, with friction, noise and drive gains
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = rist::simulate(&model, motions, &request, &mut write)?;
     write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
     let (truth, notes) = (arguments.out.join("truth.yaml").display().to_string(), &found.notes);
-    let lines: String = notes.iter().map(|n| format!("note: {n}\n")).collect();
+    let lines = terminal::notes(notes);
     let with_load = if arguments.load.is_some() { ", as many with the load," } else { "" };
     let (validation, out) = (arguments.validation, arguments.out.display());
     print_result(format_args!("{lines}{count}{with_load} and {validation} validation motions in {out}\n"), || {

@@ -87,6 +87,12 @@ pub fn note(text: impl Display) {
     }
 }
 
+/// What a step says beside its result, as lines before it; nothing where notes are not wanted.
+pub fn notes(texts: &[String]) -> String {
+    let texts = if arguments().quiet { &[] } else { texts };
+    texts.iter().map(|text| format!("note: {text}\n")).collect()
+}
+
 /// Says on standard error how far a search is.
 pub fn progress(text: impl Display) {
     if !arguments().quiet {
