@@ -134,7 +134,7 @@ impl Look<'_> {
             Search { samples: self.samples, rows: self.rows, description, scale, velocities: &suspicions(velocities) };
         let (changes, misfits) = search.best(slopes);
         let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
-        found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &list())));
+        found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &changes, &list())));
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
         }
@@ -186,7 +186,7 @@ impl Look<'_> {
         }
     }
 
-    fn changed(&self, found: &Suspicion, slopes: &str) -> Finding {
+    fn changed(&self, found: &Suspicion, all: &[Suspicion], slopes: &str) -> Finding {
         let evidence = format!(
             "with that undone the description leaves {:.0} % of the torques (joints alike), as it is {:.0} %; {slopes}",
             100.0 * found.after,
@@ -204,7 +204,7 @@ impl Look<'_> {
         if found.fault() == Fault::Degrees {
             joints.push("all joints".into());
         }
-        let remedy = found.remedy(self.n());
+        let remedy = found.remedy(self.n(), all);
         Finding { fault: found.fault(), joints, evidence, remedy }
     }
 

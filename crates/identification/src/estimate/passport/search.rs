@@ -246,23 +246,33 @@ impl Suspicion {
         }
     }
 
-    /// What undoes it, for a robot of n joints.
-    pub fn remedy(&self, n: usize) -> String {
+    /// What undoes it, for a robot of n joints; of an option that is a list over the joints, what all suspicions together
+    /// need.
+    pub fn remedy(&self, n: usize, all: &[Suspicion]) -> String {
         use Change::*;
-        let list = |k: usize, value: f64, others: f64| {
-            let all: Vec<String> = (0..n).map(|j| if j == k { value } else { others }.to_string()).collect();
-            format!("[{}]", all.join(", "))
+        let suspected: Vec<Change> = all.iter().flat_map(|s| s.changes.iter().copied()).collect();
+        let list = |of: &dyn Fn(Change) -> Option<(usize, f64)>, others: f64| {
+            let value =
+                |j: usize| suspected.iter().filter_map(|&c| of(c)).find(|(k, _)| *k == j).map_or(others, |(_, x)| x);
+            format!("[{}]", (0..n).map(|j| value(j).to_string()).collect::<Vec<_>>().join(", "))
         };
         let Some(&change) = self.changes.first() else { return String::new() };
         match change {
-            Turned(k, angle) => {
-                let rounded = (1e4 * angle).round() / 1e4;
-                format!("--options: transmission: {{offsets: {}}}", list(k, rounded, 0.0))
+            Turned(..) => {
+                let zero = |change| match change {
+                    Turned(k, angle) => Some((k, (1e4 * angle).round() / 1e4)),
+                    _ => None,
+                };
+                format!("--options: transmission: {{offsets: {}}}", list(&zero, 0.0))
             }
-            Opposed(k) => {
-                format!("--options: transmission: {{ratios: {}, joint_side_positions: true}}", list(k, -1.0, 1.0))
+            Opposed(_) => {
+                let opposed = |change| if let Opposed(k) = change { Some((k, -1.0)) } else { None };
+                format!("--options: transmission: {{ratios: {}, joint_side_positions: true}}", list(&opposed, 1.0))
             }
-            Reversed(k) => format!("--options: transmission: {{ratios: {}}}", list(k, -1.0, 1.0)),
+            Reversed(_) => {
+                let reversed = |change| if let Reversed(k) = change { Some((k, -1.0)) } else { None };
+                format!("--options: transmission: {{ratios: {}}}", list(&reversed, 1.0))
+            }
             Mirrored(_) => "change the sign of its position and velocity columns".into(),
             SwappedJoints(..) => {
                 "--options: columns: {position: [..], velocity: [..], torque: [..]} in the order of the \
