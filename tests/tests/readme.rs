@@ -4,7 +4,8 @@
 //! end of the block, are its output; `...` alone on a line stands for any lines. The README's commands run at the
 //! root of the repository. The tutorial's run in an empty folder, with the files that its blocks of the kind `yaml`
 //! hold under the name in their first line, `# NAME: ..`, and with models/race.yaml; those of a how-to there too, or in a
-//! folder with the files of the tutorial or its own. `[exit code 1]` below an output is the exit code where it is not 0.
+//! folder with the files of the tutorial or its own. `[exit code 1]` below an output is the exit code where it is not 0. In a block of the kind `sh` each `rist ..` is run too,
+//! with stand-ins for the files of the reader.
 
 use std::path::Path;
 
@@ -35,6 +36,31 @@ fn matches(shown: &[String], lines: &[&str]) -> bool {
         None => lines.is_empty(),
         Some((first, rest)) if first == "..." => (0..=lines.len()).any(|skip| matches(rest, &lines[skip..])),
         Some((first, rest)) => lines.first() == Some(&first.as_str()) && matches(rest, &lines[1..]),
+    }
+}
+
+/// The arguments of each `rist ..` in blocks of the kind `sh`, without comments.
+fn shell_commands(text: &str) -> Vec<Vec<String>> {
+    let blocks = text.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next());
+    let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("rist "));
+    let words = |line: &str| line.split('#').next().unwrap_or("").split_whitespace().map(str::to_string).collect();
+    lines.map(words).collect()
+}
+
+/// Runs them in a folder with the stand-ins for the reader's own files.
+fn shell_commands_run(page: &str, stand_ins: &[(&str, &str)]) {
+    let here = folder(&format!("{}_shell", page.replace('/', "_")));
+    stand_ins.iter().for_each(|(name, text)| std::fs::write(here.join(name), text).unwrap());
+    let commands = shell_commands(&std::fs::read_to_string(workspace().join(page)).unwrap());
+    assert!(!commands.is_empty(), "{page} shows no `rist` in a block of the kind sh");
+    for arguments in commands {
+        // The log of the motion before.
+        let (log, first) = (here.join("logs/motion.csv"), here.join("first.csv"));
+        if log.is_file() && !first.exists() {
+            std::fs::copy(log, first).unwrap();
+        }
+        let run = rist(&here, &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(run.code, Some(0), "{page}: rist {}: {}", arguments.join(" "), run.err);
     }
 }
 
@@ -82,9 +108,14 @@ fn the_logs_that_ship_are_what_the_simulator_writes() {
     }
 }
 
+/// The files that a page holds.
+fn files_of(page: &str) -> Vec<(String, String)> {
+    files(&std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}")))
+}
+
 /// Writes the files of a page into a folder.
 fn write_files(page: &str, here: &Path) {
-    let files = files(&std::fs::read_to_string(workspace().join(page)).unwrap_or_else(|e| panic!("{page}: {e}")));
+    let files = files_of(page);
     assert!(!files.is_empty(), "{page} holds no file");
     for (name, text) in files {
         std::fs::write(here.join(&name), text).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -107,6 +138,28 @@ fn the_pages_that_run_in_a_folder_hold() {
         write_files(files_of, &here);
         holds(page, &here);
     }
+}
+
+#[test]
+fn the_commands_of_shell_blocks_run() {
+    let text = |file: &str| std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let (urdf, log) = (text("models/ur5.urdf"), text("docs/ur5/log.csv"));
+    // The content decides the format of a log, not its name.
+    let files =
+        [("robot.urdf", urdf.as_str()), ("log.csv", &log), ("log.mcap", &log), ("options.yaml", "weights: huber\n")];
+    shell_commands_run("README.md", &files);
+    shell_commands_run("docs/how-to/find-what-is-wrong-with-a-log.md", &files);
+
+    let ball = r#"<collision><geometry><sphere radius="0.05"/></geometry></collision>"#;
+    let with_bodies = urdf.replace("</inertial>", &format!("</inertial>{ball}"));
+    let with_tool = with_bodies.replace(r#"<link name="tool0"/>"#, &format!(r#"<link name="tool0">{ball}</link>"#));
+    assert!(with_tool.len() > with_bodies.len() && with_bodies.len() > urdf.len());
+    let page = "docs/how-to/find-a-motion.md";
+    let (_, limits) = files_of(page).into_iter().find(|(name, _)| name == "limits.yaml").expect("it holds limits");
+    shell_commands_run(
+        page,
+        &[("arm.urdf", &with_tool), ("limits.yaml", &limits), ("options.yaml", "covariance: true\n")],
+    );
 }
 
 #[test]
@@ -139,6 +192,27 @@ fn the_page_on_code_for_a_loop_runs() {
         .output()
         .expect("a C compiler is there");
     assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+
+    // The lines of Rust that it shows, at a state of rest: the torques of the page are those of `rist evaluate`, whose
+    // numbers are the description's; the estimate is that of its simulation, to a few per cent.
+    let page = std::fs::read_to_string(workspace().join("docs/how-to/code-for-a-control-loop.md")).unwrap();
+    let lines = page.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("lines of Rust");
+    let states = "let (q, dq, ddq_wanted) = ([0.4, -0.3], [0.5, 0.2], [1.0, 2.0]);";
+    let program = format!("mod arm;\nfn main() {{\n{states}\n{lines}println!(\"{{}} {{}}\", tau[0], tau[1]);\n}}\n");
+    std::fs::write(here.join("main.rs"), program).unwrap();
+    let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
+    let built = std::process::Command::new(rustc).args(["--edition", "2024", "main.rs"]).current_dir(&here).output();
+    let built = built.expect("a Rust compiler is there");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let ran = std::process::Command::new(here.join("main")).output().expect("it runs");
+    std::fs::write(here.join("states.csv"), "q_q1,q_q2,dq_q1,dq_q2,ddq_q1,ddq_q2\n0.4,-0.3,0.5,0.2,1,2\n").unwrap();
+    let expected = rist(&here, &["evaluate", "arm.yaml", "states.csv", "--quantity", "torque"]).out;
+    let numbers = |text: &str| text.split([' ', ',', '\n']).filter_map(|x| x.parse().ok()).collect::<Vec<f64>>();
+    let (found, expected) = (numbers(&String::from_utf8_lossy(&ran.stdout)), numbers(&expected));
+    assert_eq!((found.len(), expected.len()), (2, 2));
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found - expected).abs() < 0.05 * expected.abs(), "{found} {expected}");
+    }
 }
 
 #[test]
