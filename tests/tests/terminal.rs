@@ -160,3 +160,32 @@ fn a_description_from_standard_input() {
     let broken = fed(&here, &["inspect", "-"], "links: [");
     assert!(broken.code == Some(2) && broken.err.starts_with("rist: -:1"), "{}", broken.err);
 }
+
+/// The first Ctrl-C ends the search and keeps the best motion, proven as any; there would be a thousand starts more.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_best_so_far() {
+    use std::io::{BufRead, BufReader};
+    let here = folder("terminal-interrupt");
+    let arm = path("planar2r_vertical.yaml");
+    let mut search = Command::new(program())
+        .args(["excite", &arm, "--starts", "1000", "--out", "m.yaml"])
+        .current_dir(&here)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut told = BufReader::new(search.stderr.take().unwrap());
+    let mut line = String::new();
+    told.read_line(&mut line).unwrap();
+    assert!(line.starts_with("start 1 of 1000: "), "{line}");
+    let killed = Command::new("kill").args(["-INT", &search.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let rest = told.lines().count();
+    assert!(search.wait().unwrap().success() && rest < 900, "{rest}");
+    let motion = artefact(&here.join("m.yaml"));
+    assert_eq!(motion["proven"], true);
+    let said = motion["notes"].as_array().unwrap().iter().filter_map(Json::as_str).collect::<Vec<_>>().join("\n");
+    assert!(said.contains("the search was interrupted: the best of ") && said.contains(" starts, of 1000"), "{said}");
+    assert_eq!(rist(&here, &["check", &arm, "m.yaml"]).code, Some(0));
+}

@@ -123,6 +123,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
         &[
             "failure",
             "terminal",
+            "interrupt",
             "verdict",
             "model",
             "artefact",

@@ -15,6 +15,7 @@ use rist::{Estimate, Model};
 use crate::artefact::read_text;
 use crate::failure::Failure;
 use crate::identify::{Friction, friction};
+use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result, progress};
 use rist::output::write_file;
@@ -25,7 +26,7 @@ use rist::output::write_file;
 /// neither gives is assumed, with a note. Position, velocity, acceleration and jerk are proved between the samples too;
 /// the torque where the description has inertial parameters and effort limits; the distances of the robot's own links
 /// where a URDF has their collision geometry; and floors, walls and boxes of --limits. What is not looked at is said.
-/// Watch the motion in a simulator, and slowly on the robot, first.
+/// Ctrl-C ends the search with the best that it has. Watch the motion in a simulator, and slowly on the robot, first.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -132,7 +133,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let request = request(arguments)?;
     let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
-    let found = rist::excite(&model, &request, &told)?;
+    let found = interruptible(|| rist::excite(&model, &request, &told))??;
     print_result(format_args!("{}{found}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
         return Err(Failure::verdict(

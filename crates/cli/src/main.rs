@@ -12,6 +12,7 @@ mod failure;
 mod generate;
 mod identify;
 mod inspect;
+mod interrupt;
 mod lint;
 mod merge;
 mod model;

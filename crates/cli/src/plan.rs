@@ -11,6 +11,7 @@ use serde_json::json;
 
 use crate::artefact::make_directory;
 use crate::failure::Failure;
+use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result, progress};
 use rist::output::{check_output, write_file};
@@ -117,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let model = arguments.model.derive()?;
     let told = |done: usize, all: usize, best: f64| progress(format_args!("start {done} of {all}, best {best:.3}"));
-    let rist::planning::Planned { plan, notes } = rist::plan(&model, &request, &told)?;
+    let rist::planning::Planned { plan, notes } = interruptible(|| rist::plan(&model, &request, &told))??;
     print_result(format_args!("{}{plan}", terminal::notes(&notes)), || {
         Ok(json!({"notes": notes, "plan": serde_json::to_value(&plan)?}))
     })?;

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::exciting::ExciteRequest;
 use rist::planning::PlanRequest;
-use rist::simulation::SimulateRequest;
+use rist::simulation::{Motions, SimulateRequest};
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};
@@ -129,10 +129,10 @@ fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
 /// Chooses the experiments that identify a robot best by spectrum analysis.
 ///
 /// Options, as of `rist plan --help`: experiments (8), criterion ("determinant", "condition"), profile ("bang-bang",
-/// "smooth"), steps (5), configurations (60), duration (4 s), rate (1000 Hz), starts (12), seed (1);
-/// progress(done, all, text) is called as starts end. What the description does not say is a warning.
+/// "smooth"), steps (5), configurations (60), duration (4 s), rate (1000 Hz), starts (12), seed (1),
+/// nodes (0: of the branch and bound that proves the plan); progress(done, all, text) is called as starts end. What the description does not say is a warning.
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
 pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
     let known: &[&str] = &[
         "experiments",
@@ -144,6 +144,7 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
         "rate",
         "starts",
         "seed",
+        "nodes",
         "progress",
     ];
     let (given, customary) = (Keywords::new("plan", known, options)?, PlanRequest::default());
@@ -160,7 +161,7 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
         rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
         starts: given.get("starts", count)?.unwrap_or(customary.starts),
         seed: given.get("seed", count)?.unwrap_or(customary.seed),
-        ..customary
+        nodes: given.get("nodes", count)?.unwrap_or(customary.nodes),
     };
     let planned = work(py, given.any("progress"), |reporter| {
         rist::plan(&model.inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
@@ -169,9 +170,9 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
     Ok(ExperimentPlan { inner: planned.plan })
 }
 
-/// Simulates the experiments of a plan in closed loop, with friction, noise and drive gains.
+/// Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains.
 ///
-/// With out="DIRECTORY" it writes a log an experiment (e01.csv, .., v01.csv, .. of motions for validation, e01_loaded.csv,
+/// With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
 /// ..) and truth.yaml, as `rist simulate` does. Returns the parameters behind the logs, an Estimate, and the logs: a dict by
 /// name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which `identify` takes.
 ///
@@ -188,14 +189,14 @@ pub fn simulate<'py>(
     let known: &[&str] = &["out", "validation", "gain", "load", "feedforward", "seed", "noise_free", "progress"];
     let given = Keywords::new("simulate", known, options)?;
     let inner = &model.get().inner;
-    let plan = ExperimentPlan::of(plan, inner)?;
+    let motions = Played::of(plan, inner)?;
     let request = simulate_request(&given, inner)?;
     let out = given.get::<PathBuf>("out", "a path")?;
     if let Some(out) = &out {
         make_directory(out)?;
     }
     let effort = request.effort(inner);
-    let planned = plan.experiments.len();
+    let planned = motions.count();
     let all = planned * (1 + usize::from(request.load.is_some())) + request.validation_motions;
     let (simulated, records) = work(py, given.any("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
@@ -208,7 +209,7 @@ pub fn simulate<'py>(
             reporter.tell(records.len(), all, name);
             Ok(())
         };
-        let simulated = rist::simulate(inner, &plan, &request, take)?;
+        let simulated = rist::simulate(inner, motions.motions(), &request, take)?;
         Ok((simulated, records))
     })?;
     warn(py, &simulated.notes)?;
@@ -219,21 +220,56 @@ pub fn simulate<'py>(
     Ok((Estimate::plain(simulated.truth, Some(model.clone().unbind())), logs))
 }
 
+/// What is simulated.
+enum Played {
+    Plan(rist::planning::ExperimentPlan),
+    Motion(rist::exciting::ExcitingMotion),
+}
+
+impl Played {
+    /// A motion, a plan, or the path of a plan; refused where it was made with another model.
+    fn of(given: &Bound<'_, PyAny>, model: &rist::Model) -> PyResult<Played> {
+        let Ok(motion) = given.cast::<ExcitingMotion>() else {
+            return Ok(Played::Plan(ExperimentPlan::of(given, model)?));
+        };
+        let motion = motion.get().inner.clone();
+        model.check(Path::new("motion"), &motion.model).or_error()?;
+        Ok(Played::Motion(motion))
+    }
+
+    fn motions(&self) -> Motions<'_> {
+        match self {
+            Played::Plan(plan) => plan.into(),
+            Played::Motion(motion) => motion.into(),
+        }
+    }
+
+    /// Records without a load.
+    fn count(&self) -> usize {
+        match self {
+            Played::Plan(plan) => plan.experiments.len(),
+            Played::Motion(_) => 1,
+        }
+    }
+}
+
+/// An option of `function` that is an estimate.
+fn estimate_of(given: &Keywords<'_>, function: &str, name: &str) -> PyResult<Option<rist::Estimate>> {
+    let Some(estimate) = given.any(name) else { return Ok(None) };
+    match estimate.cast::<Estimate>() {
+        Ok(estimate) => Ok(Some(estimate.get().inner.clone())),
+        Err(_) => Err(error(format_args!("{function}: {name} is an Estimate"))),
+    }
+}
+
 /// The options of a simulation.
 fn simulate_request(given: &Keywords<'_>, model: &rist::Model) -> PyResult<SimulateRequest> {
     let customary = SimulateRequest::default();
-    let feedforward = match given.any("feedforward") {
-        None => None,
-        Some(estimate) => {
-            let estimate = estimate.cast::<Estimate>().map_err(|_| error("simulate: feedforward is an Estimate"))?;
-            Some(estimate.get().inner.clone())
-        }
-    };
     Ok(SimulateRequest {
         validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
         gains: gains(given, "gain", model)?,
         load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
-        feedforward,
+        feedforward: estimate_of(given, "simulate", "feedforward")?,
         seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
         noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
     })
@@ -270,10 +306,11 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 ///
 /// Options, as of `rist excite --help`: period (s), blend (s), harmonics (5), repetitions (3), rate (200 Hz), limits (a path
 /// to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
-/// (8), iterations (40), seed (1); progress(done, all, text) is called as starts end. A motion that is not proven says so:
+/// (8), iterations (40), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
+/// called as starts end. A motion that is not proven says so:
 /// look at `.proven` before it is played.
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, period=None, blend=None, harmonics=5, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=8, iterations=40, seed=1, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, period=None, blend=None, harmonics=5, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=8, iterations=40, seed=1, after=None, progress=None)")]
 pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
     let known: &[&str] = &[
         "period",
@@ -289,6 +326,7 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
         "starts",
         "iterations",
         "seed",
+        "after",
         "progress",
     ];
     let (given, customary) = (Keywords::new("excite", known, options)?, ExciteRequest::default());
@@ -314,7 +352,7 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
         starts: given.get("starts", count)?.unwrap_or(customary.starts),
         iterations: given.get("iterations", count)?.unwrap_or(customary.iterations),
         seed: given.get("seed", count)?.unwrap_or(customary.seed),
-        ..customary
+        after: estimate_of(&given, "excite", "after")?,
     };
     let inner = work(py, given.any("progress"), |reporter| {
         rist::excite(&model.inner, &request, &|done, all, text| reporter.tell(done, all, text))

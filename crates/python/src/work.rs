@@ -61,9 +61,12 @@ pub fn work<T: Send>(
                     None => Ok(()),
                 }),
             };
-            if raised.is_ok() && looked.is_err() {
-                interruption.raise();
+            if raised.is_ok() {
                 raised = looked;
+            }
+            // Again and again: a search that is ended would make something of what it has.
+            if raised.is_err() {
+                interruption.raise();
             }
         }
         let outcome = py.detach(move || thread.join());

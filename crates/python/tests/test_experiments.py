@@ -55,6 +55,12 @@ def test_a_motion_is_proven(planar, program, tmp_path):
     assert pickle.loads(pickle.dumps(motion)).to_yaml() == motion.to_yaml()
     played = np.loadtxt(motion.trajectory().splitlines()[1:], delimiter=",")
     assert played.shape[0] > 3 * 5 * 200 and np.isfinite(played).all()
+    truth, logs = rist.simulate(planar, motion, validation=1, noise_free=True)
+    assert sorted(logs) == ["motion", "v01"]
+    first = rist.identify(planar, logs["motion"], covariance=True)
+    second = rist.excite(planar, after=first, **options)
+    # What is told of each parameter includes what the first motion told.
+    assert second.proven and "identified:" in second.to_yaml() and "identified:" not in motion.to_yaml()
     for wrong, said in [(dict(harmonics=0), "--harmonics"), (dict(start=3), "no option `start`; it has period")]:
         with pytest.raises(rist.Error, match=said):
             rist.excite(planar, **wrong)

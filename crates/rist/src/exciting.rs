@@ -43,7 +43,8 @@ pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 /// Searches the motion with the greatest determinant of the information (or the least condition number) of the columns
 /// of an identification, and proves its limits; a motion whose proof fails says so.
 ///
-/// Fails where a number of the request makes no motion, and where the limits leave none.
+/// Fails where a number of the request makes no motion, and where the limits leave none. Interrupted while it searches, it
+/// goes on with the best that it has; while it proves, it fails.
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
     check_request(request)?;
     let regressor = RegressorSlope::new(model)?;
@@ -87,7 +88,14 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         progress(done, request.starts, &progress_text(found, request.aim, &names, surroundings.gaps()))
     };
     let found = search(&problem, &request.search(), &report);
-    Interruption::check()?;
+    // Of a search that was ended early the best is fitted and proved, unless that is ended too.
+    if Interruption::take() {
+        let count = found.as_ref().map_or(0, Vec::len);
+        if count == 0 {
+            return Err(Error::new("interrupted before there was a motion"));
+        }
+        notes.push(format!("the search was interrupted: the best of {count} starts, of {}", request.starts));
+    }
     let found = found.map_err(|why| refused(model, &names, surroundings.gaps(), why))?;
 
     // The best motion that can be proved; without one the best, which then says so.
@@ -97,6 +105,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let fits = motions.map(|motion| fitted(motion, &obligations));
     let (motion, certificate) =
         proved_or_first(fits).ok_or_else(|| refused(model, &names, &[], NoMotion::NothingToTell))?;
+    Interruption::check()?;
     let values = described_values(model, &linear);
     let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);

@@ -67,13 +67,13 @@ pub struct Planned {
 /// `progress`: starts done, starts, best value.
 ///
 /// Fails where a number of the request or a limit of the description is out of range, and where the limits leave no
-/// motion.
+/// motion. Interrupted while it searches, it gives the best plan that it has.
 pub fn plan(
     model: &Model,
     request: &PlanRequest,
     progress: &(dyn Fn(usize, usize, f64) + Sync),
 ) -> Result<Planned, Error> {
-    let Candidates { candidates, notes, noise } = candidates_of(model, request)?;
+    let Candidates { candidates, mut notes, noise } = candidates_of(model, request)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let search =
         Search { starts: request.starts, threads, seed: request.seed, nodes: request.nodes, ..Search::default() };
@@ -87,7 +87,12 @@ pub fn plan(
         &search,
         progress,
     );
-    Interruption::check()?;
+    if Interruption::take() {
+        if plan.experiments.is_empty() {
+            return Err(Error::new("interrupted before there was a plan"));
+        }
+        notes.push("the search was interrupted: this is the best plan up to there".into());
+    }
     Ok(Planned { plan, notes })
 }
 

@@ -30,6 +30,16 @@ impl Interruption {
         self.0.load(Ordering::Relaxed)
     }
 
+    /// The flag itself, for who raises it from outside, such as the handler of a signal.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
+    }
+
+    /// Whether the work is asked to end; from now on it is not. For a step that makes something of what there is.
+    pub fn take() -> bool {
+        HERE.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
+    }
+
     /// Does work that this flag ends.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
         let before = HERE.replace(self.clone());
@@ -64,5 +74,6 @@ mod tests {
         assert!(Interruption::check().is_ok());
         let taken = flag.during(Interruption::here);
         assert!(std::thread::spawn(move || taken.during(Interruption::check)).join().unwrap().is_err());
+        assert!(flag.during(|| Interruption::take() && !Interruption::take()) && !flag.is_raised());
     }
 }

@@ -316,11 +316,12 @@ def plan(
     rate: float = 1000.0,
     starts: int = 12,
     seed: int = 1,
+    nodes: int = 0,
     progress: Progress | None = None,
 ) -> ExperimentPlan: ...
 def simulate(
     model: Model,
-    plan: ExperimentPlan | Path,
+    plan: ExperimentPlan | ExcitingMotion | Path,
     *,
     out: Path | None = None,
     validation: int = 10,
@@ -347,6 +348,7 @@ def excite(
     starts: int = 8,
     iterations: int = 40,
     seed: int = 1,
+    after: Estimate | None = None,
     progress: Progress | None = None,
 ) -> ExcitingMotion: ...
 def check(model: Model, motion: ExcitingMotion) -> list[str]: ...

@@ -4,6 +4,7 @@
 //! missing, about its centre, and proved again. About a centre that keeps its distances a smaller motion keeps more of
 //! them.
 
+use crate::algebra::interruption::Interruption;
 use crate::experiments::excitation::fourier_motion::FourierMotion;
 use crate::experiments::excitation::gap_proof::{Surroundings, prove_gaps};
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
@@ -46,6 +47,9 @@ fn are_proven(rows: &[CertificateRow]) -> bool {
 pub fn fitted(motion: FourierMotion, obligations: &Obligations) -> (FourierMotion, Vec<CertificateRow>) {
     let mut motion = motion;
     for _ in 0..ROUNDS {
+        if Interruption::check().is_err() {
+            break;
+        }
         let rows = prove_motion(&motion, obligations.limits, obligations.names);
         if !are_proven(&rows) {
             within_joint_limits(&mut motion, obligations.limits, &rows);
