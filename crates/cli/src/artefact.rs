@@ -7,6 +7,7 @@ use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::known_load::KnownLoad;
 use identification::model::reference::ModelReference;
+use rist::output::check_output;
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
 pub use robot::format::read_text;
@@ -14,9 +15,13 @@ pub use robot::format::read_text;
 use crate::failure::Failure;
 use crate::model::ModelArguments;
 
-/// Makes a directory where there is none.
+/// Makes a directory where there is none, but not those that it stands in: they would be typing errors.
 pub fn make_directory(path: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
+    if path.is_dir() {
+        return Ok(());
+    }
+    check_output(path, &[])?;
+    std::fs::create_dir(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))
 }
 
 /// An estimate, and the model read as it was for it where the flags do not say how; refused where it was made with

@@ -9,6 +9,7 @@ use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Finding;
 use serde_json::{Value, json};
 
+use crate::artefact::gains;
 use crate::failure::Failure;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
@@ -29,6 +30,10 @@ pub struct Arguments {
     /// YAML with any option of an identification
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
+
+    /// Torque per unit of current of a drive, N m/A [default: as the file says]
+    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
+    gain: Vec<String>,
 }
 
 /// The passport of a log as JSON; numbers that the log does not tell are null.
@@ -61,10 +66,17 @@ pub fn findings(findings: &[Finding]) -> Vec<Value> {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
-    let options = match &arguments.options {
+    let mut options = match &arguments.options {
         Some(path) => Options::read(path)?,
         None => Options::default(),
     };
+    if !arguments.gain.is_empty() {
+        let mut all: Vec<f64> = model.drive_gains().into_iter().map(|gain| gain.unwrap_or(1.0)).collect();
+        for (name, gain) in gains(&arguments.gain, &model)? {
+            all[model.coordinate(&name)?] = gain;
+        }
+        options.transmission.drive_gains = Some(all);
+    }
     let (mut text, mut logs, mut wrong) = (String::new(), Vec::new(), 0);
     for path in &arguments.logs {
         let (log, columns) = model.open_log(path, &options.columns)?;
@@ -81,7 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let _ = writeln!(text, "{untold}");
         }
         if passport.findings.is_empty() {
-            let _ = writeln!(text, "nothing wrong is seen");
+            let beyond = if passport.untold.is_empty() { "" } else { " beyond that" };
+            let _ = writeln!(text, "nothing wrong is seen{beyond}");
         }
         logs.push(as_json(&path.display().to_string(), &passport));
     }

@@ -18,7 +18,7 @@ use crate::identify::{Friction, friction};
 use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result, progress};
-use rist::output::write_file;
+use rist::output::{check_output, write_file};
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
@@ -125,12 +125,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     // Before the search: nobody wants to lose one to a name.
     let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;
-    for file in arguments.play.iter().chain(&arguments.out) {
-        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            return Err(Failure::new(format_args!("{}: there is no directory {}", file.display(), folder.display())));
-        }
-    }
+    let of_user = [&arguments.model.model].into_iter().chain(&arguments.limits).chain(&arguments.after);
+    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    arguments.play.iter().chain(&arguments.out).try_for_each(|file| check_output(file, &inputs))?;
     let request = request(arguments)?;
     let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
     let found = interruptible(|| rist::excite(&model, &request, &told))??;
@@ -149,10 +146,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
             Player::ServoScript => servo_script(&reference),
         };
-        write_file(file, &text, &[&arguments.model.model])?;
+        write_file(file, &text, &inputs)?;
     }
     match &arguments.out {
-        Some(out) => Ok(write_file(out, &ExcitingMotion::to_yaml(&found)?, &[&arguments.model.model])?),
+        Some(out) => Ok(write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?),
         None => Ok(()),
     }
 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use rist::source::{IdentifiedValues, Language};
+use rist::verdict::Trust;
 
 use crate::artefact::read_estimate;
 use crate::failure::Failure;
@@ -23,6 +24,10 @@ pub struct Arguments {
     /// An estimate of this model: its numbers stand in the file as the constants X and F
     #[arg(long, value_name = "ESTIMATE")]
     estimate: Option<PathBuf>,
+
+    /// Take the numbers even of an estimate whose verdict is no
+    #[arg(long, requires = "estimate")]
+    anyway: bool,
 
     /// Language to write
     #[arg(long, value_enum, default_value_t = LanguageWord::Rust)]
@@ -52,6 +57,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => (arguments.model.read_with_values()?, None),
         Some(file) => {
             let (estimate, model) = read_estimate(file, &arguments.model)?;
+            let verdict = rist::verdict::estimate_verdict(&estimate);
+            if verdict.trust == Trust::No && !arguments.anyway {
+                let (file, reasons) = (file.display(), verdict.reasons.join("; "));
+                let message = format!("{file}: not to be trusted: {reasons}; nothing is written (--anyway writes it)");
+                return Err(Failure::verdict(message));
+            }
             made_by += &format!(" --estimate {}", file.display());
             let refused = |e| Failure::new(format_args!("{}: {e}", file.display()));
             let values = IdentifiedValues::of(&model, &estimate).map_err(refused)?;

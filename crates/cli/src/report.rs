@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::experiments::experiment_plan::ExperimentPlan;
@@ -22,13 +22,17 @@ use rist::output::{check_output, write_file};
 /// With the model of an estimate from logs, the logs are read once more: torques, residuals, their spectrum, friction and
 /// limits are drawn, and parameters have their rules and meanings.
 #[derive(Args)]
+#[command(group = ArgGroup::new("artefacts").args(["plan", "estimate", "validation"]).multiple(true).required(true))]
 pub struct Arguments {
+    /// The plan of rist plan
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
 
+    /// The estimate of rist identify or rist solve
     #[arg(long, value_name = "FILE")]
     estimate: Option<PathBuf>,
 
+    /// The validation of rist validate
     #[arg(long, value_name = "FILE")]
     validation: Option<PathBuf>,
 
@@ -177,7 +181,8 @@ fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Dr
     let verdict = match is_of_others {
         true => {
             let total = rist::validate(model, estimate, &logs)?.total;
-            rist::verdict::validation_verdict(model, estimate, &logs, total)?
+            let are_new = !paths.iter().any(|log| rist::validation::is_fitted(estimate, log));
+            rist::verdict::validation_verdict(model, estimate, &logs, total, are_new)?
         }
         false => rist::verdict::fitted_verdict(model, estimate, &logs)?,
     };

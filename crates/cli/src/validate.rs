@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::LogSource;
-use rist::validation::MOTION_CUTOFF;
+use rist::validation::{MOTION_CUTOFF, is_fitted};
 use serde_json::json;
 
 use crate::artefact::{gains, read_estimate, series_text};
@@ -59,10 +59,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut outputs = [&arguments.out, &arguments.series, &arguments.report].into_iter().flatten();
     outputs.try_for_each(|out| check_output(out, &inputs))?;
     let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
-    let place = |name: &str| std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
-    let fitted: Vec<PathBuf> = estimate.logs.iter().map(|name| place(name)).collect();
     let motions = motions(&arguments.logs)?;
-    for log in motions.iter().filter(|log| fitted.contains(&place(&log.display().to_string()))) {
+    let fitted: Vec<&PathBuf> = motions.iter().filter(|log| is_fitted(&estimate, log)).collect();
+    for log in &fitted {
         note(format_args!("{}: the estimate was fitted to it; what it leaves there is no validation", log.display()));
     }
     let options = estimate.options.as_ref();
@@ -88,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             rist::validation::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?
         }
     };
-    let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total)?;
+    let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total, fitted.is_empty())?;
     print_result(format_args!("{validation}\n{verdict}"), || {
         Ok(json!({"validation": serde_json::to_value(&validation)?, "verdict": as_json(&verdict)}))
     })?;

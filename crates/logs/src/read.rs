@@ -35,7 +35,10 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
     if let Some(table) = crate::formats::rosbag::recording::read(path)? {
         return Ok(Opened::Whole(table));
     }
-    let failed = |e: std::io::Error| Error::at(&file, 0, format!("cannot be read: {e}"));
+    let failed = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
+        _ => Error::at(&file, 0, format!("cannot be read: {e}")),
+    };
     let source = std::fs::File::open(path).map_err(failed)?;
     let again = source.metadata().map_err(failed)?.is_file();
     opened(&file, source, again)

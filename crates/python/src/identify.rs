@@ -127,9 +127,9 @@ fn identify_samples(
         let loaded = &loaded;
         let request =
             IdentifyRequest { options, gains, find_delay, find_friction, consistent, essential, loaded, loaded_link };
-        let found = rist::identify(inner, &fitted, &request)?;
+        let mut found = rist::identify(inner, &fitted, &request)?;
         let predictions = rist::validation::predictions(inner, &found.estimate, &others)?;
-        let verdict = found.verdict(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
+        let verdict = found.judge(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
         Ok((found, verdict))
     })?;
     Ok(Estimate {

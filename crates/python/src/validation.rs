@@ -59,6 +59,7 @@ pub fn validate(
 ) -> PyResult<(Validation, Verdict)> {
     let given = Keywords::new("validate", &["gain", "cutoff"], options)?;
     let (model, estimate, logs) = (&model.inner, &estimate.inner, self::logs(logs)?);
+    let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
         Some(options) => {
             if !given.given(&["gain", "cutoff"]).is_empty() {
@@ -69,7 +70,7 @@ pub fn validate(
             work(py, None, |_| {
                 let logs = open(logs, model, &options.columns)?;
                 let validation = rist::validate(model, estimate, &logs)?;
-                let verdict = rist::verdict::validation_verdict(model, estimate, &logs, validation.total)?;
+                let verdict = rist::verdict::validation_verdict(model, estimate, &logs, validation.total, are_new)?;
                 Ok((validation, verdict))
             })?
         }
@@ -81,7 +82,7 @@ pub fn validate(
             let gains = gains(&given, "gain", model)?;
             work(py, None, |_| {
                 let validation = rist::validation::validate_experiments(model, estimate, &paths, &gains, cutoff)?;
-                let verdict = rist::verdict::validation_verdict(model, estimate, &[], validation.total)?;
+                let verdict = rist::verdict::validation_verdict(model, estimate, &[], validation.total, are_new)?;
                 Ok((validation, verdict))
             })?
         }

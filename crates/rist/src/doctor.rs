@@ -22,10 +22,26 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
         options.transmission.drive_gains = Some(model.drive_gains().into_iter().map(|g| g.unwrap_or(1.0)).collect());
     }
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-    let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
-    let mut found = passport(model.regressor(), &records, &suspects, model.described_parameters().as_deref())?;
+    let gains = options.transmission.drive_gains.as_deref().filter(|_| are_known);
+    let mut found = passport_of(model, logs, &records, gains)?;
     if is_current && !are_known {
         found.efforts_are_currents();
+    }
+    Ok(found)
+}
+
+/// The passport of logs and their records; `gains`: those that made torques of currents, where they are known.
+pub(crate) fn passport_of(
+    model: &Model,
+    logs: &[LogSource],
+    records: &SourceRecords<'_>,
+    gains: Option<&[f64]>,
+) -> Result<Passport, Error> {
+    let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
+    let mut found = passport(model.regressor(), records, &suspects, model.described_parameters().as_deref())?;
+    let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    if let Some(gains) = gains.filter(|_| is_current) {
+        found.gains_are(gains);
     }
     Ok(found)
 }

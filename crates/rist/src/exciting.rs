@@ -88,14 +88,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         progress(done, request.starts, &progress_text(found, request.aim, &names, surroundings.gaps()))
     };
     let found = search(&problem, &request.search(), &report);
-    // Of a search that was ended early the best is fitted and proved, unless that is ended too.
-    if Interruption::take() {
-        let count = found.as_ref().map_or(0, Vec::len);
-        if count == 0 {
-            return Err(Error::new("interrupted before there was a motion"));
-        }
-        notes.push(format!("the search was interrupted: the best of {count} starts, of {}", request.starts));
-    }
+    notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
     let found = found.map_err(|why| refused(model, &names, surroundings.gaps(), why))?;
 
     // The best motion that can be proved; without one the best, which then says so.
@@ -110,6 +103,16 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);
     Ok(artefact(model, request, timing, joints, identified, noise, notes, certificate, seen))
+}
+
+/// What is to be said of a search that was interrupted: the best that it found is fitted and proved, unless that is
+/// interrupted too. Fails where it found nothing.
+fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
+    match (Interruption::take(), found) {
+        (false, _) => Ok(None),
+        (true, 0) => Err(Error::new("interrupted before there was a motion")),
+        (true, _) => Ok(Some(format!("the search was interrupted: the best of {found} starts, of {starts}"))),
+    }
 }
 
 /// motion.yaml: what was asked for, the motion, and what is known of it.

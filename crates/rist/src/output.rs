@@ -13,6 +13,9 @@ use crate::error::Error;
 
 /// Refuses an output that is an input, by whatever name, and one whose directory is not there.
 pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
+    if out.as_os_str() == "-" {
+        return Err(Error::new("-: the name of a file is expected; without it a text goes to standard output"));
+    }
     if let Some(input) = inputs.iter().find(|input| is_same(out, input)) {
         return Err(Error::new(format_args!(
             "{}: an input ({}), which is not written over",

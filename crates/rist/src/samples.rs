@@ -9,11 +9,11 @@ use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
-use identification::estimate::passport::{Passport, passport};
+use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::rotors::rotors;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
-use identification::estimate::verdict::{BodiesEvidence, Evidence, Verdict};
+use identification::estimate::verdict::{BodiesEvidence, Evidence, Trust, Verdict};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::pseudo_inertia::Ten;
@@ -23,6 +23,7 @@ use logs::{Effort, LogSource};
 use robot::{Inertial, LinkId, RotorInertia};
 
 use crate::Estimate;
+use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
@@ -73,9 +74,11 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// Whether to trust the estimate; `predicted`: its error on logs that were not fitted, where there are some.
-    pub fn verdict(&self, predicted: Option<f64>) -> Verdict {
-        Verdict::of(&Evidence {
+    /// Whether to trust the estimate, which from now on says so where the answer is no; `predicted`: its error on logs that
+    /// were not fitted, where there are some.
+    pub fn judge(&mut self, predicted: Option<f64>) -> Verdict {
+        self.estimate.refusal = Vec::new();
+        let verdict = Verdict::of(&Evidence {
             estimate: &self.estimate,
             passport: Some(&self.passport),
             described: self.described,
@@ -83,7 +86,11 @@ impl Identification {
             held_out: self.held_out,
             predicted,
             bodies: self.bodies_evidence.as_ref(),
-        })
+        });
+        if verdict.trust == Trust::No {
+            self.estimate.refusal.clone_from(&verdict.reasons);
+        }
+        verdict
     }
 }
 
@@ -121,8 +128,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     let friction = request.find_friction.then(|| found_friction(model, logs, &mut options)).transpose()?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
-    let suspects: Vec<_> = logs.iter().flat_map(|log| log.report().suspect.clone()).collect();
-    let passport = passport(regressor, &records, &suspects, described.as_deref())?;
+    let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
     let mut fit = Fit::of_records(regressor, &records, logs.iter().map(LogSource::name).collect(), &options)?;
     let load = match request.loaded {
         [] => None,
@@ -205,8 +211,9 @@ fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Resu
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {
         return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the residual still falls there, at the end of the search: no \
-             delay explains these logs; look at units, signs and drive gains, or give the delay",
+            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the residual still falls there, where the \
+             search ends: the delay is longer, or none explains these logs; look at units, signs and drive gains, or give the \
+             delay",
             delay.seconds, delay.residual, delay.residual_without
         )));
     }

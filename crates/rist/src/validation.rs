@@ -1,6 +1,6 @@
 //! How well an estimate predicts logs it was not made from.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use identification::estimate::held_out;
 use identification::estimate::residuals::Residuals;
@@ -66,6 +66,12 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
 /// What predicts torques for each column.
 fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
+}
+
+/// Whether the estimate was made from this log, by where their names lead.
+pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
+    let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
+    estimate.logs.iter().any(|fitted| place(Path::new(fitted)) == place(log))
 }
 
 /// Predicts logs with an estimate from samples.

@@ -61,8 +61,8 @@ fn described(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Opt
     Ok(Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total))
 }
 
-/// Whether to trust an estimate, by how well it predicts logs it was not made from; empty for one of experiments, whose
-/// `total` says all there is.
+/// Whether to trust an estimate, by how well it predicts logs; none for one of experiments, whose `total` says all there
+/// is. `are_new`: it was not made from any of them, as [`crate::validation::is_fitted`] tells.
 ///
 /// Fails where a log cannot be read.
 pub fn validation_verdict(
@@ -70,6 +70,7 @@ pub fn validation_verdict(
     estimate: &Estimate,
     logs: &[LogSource],
     total: f64,
+    are_new: bool,
 ) -> Result<Verdict, Error> {
     let mut evidence = Evidence {
         estimate,
@@ -77,7 +78,7 @@ pub fn validation_verdict(
         described: None,
         total,
         held_out: None,
-        predicted: Some(total),
+        predicted: Some(total).filter(|_| are_new),
         bodies: None,
     };
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };

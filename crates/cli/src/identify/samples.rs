@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     text.push_str(&chosen(&found));
     at_work("predicting what was not fitted");
     let predictions = rist::validation::predictions(&model, &found.estimate, &others)?;
-    let verdict = found.verdict(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
+    let verdict = found.judge(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
     text.push_str(&judged(&predictions, &found, &verdict));
     if let Some(bodies) = found.bodies.as_mut().filter(|_| arguments.anyway) {
         bodies.refusal = None;
@@ -209,16 +209,20 @@ fn inputs(arguments: &Arguments) -> Vec<&Path> {
 
 /// Refuses outputs over inputs or over each other, and a log in two roles.
 fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
-    let mut read = inputs(arguments);
+    let read = inputs(arguments);
     for (i, log) in read.iter().enumerate() {
         if read[..i].iter().any(|other| is_same(log, other)) {
             return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
         }
     }
     let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf, &arguments.report, &arguments.series];
+    let mut written: Vec<&Path> = Vec::new();
     for out in outputs.into_iter().flatten() {
         check_output(out, &read)?;
-        read.push(out);
+        if written.iter().any(|other| is_same(out, other)) {
+            return Err(Failure::new(format_args!("{}: two outputs have this name", out.display())));
+        }
+        written.push(out);
     }
     Ok(())
 }

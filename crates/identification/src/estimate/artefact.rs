@@ -55,6 +55,9 @@ pub struct Estimate {
     pub cutoff: f64,
     /// Sentences on what the data cannot tell.
     pub remarks: Vec<String>,
+    /// Why it is not to be used, where that was the verdict of its identification.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refusal: Vec<String>,
     /// The options it was made with, so that other logs can be predicted in the same way; absent for estimates of
     /// experiments.
     #[serde(skip_serializing_if = "Option::is_none")]

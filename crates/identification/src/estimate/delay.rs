@@ -30,7 +30,7 @@ pub struct Delay {
 }
 
 /// s: delays are looked for up to this, to both sides, in steps of [`STEP`] and then finer.
-const LONGEST: f64 = 0.06;
+const LONGEST: f64 = 0.25;
 const STEP: f64 = 0.004;
 
 /// The rows of records that are not within a period of the cut-off of a reversal of their joint.

@@ -117,6 +117,9 @@ impl Verdict {
 fn against(evidence: &Evidence) -> Vec<String> {
     let gross = evidence.passport.into_iter().flat_map(|p| &p.findings).filter(|f| f.fault.is_gross());
     let mut reasons: Vec<String> = gross.map(|f| f.statement()).collect();
+    // What was found against it once stays true of it.
+    let earlier: Vec<String> = evidence.estimate.refusal.iter().filter(|r| !reasons.contains(r)).cloned().collect();
+    reasons.extend(earlier);
     let errors =
         [("logs that were not fitted are", evidence.predicted), ("parts of the log left out are", evidence.held_out)];
     for (what, error) in errors {
@@ -268,7 +271,11 @@ fn next(evidence: &Evidence, trust: Trust) -> String {
     let is_open = |status: Status| matches!(status, Status::NotIdentifiable | Status::Weak);
     let open = evidence.estimate.parameters.iter().any(|p| is_open(p.status));
     match trust {
-        Trust::No => "rist doctor says what the log and the description have to do with each other".into(),
+        Trust::No => {
+            "rist doctor says what the log and the description have to do with each other; --delay auto looks for late \
+             torques"
+                .into()
+        }
         Trust::WithCare if open => {
             "move the joints that the remarks name, or hold the rest by bodies (--consistent)".into()
         }
@@ -277,7 +284,10 @@ fn next(evidence: &Evidence, trust: Trust) -> String {
         Trust::Yes if evidence.estimate.options.is_none() => {
             "use it (rist report draws it, rist simulate --feedforward tries it)".into()
         }
-        Trust::Yes => "use it (--write-urdf and --write-mjcf write it for simulators)".into(),
+        Trust::Yes => {
+            "use it (rist identify --write-urdf or --write-mjcf for simulators, rist generate --estimate for code)"
+                .into()
+        }
     }
 }
 

@@ -72,6 +72,10 @@ impl Format {
                 _ => Format::Yaml,
             });
         }
+        if path.is_dir() {
+            let message = "a directory; a robot is described by a .yaml, .yml, .urdf, .xml or .par file".into();
+            return Err(whole_file(&path.display().to_string(), message));
+        }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
             "yaml" | "yml" => Ok(Format::Yaml),

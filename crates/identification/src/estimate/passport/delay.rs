@@ -29,10 +29,10 @@ pub struct Lag {
 /// The share that a delay must explain, and s it must be long and may be. Measured robots have up to 0.05 by chance.
 const LATE: f64 = 0.15;
 const LEAST: f64 = 0.003;
-const LONGEST: f64 = 0.06;
+const LONGEST: f64 = 0.12;
 
 /// Steps of Gauss-Newton, none longer than this, s: the rates hold for a short while only.
-const STEPS: usize = 5;
+const STEPS: usize = 14;
 const LONGEST_STEP: f64 = 0.01;
 
 /// Robots of more joints have too many columns for a look.

@@ -8,8 +8,8 @@
 use logs::Suspect;
 
 use crate::estimate::passport::change::Description;
-use crate::estimate::passport::delay::common_lag;
-use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::delay::{Lag, common_lag};
+use crate::estimate::passport::finding::{Fault, Finding, NOMINAL};
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{Passport, TELLING, significant};
 use crate::estimate::passport::samples::Samples;
@@ -28,9 +28,6 @@ pub struct Look<'a> {
 
 /// |tau - T| / |tau| without friction: no machine moves without.
 const COMPUTED: f64 = 2e-3;
-
-/// Common slopes within these are errors of nominal inertials, not another unit.
-const UNIT: std::ops::Range<f64> = 0.25..4.0;
 
 /// Powers of ten that far from a whole number are none.
 const POWER: f64 = 0.2;
@@ -65,8 +62,13 @@ impl Look<'_> {
         if !wrong_velocities && !findings.iter().any(|f| motion(f) && f.joints.is_empty()) {
             findings.extend(self.friction(passport, &findings));
         }
-        if findings.is_empty() {
-            findings.extend(self.delay());
+        let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
+        if findings.is_empty() || is_foreign {
+            // Torques that come very late have nothing to do with the motion that they belong to.
+            let lag = self.delay().filter(|lag| !is_foreign || lag.share > EXPLAINED);
+            if let Some(lag) = lag {
+                findings = vec![late(&lag)];
+            }
         }
         findings.sort_by_key(|f| !f.fault.is_gross());
         passport.findings = findings;
@@ -112,7 +114,7 @@ impl Look<'_> {
             let texts: Vec<String> = slopes.iter().map(text).collect();
             format!("slopes of the description {}", texts.join(" "))
         };
-        if !UNIT.contains(&scale) {
+        if !NOMINAL.contains(&scale) {
             found.push(self.unit(scale, slopes, list()));
         }
         if all_signs {
@@ -125,7 +127,7 @@ impl Look<'_> {
         }
         let scale = if all_signs {
             -scale
-        } else if UNIT.contains(&scale) {
+        } else if NOMINAL.contains(&scale) {
             1.0
         } else {
             scale
@@ -237,14 +239,20 @@ impl Look<'_> {
     }
 
     /// A delay on which the joints agree.
-    fn delay(&self) -> Option<Finding> {
-        let lag = common_lag(self.regressor, self.samples, self.rows)?;
-        Some(Finding {
-            fault: Fault::Delay(lag.seconds),
-            joints: Vec::new(),
-            evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
-            remedy: format!("--delay auto, which is exact, or --delay {:.4}", lag.seconds),
-        })
+    fn delay(&self) -> Option<Lag> {
+        common_lag(self.regressor, self.samples, self.rows)
+    }
+}
+
+/// Share of what is left that a delay explains where the description alone would say that this is another robot.
+const EXPLAINED: f64 = 0.5;
+
+fn late(lag: &Lag) -> Finding {
+    Finding {
+        fault: Fault::Delay(lag.seconds),
+        joints: Vec::new(),
+        evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
+        remedy: format!("--delay auto, which is exact; --delay {:.4} is right to a third", lag.seconds),
     }
 }
 

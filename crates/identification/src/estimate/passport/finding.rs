@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::estimate::passport::significant;
+
 /// What is wrong with a log, or with a log and a description together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
@@ -9,6 +11,8 @@ pub enum Fault {
     TorqueUnit(i32),
     /// Efforts that are no torques of the joints: currents, or torques of motors.
     NoTorque,
+    /// Drive gains so many times those that the description implies.
+    Gains(f64),
     /// All torques have the other sign.
     TorqueSigns,
     /// The torque of a joint has the other sign.
@@ -53,6 +57,9 @@ pub enum Fault {
     Short(f64),
 }
 
+/// Common slopes within these are errors of nominal inertials, not another unit.
+pub const NOMINAL: std::ops::Range<f64> = 0.25..4.0;
+
 /// Columns of a log that stand in one order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Columns {
@@ -67,7 +74,11 @@ pub enum Columns {
 impl Fault {
     /// Whether no estimate from such a log can be used.
     pub fn is_gross(self) -> bool {
-        !matches!(self, Fault::Computed | Fault::Saturated(_) | Fault::Delay(_))
+        match self {
+            Fault::Computed | Fault::Saturated(_) | Fault::Delay(_) => false,
+            Fault::Gains(factor) => !NOMINAL.contains(&factor),
+            _ => true,
+        }
     }
 }
 
@@ -101,6 +112,9 @@ impl Finding {
             }
             Fault::NoTorque => {
                 "the efforts are no torques of the joints: currents (A), or torques of the motors".into()
+            }
+            Fault::Gains(factor) => {
+                format!("the drive gains are {} times those that the description implies", significant(factor))
             }
             Fault::TorqueSigns => "the torques of all joints have the wrong sign".into(),
             Fault::TorqueSign => format!("the torque of {of} has the wrong sign"),

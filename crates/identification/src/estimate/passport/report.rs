@@ -39,10 +39,42 @@ pub struct Passport {
 pub const TELLING: f64 = 0.5;
 const SLIGHT: f64 = 0.05;
 
+/// Gains that far from those of the description are worth a word; inertials are rarely wrong by as much in all joints.
+const DOUBTED: f64 = 1.8;
+
 impl Passport {
     /// Whether a finding forbids to use an estimate from this log.
     pub fn is_gross(&self) -> bool {
         self.findings.iter().any(|f| f.fault.is_gross())
+    }
+
+    /// Holds the drive gains that make torques of the log's currents, one a coordinate, against what the description
+    /// implies: a torque that is s times the description's is that of a gain s times too large.
+    pub fn gains_are(&mut self, gains: &[f64]) {
+        let telling = |(j, gain): (&JointPassport, &f64)| {
+            let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > TELLING))?.abs();
+            Some((slope, format!("{}={}", j.coordinate, significant(gain / slope))))
+        };
+        let mut found: Vec<(f64, String)> = self.joints.iter().zip(gains).filter_map(telling).collect();
+        let implied: Vec<String> = found.iter().map(|(_, text)| text.clone()).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let Some(factor) = found.get(found.len() / 2).map(|f| f.0).filter(|_| found.len() >= gains.len().min(2)) else {
+            return;
+        };
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
+        self.findings.retain(|f| !is_unit(f));
+        if self.findings.is_empty() && !(1.0 / DOUBTED..DOUBTED).contains(&factor) {
+            let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
+            self.findings.push(Finding {
+                fault: Fault::Gains(factor),
+                joints: Vec::new(),
+                evidence: format!("slopes of the description {}", texts.join(" ")),
+                remedy: format!(
+                    "by the description about --gain {}, as far as its masses are right",
+                    implied.join(",")
+                ),
+            });
+        }
     }
 
     /// Says of efforts that are known to be currents what gains the description implies, which is no fault.

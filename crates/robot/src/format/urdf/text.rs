@@ -15,7 +15,7 @@ use crate::collision::Collision;
 use crate::error::Error;
 use crate::format::expression::LARGEST;
 use crate::format::node::Source;
-use crate::format::suggestion::did_you_mean;
+use crate::format::suggestion::{did_you_mean, nearest};
 
 /// Elements with the children and attributes that are read; of an attribute, how many numbers it
 /// holds (0: a name) and whether it must be there.
@@ -53,6 +53,20 @@ const ELEMENTS: [Element; 13] = [
     ),
     ("dynamics", &[], &[("damping", 1, false), ("friction", 1, false)]),
     ("mimic", &[], &[("joint", 0, true), ("multiplier", 1, false), ("offset", 1, false)]),
+];
+
+/// Elements of a URDF that nothing here needs.
+const OF_OTHERS: [&str; 10] = [
+    "visual",
+    "collision",
+    "contact",
+    "self_collision_checking",
+    "safety_controller",
+    "calibration",
+    "material",
+    "transmission",
+    "gazebo",
+    "sensor",
 ];
 
 /// Children that must be there: of whom, and which.
@@ -203,6 +217,12 @@ impl Reader<'_, '_> {
         for child in node.children().filter(Node::is_element) {
             let name = child.tag_name().name();
             if !children.contains(&name) {
+                // What others read is left to them; what is one letter off is not.
+                let meant = if OF_OTHERS.contains(&name) { None } else { nearest(name, children.iter().copied()) };
+                if let Some(meant) = meant {
+                    let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
+                    return Err(self.error(child, message));
+                }
                 continue;
             }
             if tag != "robot" && first(node, name) != Some(child) {
