@@ -44,6 +44,10 @@ pub struct Estimate {
     /// Whether a method of many rounds came to rest; absent for methods that need none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
+    /// Of RIST-MH: chi^2 over the rows less the unknowns, against the noise between the periods; absent where none was
+    /// measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chi_square_per_freedom: Option<f64>,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
     /// Combinations of parameters that the data tell least, the weakest first.

@@ -76,6 +76,10 @@ pub struct Evidence<'a> {
     pub bodies: Option<&'a BodiesEvidence>,
 }
 
+/// chi^2 per freedom above which the model lacks something: it is 1.2 to 3.1 in simulations whose model is right, and from
+/// 19 on where joints bend, have play or ripple, or where torques are late.
+pub const LACKING: f64 = 6.0;
+
 /// An error on data that were not fitted above which parameters predict nothing.
 const USELESS: f64 = 0.5;
 /// .. and above which they predict poorly; measured robots reach 0.13.
@@ -151,6 +155,9 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
     let estimate = evidence.estimate;
     let mut reasons: Vec<String> =
         evidence.passport.into_iter().flat_map(|p| &p.findings).map(|f| f.statement()).collect();
+    if let Some(chi) = estimate.chi_square_per_freedom.filter(|chi| *chi > LACKING) {
+        reasons.push(format!("the model lacks something: chi^2 per freedom is {chi:.0}, where noise alone gives 1 to 3"));
+    }
     if estimate.settled == Some(false) {
         reasons.push("the method did not settle: the values still change from round to round".into());
     }
@@ -231,6 +238,9 @@ fn favours(evidence: &Evidence) -> Vec<String> {
             "{} are left of what was fitted, and nothing else was predicted yet",
             percent(estimate.total)
         ));
+    }
+    if let Some(chi) = estimate.chi_square_per_freedom {
+        reasons.push(format!("chi^2 per freedom {chi:.1}"));
     }
     if estimate.condition_number.is_finite() && estimate.condition_number > 0.0 {
         reasons.push(format!("condition number {:.0}", estimate.condition_number));

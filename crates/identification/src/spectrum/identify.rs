@@ -9,6 +9,7 @@ use logs::Error;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::residuals::{Residuals, Squares};
+use crate::estimate::verdict::LACKING;
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::experiments::paper_rows::EquationBlock;
@@ -18,6 +19,7 @@ use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::misfit::Misfit;
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
 /// The equations that are used.
@@ -81,6 +83,7 @@ pub fn identify_spectrum(
             if let Some(friction) = found.friction {
                 harmonic_residuals(&mut estimate, regressor, &data, &friction);
                 estimate.remarks.push(describe(&friction));
+                judge(&mut estimate, regressor, &friction.misfit);
             }
         }
     }
@@ -151,17 +154,20 @@ fn with_harmonics(
     let data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
     let found = data.estimate(options).ok_or_else(|| Error::new("the experiments give no equation"))?;
     let p = found.parameters;
-    let sigma = |i: usize| found.solution.inverse[(i, i)].max(0.0).sqrt();
-    let value = |i: usize| (found.solution.x[i], sigma(i), found.solution.determined[i]);
-    for (i, base) in regressor.parameters().iter().enumerate() {
-        let (x, s, determined) = value(i);
-        estimate.parameters.push(identified(base.into(), x, s, determined));
-    }
+    let mut push = |parameter: Parameter, i: usize| {
+        let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
+        let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
+        // Where the model lacks something, what it lacks is in the value too.
+        estimate.parameters.push(match found.misfit.is_lacking() {
+            true => one.widened_beyond_white(found.misfit.by_experiment[i]),
+            false => one,
+        });
+    };
+    regressor.parameters().iter().enumerate().for_each(|(i, base)| push(base.into(), i));
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         for (c, term) in found.shape.parameters().into_iter().enumerate() {
-            let (x, s, determined) = value(p + j * found.shape.columns() + c);
             let parameter = of_joint(regressor, j, ParameterId::friction(term, coordinate));
-            estimate.parameters.push(identified(parameter, x, s, determined));
+            push(parameter, p + j * found.shape.columns() + c);
         }
     }
     estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
@@ -169,8 +175,47 @@ fn with_harmonics(
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
     harmonic_residuals(estimate, regressor, &data, &found);
     estimate.remarks.push(describe(&found));
+    judge(estimate, regressor, &found.misfit);
+    if found.misfit.is_lacking() && !options.delay {
+        estimate.remarks.extend(lateness(&data, &found, options));
+    }
     remark_unidentifiable(estimate);
     Ok(())
+}
+
+/// Says what chi^2 is against the measured noise, and of which joints it speaks.
+fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit) {
+    if !misfit.total.is_finite() {
+        return;
+    }
+    estimate.chi_square_per_freedom = Some(misfit.total);
+    if !misfit.is_lacking() {
+        return;
+    }
+    let named = |(name, x): (&String, &f64)| (*x > LACKING).then(|| format!("{name} {x:.0}"));
+    let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
+    estimate.remarks.push(format!(
+        "the model lacks something that these experiments show: chi^2 per freedom is {:.0} where noise alone gives 1 to 3 \
+         ({}); such are flexible joints, play, ripple, late torques and other friction, and the deviations allow for it",
+        misfit.total,
+        joints.join(", ")
+    ));
+}
+
+/// Share of what is left that a delay of the torques must take away to be named.
+const NAMED: f64 = 0.5;
+
+/// Whether late torques are what the model lacks.
+fn lateness(data: &HarmonicData, found: &HarmonicEstimate, options: &HarmonicOptions) -> Option<String> {
+    let with = data.estimate(&HarmonicOptions { delay: true, ..options.clone() })?;
+    let explained = 1.0 - with.misfit.total / found.misfit.total;
+    let seconds = with.delay.filter(|_| explained > NAMED)?;
+    let side = if seconds > 0.0 { "late" } else { "early" };
+    Some(format!(
+        "torques that are {:.2} ms {side} would explain {:.0} % of it: --delay auto estimates that with the rest",
+        1e3 * seconds.abs(),
+        100.0 * explained
+    ))
 }
 
 /// Friction of warm and cold drives differs by less.

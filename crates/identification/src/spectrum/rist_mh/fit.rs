@@ -14,6 +14,14 @@ const DRIFT_ITERATIONS: usize = 12;
 /// A relative spread below this is no drift.
 const LEAST_SPREAD: f64 = 2e-3;
 
+/// Whose an equation is.
+#[derive(Clone, Copy, Debug)]
+pub struct Owner {
+    pub joint: usize,
+    /// The spectrum, or behind all of them the sweep.
+    pub cluster: usize,
+}
+
 /// The state of the iteration for one shape.
 pub(crate) struct Fit {
     pub shape: FrictionShape,
@@ -78,14 +86,19 @@ impl Fit {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
+    /// Share of the rows that no unknown takes up.
+    pub fn free_share(&self) -> f64 {
+        (1.0 - self.effective / self.rows.max(1) as f64).max(0.1)
+    }
+
     /// The deviations, scaled joint by joint to what the rows leave unexplained.
     pub fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
-        let share = 1.0 - self.effective / self.rows.max(1) as f64;
+        let share = self.free_share();
         let factor = |joint: usize| {
             let of_joint = || data.spectra.iter().zip(&self.squares).filter(|(s, _)| s.joint == joint);
             let count: usize = of_joint().map(|(s, _)| s.rows.len()).sum();
             let squares: f64 = of_joint().map(|(_, q)| q).sum();
-            let mean = squares / (count.max(1) as f64 * share.max(0.1));
+            let mean = squares / (count.max(1) as f64 * share);
             if mean > 0.0 { mean.sqrt() } else { 1.0 }
         };
         let factors: Vec<f64> = (0..data.n).map(factor).collect();
@@ -93,8 +106,8 @@ impl Fit {
         data.spectra.iter().zip(&self.deviation).map(scaled).collect()
     }
 
-    /// Weighted squares of the residuals, spectrum by spectrum.
-    fn residuals(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<f64> {
+    /// Squares of the residuals, weighted by these deviations of the rows, spectrum by spectrum.
+    pub fn squares_by(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<f64> {
         let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
         let first_end = unknowns.saturating_sub(usize::from(options.delay) + 2 * data.spectra.len());
@@ -112,7 +125,7 @@ impl Fit {
                 if options.delay {
                     model -= data.gain[s.joint] * delays[r] * self.x[unknowns - 1];
                 }
-                ((data.gain[s.joint] * s.current[r] - model) / self.deviation[e][r]).powi(2)
+                ((data.gain[s.joint] * s.current[r] - model) / deviation[e][r]).powi(2)
             };
             (0..s.rows.len()).map(square).sum()
         };
@@ -135,19 +148,19 @@ impl Fit {
         block.finish()
     }
 
-    /// The same rows one by one: joint, coefficients, known torque, and the torque that they explain together.
+    /// The same rows one by one: whose, coefficients, known torque, and the torque that they explain together.
     pub fn each_equation(
         &self,
         data: &HarmonicData,
         options: &HarmonicOptions,
-        mut take: impl FnMut(usize, &[f64], f64, f64),
+        mut take: impl FnMut(Owner, &[f64], f64, f64),
     ) {
         let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
         let first_drift = p + data.n * m;
         let mut row = vec![0.0; unknowns];
-        let mut push = |joint: usize, row: &mut Vec<f64>, known: f64, y: f64| {
-            take(joint, row, known, y);
+        let mut push = |owner: Owner, row: &mut Vec<f64>, known: f64, y: f64| {
+            take(owner, row, known, y);
             row.fill(0.0);
         };
         for (e, s) in data.spectra.iter().enumerate() {
@@ -175,21 +188,22 @@ impl Fit {
                 if options.delay {
                     row[unknowns - 1] = -w * gain * delay[r];
                 }
-                push(s.joint, &mut row, w * s.known[r], w * y);
+                push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }
         }
-        for sweep in &data.sweeps {
+        for (k, sweep) in data.sweeps.iter().enumerate() {
             for (i, d) in sweep.rows.iter().enumerate() {
                 let (joint, gain) = (sweep.joint[i], data.gain[sweep.joint[i]]);
                 let w = 1.0 / (gain * sweep.deviation[i]);
                 row[..p].iter_mut().zip(d).for_each(|(x, d)| *x = w * d);
-                push(joint, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
+                let owner = Owner { joint, cluster: data.spectra.len() + k };
+                push(owner, &mut row, w * sweep.known[i], w * gain * sweep.right[i]);
             }
         }
         if self.has_drift() {
             for (e, s) in data.spectra.iter().enumerate() {
                 row[first_drift + e] = 1.0 / self.spread;
-                push(s.joint, &mut row, 0.0, 0.0);
+                push(Owner { joint: s.joint, cluster: e }, &mut row, 0.0, 0.0);
             }
         }
     }
@@ -213,7 +227,7 @@ impl Fit {
             self.spread = (squares / decided.max(1e-3)).sqrt();
         }
         self.x = x;
-        self.squares = self.residuals(data, options);
+        self.squares = self.squares_by(data, options, &self.deviation);
     }
 }
 

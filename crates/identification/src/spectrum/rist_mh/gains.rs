@@ -15,7 +15,7 @@ use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
-use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::fit::{Fit, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
 /// Gains and parameters, and the friction they stand beside.
@@ -74,7 +74,7 @@ impl Fit {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];
         let mut nuisance = 0;
-        self.each_equation(data, options, |j, row, known, y| {
+        self.each_equation(data, options, |Owner { joint: j, .. }, row, known, y| {
             nuisance = row.len() - p;
             let mut turned = row[p..].to_vec();
             turned.extend(row[..p].iter().map(|d| data.gain[j] * d));

@@ -3,4 +3,5 @@
 pub mod data;
 pub mod fit;
 pub mod gains;
+pub mod misfit;
 pub mod search;

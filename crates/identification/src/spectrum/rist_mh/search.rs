@@ -26,6 +26,7 @@ use crate::spectrum::harmonics::{Band, JointSpectrum, joint_spectra};
 use crate::spectrum::paper::paper_rows;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::Fit;
+use crate::spectrum::rist_mh::misfit::Misfit;
 
 /// Parameters, friction and how well they explain the record.
 #[derive(Clone, Debug)]
@@ -49,6 +50,8 @@ pub struct HarmonicEstimate {
     pub chi_square: f64,
     /// Rows less unknowns.
     pub freedom: usize,
+    /// Against the noise that was measured, whatever the weights are.
+    pub misfit: Misfit,
     /// Each shape tried, with chi^2 + k ln(rows).
     pub criteria: Vec<(FrictionShape, f64)>,
 }
@@ -178,6 +181,7 @@ impl HarmonicData {
             drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },
             drift_spread: best.drift_spread(),
             delay,
+            misfit: self.misfit(best, options),
             chi_square: best.chi_square,
             freedom: best.rows.saturating_sub(solution.rank),
             criteria,

@@ -1,0 +1,119 @@
+//! Whether the model explains the experiments, and standard deviations to believe where it does not.
+//!
+//! The noise of torque and position is measured from the scatter between periods, before anything is fitted. With it
+//!   chi^2 / freedom = sum (rho / sigma)^2 / (rows - unknowns)
+//! is near 1 where the model has all that the torques have. Flexible joints, play, ripple, torques that are late or of
+//! another law of friction repeat from period to period: they are in no scatter, and chi^2 has all of them.
+//!
+//! What is left then is no noise. Each experiment and joint counts as one draw of it (a cluster g):
+//!   var x = (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
+//! with A = sum_g A_g of the parameters and the friction; what belongs to one experiment alone (drift, ends) is
+//! projected out of its rows first. k is 19/20 as for the parts of a log (`estimators::replicate_deviation`): a direction
+//! that one experiment alone shows keeps a value.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::algebra::triangle::{Triangle, TriangleBuilder};
+use crate::estimate::verdict::LACKING;
+use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::fit::Fit;
+
+/// Share of a cluster that is taken out of A.
+const OUT: f64 = 0.95;
+
+/// What the residual says of the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Misfit {
+    /// chi^2 per freedom of each joint against the measured noise; infinite where none was measured.
+    pub joints: Vec<f64>,
+    /// The same of all joints.
+    pub total: f64,
+    /// Deviations of the parameters and of the friction by experiments as replicates; zero where there are too few.
+    pub by_experiment: Vec<f64>,
+}
+
+impl Misfit {
+    /// Whether the model lacks something that the experiments show.
+    pub fn is_lacking(&self) -> bool {
+        self.total > LACKING
+    }
+}
+
+impl HarmonicData {
+    /// Of a finished fit.
+    pub(crate) fn misfit(&self, fit: &Fit, options: &HarmonicOptions) -> Misfit {
+        let noise = self.deviations(Some(&fit.x[..self.p]));
+        let squares = fit.squares_by(self, options, &noise);
+        let share = fit.free_share();
+        let rows = |is_of: &dyn Fn(usize) -> bool| {
+            let of = || self.spectra.iter().zip(&squares).filter(|(s, _)| is_of(s.joint));
+            let count: usize = of().map(|(s, _)| s.rows.len()).sum();
+            of().map(|(_, q)| q).sum::<f64>() / (count as f64 * share).max(1.0)
+        };
+        Misfit {
+            joints: (0..self.n).map(|j| rows(&|joint| joint == j)).collect(),
+            total: rows(&|_| true),
+            by_experiment: by_experiment(&fit.clusters(self, options), &fit.shared(self, options)),
+        }
+    }
+}
+
+/// Deviations by clusters: triangles of the shared columns with what is left of the right-hand side.
+fn by_experiment(clusters: &[Triangle], x: &[f64]) -> Vec<f64> {
+    let p = x.len();
+    let square = |t: &Triangle| DMatrix::from_fn(p, p, |a, b| (0..=a.min(b)).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>());
+    let mut whole = DMatrix::zeros(p, p);
+    let squares: Vec<DMatrix<f64>> = clusters.iter().map(square).collect();
+    squares.iter().for_each(|a| whole += a);
+    let count = clusters.len();
+    let mut variance = vec![0.0; p];
+    for (cluster, own) in clusters.iter().zip(&squares) {
+        // R_g' (z_g - R_g x)
+        let left: Vec<f64> =
+            (0..p).map(|i| cluster.at(i, p) - (i..p).map(|j| cluster.at(i, j) * x[j]).sum::<f64>()).collect();
+        let gradient = DVector::from_fn(p, |a, _| (0..=a).map(|i| cluster.at(i, a) * left[i]).sum::<f64>());
+        let Some(factor) = (&whole - own * OUT).cholesky() else { return vec![0.0; p] };
+        let step = factor.solve(&gradient);
+        variance.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s * s);
+    }
+    variance.iter().map(|v| (v * count.saturating_sub(1) as f64 / count.max(1) as f64).sqrt()).collect()
+}
+
+impl Fit {
+    /// Columns that experiments share: parameters, friction, and the delay where it is estimated.
+    fn shared_columns(&self, data: &HarmonicData, options: &HarmonicOptions, unknowns: usize) -> Vec<usize> {
+        let friction = data.n * self.shape.columns();
+        (0..data.p + friction).chain(options.delay.then(|| unknowns - 1)).collect()
+    }
+
+    /// The unknowns of these columns.
+    fn shared(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<f64> {
+        self.shared_columns(data, options, self.x.len()).iter().map(|&c| self.x[c]).collect()
+    }
+
+    /// The triangle of each spectrum in the shared columns, its own ones projected out; then those of the gravity rows.
+    fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<Triangle> {
+        let unknowns = self.x.len();
+        let shared = self.shared_columns(data, options, unknowns);
+        let of_others: Vec<usize> = (0..unknowns).filter(|c| !shared.contains(c)).collect();
+        let mut rows = vec![Vec::new(); data.spectra.len() + data.sweeps.len()];
+        self.each_equation(data, options, |owner, row, known, y| rows[owner.cluster].push((row.to_vec(), y - known)));
+        rows.iter().map(|rows| projected(rows, &of_others, &shared)).collect()
+    }
+}
+
+/// The triangle of the columns `kept`, of rows whose columns `out` are eliminated first.
+fn projected(rows: &[(Vec<f64>, f64)], out: &[usize], kept: &[usize]) -> Triangle {
+    let own: Vec<usize> = out.iter().copied().filter(|&c| rows.iter().any(|(row, _)| row[c] != 0.0)).collect();
+    let order: Vec<usize> = own.iter().chain(kept).copied().collect();
+    let mut whole = TriangleBuilder::new(order.len());
+    for (row, y) in rows {
+        whole.push(&order.iter().map(|&c| row[c]).collect::<Vec<f64>>(), *y);
+    }
+    let whole = whole.finish();
+    let mut builder = TriangleBuilder::new(kept.len());
+    for i in own.len()..order.len() {
+        builder.push(&(own.len()..order.len()).map(|j| whole.at(i, j)).collect::<Vec<f64>>(), whole.at(i, order.len()));
+    }
+    builder.finish()
+}
