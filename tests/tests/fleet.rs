@@ -132,7 +132,7 @@ fn broken_logs_are_named() {
         ("cut.csv.gz", "damaged or cut short"),
         ("other.csv", "not of this robot"),
         ("backwards.csv", "wrong sign"),
-        ("missing.csv", "cannot be read"),
+        ("missing.csv", "there is no such file"),
     ] {
         refused(&here, &[&["accumulate", &model, "a.csv", log][..], &out].concat(), &[log, why, "--skip-broken"]);
         assert!(!here.join("x.tri").exists());

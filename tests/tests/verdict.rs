@@ -119,3 +119,90 @@ fn a_good_log_is_trusted() {
     assert_eq!(refused.code, Some(1), "{}{}", refused.out, refused.err);
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
 }
+
+/// The log that an estimate was made from is no validation of it, by whatever name it is given.
+#[test]
+fn a_fitted_log_validates_nothing() {
+    let here = folder("fitted");
+    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    good.write(&here.join("a.csv"), model.regressor().coordinates());
+    assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(0));
+    let run = rist(&here, &["validate", &ur5, "e.yaml", "./a.csv"]);
+    let found = verdict(&run);
+    assert!(run.err.contains("the estimate was fitted to it"), "{}", run.err);
+    assert!(!found[1].contains("not fitted") && found[1].contains("nothing else was predicted yet"), "{found:?}");
+    assert!(found[2].contains("predict a log that was not fitted"), "{found:?}");
+}
+
+/// An estimate that is refused once stays so: code for a robot is not made from it in silence.
+#[test]
+fn a_refused_estimate_makes_no_code() {
+    let here = folder("refused");
+    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    let degrees = changed(&good, |l| each(&mut l.q[2..3], |x| x + 1.0));
+    degrees.write(&here.join("a.csv"), model.regressor().coordinates());
+    assert_eq!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).code, Some(1));
+    let generate = ["generate", &ur5, "--estimate", "e.yaml", "--out", "x.rs"];
+    let run = rist(&here, &generate);
+    assert_eq!(run.code, Some(1));
+    assert!(
+        run.err.contains("e.yaml: not to be trusted: the zero of elbow") && run.err.contains("--anyway"),
+        "{}",
+        run.err
+    );
+    assert!(!here.join("x.rs").exists());
+    assert_eq!(rist(&here, &[&generate[..], &["--anyway"]].concat()).code, Some(0));
+    assert!(here.join("x.rs").exists());
+}
+
+/// Gains that are wrong by one factor make masses that are: the description is held against them, and says which gains
+/// would fit it.
+#[test]
+fn wrong_gains_are_named_with_those_that_fit() {
+    let here = folder("gains");
+    let (model, good) = (Model::read(model_path("ur5.urdf")).unwrap(), good());
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    let names = model.regressor().coordinates();
+    // Currents of drives of 10 N m/A each.
+    changed(&good, |l| each(&mut l.tau, |x| x / 10.0)).write(&here.join("torques.csv"), names);
+    let text = std::fs::read_to_string(here.join("torques.csv")).unwrap();
+    std::fs::write(here.join("a.csv"), text.replace("tau", "i")).unwrap();
+    let with = |gain: f64| {
+        let gains: Vec<String> = names.iter().map(|name| format!("{name}={gain}")).collect();
+        rist(&here, &["identify", &ur5, "a.csv", "--gain", &gains.join(",")])
+    };
+    for (gain, trust) in [(10.0, "yes"), (30.0, "with care"), (60.0, "no")] {
+        let run = with(gain);
+        let found = verdict(&run);
+        assert!(found[1].starts_with(&format!("trust: {trust}: ")), "{gain}: {found:?}");
+        assert_eq!(run.code, Some(i32::from(trust == "no")), "{gain}");
+        if trust != "yes" {
+            assert!(found[1].contains("the drive gains are"), "{found:?}");
+            let told = found[2].split("elbow=").nth(1).unwrap_or_else(|| panic!("{found:?}"));
+            let told: f64 = told.split(',').next().unwrap().parse().unwrap();
+            // The bodies of the log are up to 15 % off those of the description.
+            assert!((told / 10.0 - 1.0).abs() < 0.2, "{told}");
+        }
+    }
+    let doctor = rist(&here, &["doctor", &ur5, "a.csv"]);
+    assert!(doctor.out.contains("currents without gains") && doctor.out.contains("nothing wrong is seen beyond that"));
+}
+
+/// Torques that come very late are late torques, not those of another robot.
+#[test]
+fn very_late_torques_are_named() {
+    let here = folder("late");
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let ur5 = model_path("ur5.urdf").display().to_string();
+    for late in [0.05, 0.1] {
+        let log = swinging(&model.robot, &unlike(&model.robot, 5), 1.2, late);
+        log.write(&here.join("a.csv"), model.regressor().coordinates());
+        let run = rist(&here, &["doctor", &ur5, "a.csv"]);
+        assert!(run.code == Some(1) && run.out.contains("later than the positions"), "{late}: {}", run.out);
+        let run = rist(&here, &["identify", &ur5, "a.csv", "--delay", "auto", "--json"]);
+        let found: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        assert!((found["delay_s"].as_f64().unwrap() - late).abs() < 1e-3, "{late}: {}", found["delay_s"]);
+    }
+}

@@ -259,7 +259,7 @@ fn every_broken_container_has_its_message() {
     for (named, expected) in [
         ("broken.csv#/joint_states", "only a recording (MCAP, rosbag2) has topics; name the file alone"),
         ("", "no file of this directory is a recording; a log, or a rosbag2 with MCAP or sqlite3 files, is expected"),
-        ("nothing.mcap#/joint_states", "cannot be read"),
+        ("nothing.mcap#/joint_states", "there is no such file"),
     ] {
         let found = message(&wheels, &folder.join(named));
         assert!(found.contains(expected), "expected: {expected}\nfound: {found}");

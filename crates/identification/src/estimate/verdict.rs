@@ -156,7 +156,8 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
     let mut reasons: Vec<String> =
         evidence.passport.into_iter().flat_map(|p| &p.findings).map(|f| f.statement()).collect();
     if let Some(chi) = estimate.chi_square_per_freedom.filter(|chi| *chi > LACKING) {
-        reasons.push(format!("the model lacks something: chi^2 per freedom is {chi:.0}, where noise alone gives 1 to 3"));
+        reasons
+            .push(format!("the model lacks something: chi^2 per freedom is {chi:.0}, where noise alone gives 1 to 3"));
     }
     if estimate.settled == Some(false) {
         reasons.push("the method did not settle: the values still change from round to round".into());

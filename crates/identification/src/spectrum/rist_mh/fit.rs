@@ -17,6 +17,7 @@ const LEAST_SPREAD: f64 = 2e-3;
 /// Whose an equation is.
 #[derive(Clone, Copy, Debug)]
 pub struct Owner {
+    /// The joint.
     pub joint: usize,
     /// The spectrum, or behind all of them the sweep.
     pub cluster: usize,

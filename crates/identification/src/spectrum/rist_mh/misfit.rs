@@ -61,7 +61,8 @@ impl HarmonicData {
 /// Deviations by clusters: triangles of the shared columns with what is left of the right-hand side.
 fn by_experiment(clusters: &[Triangle], x: &[f64]) -> Vec<f64> {
     let p = x.len();
-    let square = |t: &Triangle| DMatrix::from_fn(p, p, |a, b| (0..=a.min(b)).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>());
+    let square =
+        |t: &Triangle| DMatrix::from_fn(p, p, |a, b| (0..=a.min(b)).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>());
     let mut whole = DMatrix::zeros(p, p);
     let squares: Vec<DMatrix<f64>> = clusters.iter().map(square).collect();
     squares.iter().for_each(|a| whole += a);
