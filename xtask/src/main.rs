@@ -1,8 +1,10 @@
 //! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask datasets DIR`, `cargo xtask python`.
+//! `cargo xtask datasets DIR`, `cargo xtask python`,
+//! `cargo xtask fuzz SECONDS`.
 
 mod bench_task;
 mod cargo;
+mod fuzz_task;
 mod gen_task;
 mod python_task;
 
@@ -19,6 +21,7 @@ cargo xtask bench                   time derivations, calls and the compilation 
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
 cargo xtask python [PYTEST..]       build the package for Python in target/python and run its tests; skipped, and
                                     said, where python3, pip or the network is absent
+cargo xtask fuzz SECONDS            run the targets of fuzz/ for so long in all: readers, derivation, identification
 
 A MODEL is a path such as models/race.yaml.";
 
@@ -28,6 +31,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "python" => python_task::run(rest),
+        Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "datasets" => {
             let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())
