@@ -1,27 +1,73 @@
-//! The files that one step leaves for the next: estimates, plans, motions, validations, options, loads.
+//! The files that one step leaves for the next: estimates, plans, motions, validations, comparisons; options, limits, loads.
 //!
-//! Law: what is read is written, and what was written is read again as the same.
+//! Law: what was read is written, and what was written is read again as the same.
 #![no_main]
 
+use std::cell::OnceCell;
+use std::path::Path;
+
 use identification::estimate::options::Options;
+use identification::experiments::excitation::limits::LimitsFile;
 use identification::model::known_load::KnownLoad;
 use libfuzzer_sys::fuzz_target;
-use rist::{Estimate, ExcitingMotion, ExperimentPlan, Validation};
+use rist::exciting::ExcitingMotion;
+use rist::fleet::Comparison;
+use rist::page::{PageRequest, page};
+use rist::planning::ExperimentPlan;
+use rist::{Estimate, Model, ModelOptions, Validation};
+
+const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
+
+thread_local! {
+    static MODEL: OnceCell<Model> = const { OnceCell::new() };
+}
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = std::str::from_utf8(data) else { return };
+    MODEL.with(|model| {
+        let model = model.get_or_init(|| {
+            Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read")
+        });
+        read(model, text);
+    });
+});
+
+fn read(model: &Model, text: &str) {
     if let Ok(estimate) = Estimate::from_yaml("estimate.yaml", text) {
-        let written = estimate.to_yaml().expect("an estimate that was read is written");
-        let again = Estimate::from_yaml("again.yaml", &written).expect("an estimate that was written is read");
-        assert!(again == estimate, "{written}");
+        again(estimate.to_yaml(), |text| Estimate::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
+        let _ = estimate.to_string();
+        let verdict = rist::verdict::estimate_verdict(&estimate);
+        let told = PageRequest { model: Some(model), estimate: Some(&estimate), verdict: Some(&verdict), ..PageRequest::default() };
+        let _ = page(&told);
+        let _ = model.values(&estimate);
     }
     if let Ok(plan) = ExperimentPlan::from_yaml("plan.yaml", text) {
+        again(plan.to_yaml(), |text| ExperimentPlan::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
         let _ = plan.trajectories("plan.yaml");
+        let _ = page(&PageRequest { plan: Some(&plan), ..PageRequest::default() });
     }
     if let Ok(motion) = ExcitingMotion::from_yaml("motion.yaml", text) {
-        let _ = motion.motion("motion.yaml");
+        again(motion.to_yaml(), |text| ExcitingMotion::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
+        let _ = motion.to_string();
+        let _ = rist::check(model, Path::new("motion.yaml"), &motion);
     }
-    let _ = Validation::from_yaml("validation.yaml", text);
+    if let Ok(validation) = Validation::from_yaml("validation.yaml", text) {
+        again(validation.to_yaml(), |text| Validation::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
+        let _ = page(&PageRequest { validation: Some(&validation), ..PageRequest::default() });
+    }
+    if let Ok(comparison) = Comparison::from_yaml("comparison.yaml", text) {
+        again(comparison.to_yaml(), |text| Comparison::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
+        let _ = comparison.to_string();
+    }
     let _ = Options::parse("options.yaml", text);
-    let _ = KnownLoad::from_yaml("load.yaml", text);
-});
+    let _ = LimitsFile::from_yaml("limits.yaml", text);
+    if let Ok(load) = KnownLoad::from_yaml("load.yaml", text) {
+        let _ = model.added_by(&load);
+    }
+}
+
+/// What was written, read and written once more, is the same.
+fn again<E: std::fmt::Debug>(written: Result<String, E>, read: impl Fn(&str) -> Result<String, E>) {
+    let written = written.expect("what was read is written");
+    assert_eq!(read(&written).expect("what was written is read"), written);
+}

@@ -1,37 +1,35 @@
-//! A description in any format: read, derived, evaluated. The first byte says the format: `u` URDF, `p` .par, else YAML.
+//! A description of a robot, read as YAML, as URDF and as .par with every option of its reader.
 //!
-//! Law: Y_s X_s = Y X with random X, as long as both are numbers.
+//! Law: what was read is written as YAML, that is read again, and what is written then is the same text.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use rist::{Evaluation, ManyStates, Model, ModelOptions, Quantity};
+use std::path::Path;
 
-/// Bodies of this many coordinates are derived; the time of larger ones is a test of its own.
-const COORDINATES: usize = 6;
+use libfuzzer_sys::fuzz_target;
+use rist::ModelOptions;
+use rist::description::parse_robot;
+use robot::Robot;
+use robot::format::{Angles, Mimic, read_yaml, write_par, write_urdf, write_yaml};
 
 fuzz_target!(|data: &[u8]| {
-    let Some((format, text)) = data.split_first() else { return };
-    let Ok(text) = std::str::from_utf8(text) else { return };
-    let path = match format {
-        b'u' => "robot.urdf",
-        b'p' => "robot.par",
-        _ => "robot.yaml",
-    };
-    let options = ModelOptions::default();
-    let Ok(robot) = rist::parse_robot(text, path.as_ref(), &options) else { return };
-    if robot.coordinates.len() > COORDINATES || robot.links.len() > 2 * COORDINATES {
-        return;
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    let other = ModelOptions { mimic: Mimic::Independent, angles: Angles::AsGiven, floating_base: true, ..ModelOptions::default() };
+    for path in ["robot.yaml", "robot.urdf", "robot.par"] {
+        let _ = parse_robot(text, Path::new(path), &other);
+        if let Ok(robot) = parse_robot(text, Path::new(path), &ModelOptions::default()) {
+            written(&robot);
+        }
     }
-    let Ok(model) = Model::parse(text, path, &options) else { return };
-    let n = model.regressor().coordinates().len();
-    let (q, dq, ddq) = (vec![0.3; n], vec![-0.2; n], vec![1.1; n]);
-    let states = ManyStates { q: &q, dq: &dq, ddq: &ddq, parameters: &[] };
-    for quantity in [Quantity::Regressor, Quantity::BaseRegressor] {
-        let Ok(evaluation) = Evaluation::new(&model, quantity) else { continue };
-        let (rows, columns) = evaluation.shape();
-        let mut y = vec![0.0; rows * columns];
-        // A refusal is an answer; a panic is none.
-        let _ = evaluation.fill(&model, &states, &mut y);
-    }
-    let _ = model.described_parameters();
 });
+
+fn written(robot: &Robot) {
+    let (text, _) = write_yaml(robot);
+    let again = match read_yaml(&text, "again.yaml") {
+        Ok(again) => again,
+        Err(e) => panic!("what was written is not read: {e}\n{text}"),
+    };
+    // A value that the description left open has become one like any other.
+    let generic = "   # generic: the description gave no value";
+    assert_eq!(write_yaml(&again).0, text.replace(generic, ""));
+    let _ = (write_urdf(robot), write_par(robot), robot::lint::lint(robot));
+}

@@ -166,7 +166,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
             "benchmark",
         ],
     ),
-    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "main"]),
+    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
 ];
 
 /// Packages without an order, each with the reason.
