@@ -1,4 +1,5 @@
-//! The files that one step leaves for the next: estimates, plans, motions, validations, comparisons; options, limits, loads.
+//! The files that one step leaves for the next: estimates, plans, motions, validations, comparisons; and those that a user
+//! writes: options, limits, loads. Each is used as the program uses it, on a two-link arm.
 //!
 //! Law: what was read is written, and what was written is read again as the same.
 #![no_main]
@@ -10,13 +11,15 @@ use identification::estimate::options::Options;
 use identification::experiments::excitation::limits::LimitsFile;
 use identification::model::known_load::KnownLoad;
 use libfuzzer_sys::fuzz_target;
-use rist::exciting::ExcitingMotion;
+use logs::Table;
+use rist::exciting::{ExciteRequest, ExcitingMotion};
 use rist::fleet::Comparison;
 use rist::page::{PageRequest, page};
 use rist::planning::ExperimentPlan;
-use rist::{Estimate, Model, ModelOptions, Validation};
+use rist::{Estimate, IdentifyRequest, Model, ModelOptions, Validation};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
+const LOG: &[u8] = include_bytes!("../corpus/identify/short.csv");
 
 thread_local! {
     static MODEL: OnceCell<Model> = const { OnceCell::new() };
@@ -25,9 +28,8 @@ thread_local! {
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = std::str::from_utf8(data) else { return };
     MODEL.with(|model| {
-        let model = model.get_or_init(|| {
-            Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read")
-        });
+        let model = model
+            .get_or_init(|| Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read"));
         read(model, text);
     });
 });
@@ -37,7 +39,12 @@ fn read(model: &Model, text: &str) {
         again(estimate.to_yaml(), |text| Estimate::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
         let _ = estimate.to_string();
         let verdict = rist::verdict::estimate_verdict(&estimate);
-        let told = PageRequest { model: Some(model), estimate: Some(&estimate), verdict: Some(&verdict), ..PageRequest::default() };
+        let told = PageRequest {
+            model: Some(model),
+            estimate: Some(&estimate),
+            verdict: Some(&verdict),
+            ..PageRequest::default()
+        };
         let _ = page(&told);
         let _ = model.values(&estimate);
     }
@@ -59,8 +66,17 @@ fn read(model: &Model, text: &str) {
         again(comparison.to_yaml(), |text| Comparison::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
         let _ = comparison.to_string();
     }
-    let _ = Options::parse("options.yaml", text);
-    let _ = LimitsFile::from_yaml("limits.yaml", text);
+    if let Ok(options) = Options::parse("options.yaml", text) {
+        let table = Table::from_bytes("log.csv", LOG).expect("the log is read");
+        if let Ok((log, _)) = model.log_of_table(table, &options.columns) {
+            let _ = rist::identify(model, &[log], &IdentifyRequest { options, ..IdentifyRequest::default() });
+        }
+    }
+    if let Ok(limits) = LimitsFile::from_yaml("limits.yaml", text) {
+        let little =
+            ExciteRequest { limits, harmonics: 2, rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
+        let _ = rist::excite(model, &little, &|_, _, _| {});
+    }
     if let Ok(load) = KnownLoad::from_yaml("load.yaml", text) {
         let _ = model.added_by(&load);
     }

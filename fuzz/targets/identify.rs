@@ -24,9 +24,8 @@ fuzz_target!(|data: &[u8]| {
     let Ok(table) = Table::from_bytes("log.csv", data) else { return };
     let which = data.iter().fold(0_usize, |sum, byte| sum + usize::from(*byte)) % REQUESTS;
     MODEL.with(|model| {
-        let model = model.get_or_init(|| {
-            Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read")
-        });
+        let model = model
+            .get_or_init(|| Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read"));
         let Ok((log, _)) = model.log_of_table(table, &ColumnNames::default()) else { return };
         let logs = [log];
         if let Ok(passport) = rist::examine(model, &logs, &Options::default()) {
@@ -55,7 +54,12 @@ fn identified(model: &Model, logs: &[LogSource], which: usize) {
     let Ok(found) = rist::identify(model, logs, &request) else { return };
     let verdict = found.verdict(None);
     let _ = (verdict.to_string(), found.estimate.to_string());
-    let _ = page(&PageRequest { model: Some(model), estimate: Some(&found.estimate), verdict: Some(&verdict), ..PageRequest::default() });
+    let _ = page(&PageRequest {
+        model: Some(model),
+        estimate: Some(&found.estimate),
+        verdict: Some(&verdict),
+        ..PageRequest::default()
+    });
     let text = found.estimate.to_yaml().expect("an estimate is written");
     // One that holds what is no number is refused when it is read, which is an answer.
     if let Ok(again) = Estimate::from_yaml("estimate.yaml", &text) {

@@ -1,4 +1,6 @@
 //! The bytes of a log in any format: delimited text, gzip, zstd, .npz, Parquet, MCAP, SQLite; the columns of joints in it.
+//!
+//! A panic of the crate `parquet` is a finding, though the reader catches it: the program would print it.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -16,7 +18,9 @@ fuzz_target!(|data: &[u8]| {
     assert!(table.columns.iter().all(|column| column.is_empty() || column.len() == table.rows()));
     for coordinates in COORDINATES {
         let coordinates = coordinates.map(String::from);
-        let Ok((log, _)) = LogSource::from_table(table.clone(), &coordinates, &ColumnNames::default()) else { continue };
+        let Ok((log, _)) = LogSource::from_table(table.clone(), &coordinates, &ColumnNames::default()) else {
+            continue;
+        };
         let report = log.report();
         assert!(report.kept <= table.rows());
         if let LogSource::Held(log) = &log {

@@ -13,7 +13,12 @@ use robot::format::{Angles, Mimic, read_yaml, write_par, write_urdf, write_yaml}
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = std::str::from_utf8(data) else { return };
-    let other = ModelOptions { mimic: Mimic::Independent, angles: Angles::AsGiven, floating_base: true, ..ModelOptions::default() };
+    let other = ModelOptions {
+        mimic: Mimic::Independent,
+        angles: Angles::AsGiven,
+        floating_base: true,
+        ..ModelOptions::default()
+    };
     for path in ["robot.yaml", "robot.urdf", "robot.par"] {
         let _ = parse_robot(text, Path::new(path), &other);
         if let Ok(robot) = parse_robot(text, Path::new(path), &ModelOptions::default()) {

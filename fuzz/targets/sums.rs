@@ -16,7 +16,9 @@ const REFERENCE: &[u8] = include_bytes!("../corpus/sums/reference.tri");
 fuzz_target!(|data: &[u8]| {
     // As it is, and with a first line that is right.
     let _ = Accumulator::from_bytes("sums.tri", data);
-    let Some(sums) = with_digest(data).and_then(|bytes| Accumulator::from_bytes("sums.tri", &bytes).ok()) else { return };
+    let Some(sums) = with_digest(data).and_then(|bytes| Accumulator::from_bytes("sums.tri", &bytes).ok()) else {
+        return;
+    };
     let written = sums.to_bytes().expect("sums that were read are written");
     let again = Accumulator::from_bytes("again.tri", &written).expect("sums that were written are read");
     assert!(again.to_bytes().expect("sums are written twice") == written);

@@ -237,6 +237,28 @@ fn what_repairs_generated_builds_without_it() {
     }
 }
 
+/// What stands outside the workspace is built of what the workspace is tested with.
+#[test]
+fn locks_outside_the_workspace_are_in_step() {
+    let locked = |file: &str| -> BTreeMap<String, BTreeSet<String>> {
+        let text = std::fs::read_to_string(workspace().join(file)).unwrap();
+        let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for package in text.split("[[package]]").skip(1) {
+            let value = |key: &str| package.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = ")).unwrap();
+            found.entry(value("name").into()).or_default().insert(value("version").into());
+        }
+        found
+    };
+    let ours = locked("Cargo.lock");
+    for file in ["crates/python/Cargo.lock", "fuzz/Cargo.lock"] {
+        let theirs = locked(file);
+        let shared: Vec<_> = theirs.iter().filter_map(|(name, v)| Some((name, v, ours.get(name)?))).collect();
+        assert!(shared.len() > 50, "{file}: {} packages of the workspace", shared.len());
+        let apart = shared.iter().find(|(_, theirs, ours)| !theirs.is_subset(ours));
+        assert!(apart.is_none(), "{file}: {apart:?}; copy Cargo.lock over it, and run `cargo metadata` beside it");
+    }
+}
+
 /// Text files of the repository, without what is built.
 fn files() -> Vec<PathBuf> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {

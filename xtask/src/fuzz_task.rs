@@ -50,7 +50,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         let mut fuzz = Command::new(target.join(&host).join("debug").join(name));
         fuzz.arg(format!("-max_total_time={}", seconds.div_ceil(TARGETS.len() as u64))).args(LIMITS);
         fuzz.arg(format!("-artifact_prefix={}/{name}-", found.display()));
-        fuzz.args(["-print_final_stats=1", "-verbosity=0"]).arg(&corpus);
+        fuzz.args(["-print_final_stats=1", "-verbosity=0", "-print_funcs=0"]).arg(&corpus);
         println!("== {name}");
         if done(fuzz.args(folders).current_dir(root), name).is_err() {
             broken.push(name);

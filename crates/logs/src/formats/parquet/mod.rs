@@ -4,3 +4,4 @@ pub mod file;
 pub mod number;
 pub mod pages;
 pub mod schema_guard;
+pub mod split_values;
