@@ -1,6 +1,7 @@
 //! A description of a robot, read as YAML, as URDF and as .par with every option of its reader.
 //!
-//! Law: what was read is written as YAML, that is read again, and what is written then is the same text.
+//! Law: what was read is written as YAML, that is read again, and what is written then is the same text. Only the bound on
+//! the length of an expression may refuse it.
 #![no_main]
 
 use std::path::Path;
@@ -31,6 +32,8 @@ fn written(robot: &Robot) {
     let (text, _) = write_yaml(robot);
     let again = match read_yaml(&text, "again.yaml") {
         Ok(again) => again,
+        // With blanks around its signs an expression is longer; `rist convert` says so.
+        Err(e) if e.message.contains("an expression of more than") => return,
         Err(e) => panic!("what was written is not read: {e}\n{text}"),
     };
     // A value that the description left open has become one like any other.
