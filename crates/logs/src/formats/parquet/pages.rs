@@ -76,15 +76,19 @@ impl UnpackedPages {
         self.codec.unpack_within(packed, MAX_UNPACKED).map(Bytes::from).map_err(ParquetError::General)
     }
 
+    /// Counts the values of a data page; fails where it claims more than its column has.
+    fn count(&mut self, claimed: u32) -> Result<()> {
+        let left = self.left;
+        self.left = left.checked_sub(u64::from(claimed)).ok_or_else(|| {
+            ParquetError::General(format!("a page claims {claimed} values where its column has {left} left"))
+        })?;
+        Ok(())
+    }
+
     fn unpacked(&mut self, page: Page) -> Result<Page> {
-        let claimed = page.num_values();
         let general = |message: String| Err(ParquetError::General(message));
         if page.is_data_page() {
-            let left = self.left;
-            let Some(rest) = left.checked_sub(u64::from(claimed)) else {
-                return general(format!("a page claims {claimed} values where its column has {left} left"));
-            };
-            self.left = rest;
+            self.count(page.num_values())?;
         }
         match page {
             Page::DictionaryPage { buf, num_values, encoding, is_sorted } => {
