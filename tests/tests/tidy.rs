@@ -1,6 +1,7 @@
 //! The repository keeps its own rules: who knows whom, the length of files, clean lines.
 
 mod source {
+    pub mod functions;
     pub mod imports;
     pub mod tokens;
 }
@@ -168,7 +169,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
             "benchmark",
         ],
     ),
-    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "main"]),
+    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
 ];
 
 /// Packages without an order, each with the reason.
@@ -239,6 +240,28 @@ fn what_repairs_generated_builds_without_it() {
     }
 }
 
+/// What stands outside the workspace is built of what the workspace is tested with.
+#[test]
+fn locks_outside_the_workspace_are_in_step() {
+    let locked = |file: &str| -> BTreeMap<String, BTreeSet<String>> {
+        let text = std::fs::read_to_string(workspace().join(file)).unwrap();
+        let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for package in text.split("[[package]]").skip(1) {
+            let value = |key: &str| package.lines().find_map(|l| l.strip_prefix(key)?.strip_prefix(" = ")).unwrap();
+            found.entry(value("name").into()).or_default().insert(value("version").into());
+        }
+        found
+    };
+    let ours = locked("Cargo.lock");
+    for file in ["crates/python/Cargo.lock", "fuzz/Cargo.lock"] {
+        let theirs = locked(file);
+        let shared: Vec<_> = theirs.iter().filter_map(|(name, v)| Some((name, v, ours.get(name)?))).collect();
+        assert!(shared.len() > 50, "{file}: {} packages of the workspace", shared.len());
+        let apart = shared.iter().find(|(_, theirs, ours)| !theirs.is_subset(ours));
+        assert!(apart.is_none(), "{file}: {apart:?}; copy Cargo.lock over it, and run `cargo metadata` beside it");
+    }
+}
+
 /// Text files of the repository, without what is built.
 fn files() -> Vec<PathBuf> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -284,26 +307,6 @@ fn a_file_over_four_hundred_lines_says_why() {
     assert!(stale.is_empty(), "no longer long: {stale:?}; take them out of tests/data/long_files.yaml");
 }
 
-/// Functions with a body, outside of tests: their names, and their lines. The source is as rustfmt leaves it.
-fn functions(text: &str) -> Vec<(String, usize)> {
-    let lines: Vec<&str> = text.lines().take_while(|l| *l != "#[cfg(test)]").collect();
-    let mut found = Vec::new();
-    for (i, line) in lines.iter().enumerate() {
-        let code = line.trim_start();
-        let mut words = code.split_whitespace().skip_while(|w| w.starts_with("pub") || ["const", "unsafe"].contains(w));
-        if words.next() != Some("fn") {
-            continue;
-        }
-        let name: String = words.next().unwrap_or_default().chars().take_while(|c| *c != '(' && *c != '<').collect();
-        let indent = &line[..line.len() - code.len()];
-        let end = |l: &&str| l.strip_prefix(indent).is_some_and(|l| l == "}" || l.starts_with(")") && l.ends_with(';'));
-        let is_bare = code.ends_with(';') || code.ends_with('}');
-        let length = if is_bare { 1 } else { 1 + lines[i..].iter().position(end).unwrap_or(lines.len() - i) };
-        found.push((name, length));
-    }
-    found
-}
-
 #[test]
 fn a_function_is_read_at_one_sight() {
     for path in files() {
@@ -311,13 +314,10 @@ fn a_function_is_read_at_one_sight() {
         if !name.ends_with(".rs") || name.starts_with("generated/src/robots/") || name.contains("/tests/") {
             continue;
         }
-        for (function, lines) in functions(&std::fs::read_to_string(&path).unwrap()) {
+        for (function, lines) in source::functions::functions(&std::fs::read_to_string(&path).unwrap()) {
             assert!(lines <= 60, "{name}: {function} has {lines} lines; give its blocks names of their own");
         }
     }
-    let (short, long) =
-        ("fn a() {\n}\n".to_string(), format!("    fn b(\n    ) {{\n{}    }}\n", "        x;\n".repeat(58)));
-    assert_eq!(functions(&(short + &long)), [("a".to_string(), 2), ("b".to_string(), 61)]);
 }
 
 /// Whoever opens the library sees the steps, and looks into a module for the rest.

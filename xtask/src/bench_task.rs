@@ -2,11 +2,10 @@
 //!
 //! The programs measured are benches of the package `tests`: xtask must build without `generated`.
 
-use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::cargo::cargo;
+use crate::cargo::{cargo, root, target};
 
 /// A generated 7R file.
 const FILE: &str = "generated/src/robots/panda.rs";
@@ -25,11 +24,10 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
 
 /// Seconds that rustc takes for the file alone, the best of three; with a caller for f64 or without.
 fn compile(instantiated: bool) -> Result<f64, String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
-    let folder = root.join("target/bench");
+    let folder = target().join("bench");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let library = folder.join("panda.rs");
-    let mut text = format!("#[path = {:?}]\npub mod robot;\n", root.join(FILE));
+    let mut text = format!("#[path = {:?}]\npub mod robot;\n", root().join(FILE));
     if instantiated {
         text += "pub fn call(q: &[f64; 7], dq: &[f64; 7], ddq: &[f64; 7], y: &mut [[f64; 43]; 7]) {
     robot::base_regressor(q, dq, ddq, y)

@@ -1,10 +1,37 @@
-//! Cargo, started from a task.
+//! Cargo, started from a task, and where it builds.
 
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Runs cargo in its own process: a program that needs `generated` must not be a dependency of the one that writes it.
 pub fn cargo(arguments: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
-    let status = Command::new(cargo).args(arguments).status().map_err(|e| format!("cargo: {e}"))?;
-    if status.success() { Ok(()) } else { Err(format!("cargo {} failed: {status}", arguments.join(" "))) }
+    done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
+}
+
+/// Runs a command to its end; fails where it does, `what` being its name in the message.
+pub fn done(command: &mut Command, what: &str) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{what} failed: {status}")),
+        Err(e) => Err(format!("{what}: {e}")),
+    }
+}
+
+/// Where the repository is.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+}
+
+/// Where the workspace is built.
+pub fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
+}
+
+/// The triple of this machine: with --target the flags of a build are not those of its build scripts and macros.
+pub fn host() -> Result<String, String> {
+    let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().find_map(|line| line.strip_prefix("host: "));
+    line.map(str::to_string).ok_or_else(|| "rustc -vV names no host".into())
 }

@@ -1,10 +1,12 @@
 //! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask datasets DIR`, `cargo xtask python`.
+//! `cargo xtask datasets DIR`, `cargo xtask python`, `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
 
 mod bench_task;
 mod cargo;
+mod fuzz_task;
 mod gen_task;
 mod python_task;
+mod sanitize_task;
 
 use std::process::ExitCode;
 
@@ -19,6 +21,10 @@ cargo xtask bench                   time derivations, calls and the compilation 
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
 cargo xtask python [PYTEST..]       build the package for Python in target/python and run its tests; skipped, and
                                     said, where python3, pip or the network is absent
+cargo xtask fuzz SECONDS            build the targets of fuzz/ with coverage and run them for so long in all: every reader,
+                                    what is derived of a robot, what is identified from a log
+cargo xtask sanitize                Miri and the address sanitizer on what is unsafe; skipped, and said, where no
+                                    nightly toolchain is
 
 A MODEL is a path such as models/race.yaml.";
 
@@ -28,6 +34,8 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "python" => python_task::run(rest),
+        Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
+        Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
         Some((task, rest)) if task == "datasets" => {
             let words = ["run", "--quiet", "--release", "--package", "tests", "--bin", "datasets", "--"];
             cargo(&words.into_iter().chain(rest.iter().map(String::as_str)).collect::<Vec<_>>())

@@ -4,17 +4,16 @@
 //! and passes without Python.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::cargo::cargo;
+use crate::cargo::{cargo, done, root, target};
 
 /// What the environment holds beside the package.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub fn run(arguments: &[String]) -> Result<(), String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new(".")).to_path_buf();
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), PathBuf::from);
+    let (root, target) = (root(), target());
     let environment = target.join("python");
     if let Err(why) = environment_in(&environment) {
         println!("SKIPPED: the package for Python was neither built nor tested: {why}");
@@ -24,17 +23,17 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     // The program, whose bytes the tests compare.
     cargo(&["build", "--quiet", "--package", "cli"])?;
     let profiles = target.join("profiles.toml");
-    fs::write(&profiles, profiles_of(&root)?).map_err(|e| format!("{}: {e}", profiles.display()))?;
+    fs::write(&profiles, profiles_of(root)?).map_err(|e| format!("{}: {e}", profiles.display()))?;
     let at_root = |program: &str| {
         let mut command = Command::new(environment.join("bin").join(program));
-        command.current_dir(&root).env("VIRTUAL_ENV", &environment).env("CARGO_TARGET_DIR", &target);
+        command.current_dir(root).env("VIRTUAL_ENV", &environment).env("CARGO_TARGET_DIR", &target);
         command
     };
     let mut build = at_root("maturin");
     build.args(["develop", "--quiet", "--locked", "--profile", "dev", "--config"]).arg(&profiles);
     done(&mut build, "maturin develop")?;
     let mut format = Command::new("cargo");
-    format.args(["fmt", "--check", "--manifest-path", "crates/python/Cargo.toml"]).current_dir(&root);
+    format.args(["fmt", "--check", "--manifest-path", "crates/python/Cargo.toml"]).current_dir(root);
     done(&mut format, "cargo fmt --manifest-path crates/python/Cargo.toml")?;
     let mut tests = at_root("python");
     tests.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]).args(arguments);
@@ -59,14 +58,6 @@ fn profiles_of(root: &Path) -> Result<String, String> {
     let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let (_, profiles) = text.split_once("\n[profile").ok_or("Cargo.toml has no profile")?;
     Ok(format!("[profile{profiles}"))
-}
-
-fn done(command: &mut Command, what: &str) -> Result<(), String> {
-    match command.status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{what} failed: {status}")),
-        Err(e) => Err(format!("{what}: {e}")),
-    }
 }
 
 /// Runs a command; the last line of what it says is the reason of a failure.

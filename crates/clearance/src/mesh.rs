@@ -52,20 +52,22 @@ pub fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
 ///
 /// Fails where the file cannot be read or is none of its format.
 pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
-    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let read = match kind.as_str() {
-        "stl" => stl,
-        "obj" => |bytes: &[u8]| text_vertices(bytes, "v"),
-        _ => return Err(format!("{}: meshes are read from .stl and .obj: convert it", path.display())),
-    };
     let fail = |what: String| format!("{}: {what}", path.display());
+    // Nothing is read of a file whose format is not.
+    reader(path)?;
     let mut bytes = Vec::new();
     let file = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
     file.map_err(|e| fail(format!("the mesh cannot be read: {e}")))?;
     if bytes.len() as u64 > MAX_BYTES {
         return Err(fail("the mesh is larger than 256 MiB".into()));
     }
-    let mut found = read(&bytes).map_err(&fail)?;
+    parse_vertices(&bytes, path)
+}
+
+/// As [`vertices`] of the content of the file at `path`, which tells the format and stands in messages; none is opened.
+pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
+    let fail = |what: String| format!("{}: {what}", path.display());
+    let mut found = reader(path)?(bytes).map_err(fail)?;
     if let Some(far) = found.iter().find(|p| p.iter().any(|x| x.is_nan() || x.abs() > FARTHEST)) {
         return Err(fail(format!("a vertex is at {far:?}: no robot reaches there")));
     }
@@ -78,6 +80,18 @@ pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     });
     found.dedup();
     Ok(found)
+}
+
+type Reader = fn(&[u8]) -> Result<Vec<Vector3>, String>;
+
+/// What reads a file of this extension.
+fn reader(path: &Path) -> Result<Reader, String> {
+    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    match kind.as_str() {
+        "stl" => Ok(stl),
+        "obj" => Ok(|bytes| text_vertices(bytes, "v")),
+        _ => Err(format!("{}: meshes are read from .stl and .obj: convert it", path.display())),
+    }
 }
 
 /// 80 bytes of words, the number of triangles, and for each its normal, three vertices and two bytes.

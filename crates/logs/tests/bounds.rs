@@ -52,6 +52,24 @@ fn cells_that_are_not_there() {
     assert!(message.contains("420 of 420 rows have more or fewer cells"), "{message}");
 }
 
+/// Values whose bytes stand apart: whole, they are read; cut short, they are refused before the library panics on them,
+/// which would say "damaged".
+#[cfg(feature = "parquet")]
+#[test]
+fn split_values_cut_short() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/logs");
+    let whole = Table::read(&corpus.join("split.parquet")).unwrap();
+    assert_eq!(whole.header, ["t", "q1"]);
+    for row in 0..9 {
+        let t = 0.01 * row as f64;
+        assert_eq!(whole.columns[0][row], t);
+        // The sine of another library.
+        assert!((whole.columns[1][row] - t.sin()).abs() < 1e-15, "{row}");
+    }
+    let message = Table::read(&corpus.join("split_cut_short.parquet")).unwrap_err().to_string();
+    assert!(message.contains("its 10 bytes are not whole values of 8"), "{message}");
+}
+
 #[test]
 fn text_in_utf_16_is_named() {
     assert!(refusal(b"\xff\xfet\0,\0").contains("UTF-16; save it as UTF-8"));

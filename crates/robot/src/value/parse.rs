@@ -89,7 +89,11 @@ impl Parser<'_> {
 
     fn unnested_factor(&mut self) -> Result<Value, String> {
         if self.take('-') {
-            return Ok(Value::Neg(Box::new(self.factor()?)));
+            // Two signs are none. As they would be written, in parentheses, they nest twice as deep as they are read.
+            return Ok(match self.factor()? {
+                Value::Neg(value) => *value,
+                value => Value::Neg(Box::new(value)),
+            });
         }
         if self.take('+') {
             return self.factor();
@@ -230,6 +234,14 @@ mod tests {
         ] {
             assert_eq!(read(text).unwrap().number(&[]), value, "{text}");
         }
+    }
+
+    /// What is read is written and read again, however many signs it has.
+    #[test]
+    fn signs_cancel() {
+        let text = |signs: usize| read(&("-".repeat(signs) + "q1")).unwrap().text(&[], &|_| "q1".into());
+        assert_eq!([0, 1, 2, 62, 63].map(text), ["q1", "-q1", "q1", "q1", "-q1"]);
+        assert_eq!(read("2 - (-(-(-q1)))").unwrap().text(&[], &|_| "q1".into()), "2 - (-q1)");
     }
 
     #[test]

@@ -4,4 +4,5 @@ pub mod file;
 pub mod number;
 pub mod pages;
 pub mod schema_guard;
+pub mod split_values;
 pub mod write;

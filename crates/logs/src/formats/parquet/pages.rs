@@ -3,6 +3,7 @@
 //! The library is told that the pages are not compressed and hands over their packed bytes; they are unpacked here. So
 //! every codec is one of Rust, and no length that a page claims is believed: the library itself fills what a page of lz4
 //! or snappy claims, up to 4 GiB, before it unpacks a byte, and makes a dictionary of as many entries as are claimed.
+//! Pages that it panics on where they are cut short are refused, or handed over in an encoding that it checks.
 
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ use parquet::file::metadata::ColumnChunkMetaData;
 use parquet::file::serialized_reader::SerializedPageReader;
 
 use crate::formats::compression::{Compression, MAX_UNPACKED};
+use crate::formats::parquet::split_values::{joined, values_begin};
 
 /// Pages of a chunk.
 pub struct UnpackedPages {
@@ -24,6 +26,10 @@ pub struct UnpackedPages {
     left: u64,
     /// The least number of bytes of a value.
     width: usize,
+    /// Whether every value has as many.
+    one_width: bool,
+    /// The largest levels of repetition and definition.
+    levels: [i16; 2],
     /// Whether a dictionary was read.
     dictionary: bool,
 }
@@ -60,22 +66,29 @@ impl UnpackedPages {
             Type::FIXED_LEN_BYTE_ARRAY => usize::try_from(chunk.column_descr().type_length()).unwrap_or(0),
         };
         let left = chunk.num_values().try_into().unwrap_or(0);
-        Ok(UnpackedPages { packed: packed.map_err(|e| e.to_string())?, codec, left, width, dictionary: false })
+        let one_width = !matches!(chunk.column_type(), Type::BOOLEAN | Type::BYTE_ARRAY);
+        let levels = [chunk.column_descr().max_rep_level(), chunk.column_descr().max_def_level()];
+        let packed = packed.map_err(|e| e.to_string())?;
+        Ok(UnpackedPages { packed, codec, left, width, one_width, levels, dictionary: false })
     }
 
     fn unpack(&self, packed: &[u8]) -> Result<Bytes> {
         self.codec.unpack_within(packed, MAX_UNPACKED).map(Bytes::from).map_err(ParquetError::General)
     }
 
+    /// Counts the values of a data page; fails where it claims more than its column has.
+    fn count(&mut self, claimed: u32) -> Result<()> {
+        let left = self.left;
+        self.left = left.checked_sub(u64::from(claimed)).ok_or_else(|| {
+            ParquetError::General(format!("a page claims {claimed} values where its column has {left} left"))
+        })?;
+        Ok(())
+    }
+
     fn unpacked(&mut self, page: Page) -> Result<Page> {
-        let claimed = page.num_values();
         let general = |message: String| Err(ParquetError::General(message));
         if page.is_data_page() {
-            let left = self.left;
-            let Some(rest) = left.checked_sub(u64::from(claimed)) else {
-                return general(format!("a page claims {claimed} values where its column has {left} left"));
-            };
-            self.left = rest;
+            self.count(page.num_values())?;
         }
         match page {
             Page::DictionaryPage { buf, num_values, encoding, is_sorted } => {
@@ -89,6 +102,12 @@ impl UnpackedPages {
             Page::DataPage { buf, num_values, encoding, def_level_encoding, rep_level_encoding, statistics } => {
                 let buf = self.unpack(&buf)?;
                 self.check_encoding(encoding)?;
+                let written = [rep_level_encoding, def_level_encoding];
+                let levels = [0, 1].map(|k| (self.levels[k], written[k]));
+                let Some(values) = values_begin(&buf, num_values, levels) else {
+                    return general("a page ends within its levels".into());
+                };
+                let (buf, encoding) = self.in_plain(buf, values, encoding)?;
                 Ok(Page::DataPage { buf, num_values, encoding, def_level_encoding, rep_level_encoding, statistics })
             }
             Page::DataPageV2 {
@@ -111,6 +130,7 @@ impl UnpackedPages {
                     true => Bytes::from([head, &self.unpack(values)?].concat()),
                     false => buf,
                 };
+                let (buf, encoding) = self.in_plain(buf, levels, encoding)?;
                 Ok(Page::DataPageV2 {
                     buf,
                     num_values,
@@ -128,6 +148,19 @@ impl UnpackedPages {
 }
 
 impl UnpackedPages {
+    /// A page whose values begin at `values`, in PLAIN where they were in BYTE_STREAM_SPLIT.
+    fn in_plain(&self, page: Bytes, values: usize, encoding: Encoding) -> Result<(Bytes, Encoding)> {
+        if encoding != Encoding::BYTE_STREAM_SPLIT || !self.one_width {
+            return Ok((page, encoding));
+        }
+        let (head, split) = page.split_at(values.min(page.len()));
+        let Some(plain) = joined(split, self.width) else {
+            let (bytes, width) = (split.len(), self.width);
+            return Err(ParquetError::General(format!("its {bytes} bytes are not whole values of {width}")));
+        };
+        Ok((Bytes::from([head, &plain].concat()), Encoding::PLAIN))
+    }
+
     /// Encodings of texts reserve by what they claim, and the numbers of a log are in none of them; places in a
     /// dictionary that is not there make the library panic.
     fn check_encoding(&self, encoding: Encoding) -> Result<()> {

@@ -1,0 +1,77 @@
+//! A description of a robot: read, derived, evaluated.
+//!
+//! ```text
+//! tau = Y_s X_s = Y X,    X = B X_s
+//! ```
+//! Law: both regressors give the same torque (n; N m, or N where a joint slides) of random standard parameters X_s.
+#![no_main]
+
+use std::path::Path;
+
+use identification::algebra::random::Random;
+use libfuzzer_sys::fuzz_target;
+use rist::description::{check_values, parse_robot};
+use rist::evaluation::{Evaluation, ManyStates, Quantity};
+use rist::{Model, ModelOptions};
+
+/// Robots of more coordinates or links take seconds to derive, and do nothing that these do not.
+const COORDINATES: usize = 4;
+const LINKS: usize = 6;
+
+/// Of the largest term of the sums: a thousand operations of 1e-16 each, and lengths that cancel to three digits.
+const ROUNDING: f64 = 1e-10;
+
+fuzz_target!(|data: &[u8]| {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    for path in ["robot.yaml", "robot.urdf", "robot.par"].map(Path::new) {
+        let Ok(robot) = parse_robot(text, path, &ModelOptions::default()) else { continue };
+        let is_small = robot.coordinates.len() <= COORDINATES && robot.links.len() <= LINKS;
+        if !is_small || robot.coordinates.is_empty() || check_values(&robot, path).is_err() {
+            continue;
+        }
+        if let Ok(model) = Model::of(robot, path) {
+            torques_agree(&model);
+        }
+    }
+});
+
+fn torques_agree(model: &Model) {
+    let mut random = Random::new(7);
+    let mut normal = |count: usize| (0..count).map(|_| random.normal()).collect::<Vec<f64>>();
+    let n = model.regressor().coordinates().len();
+    let (q, dq, ddq) = (normal(n), normal(n), normal(n));
+    let standard = normal(model.parameters.standard.len());
+    let base = model.parameters.values(&standard);
+    let at = |quantity| {
+        let evaluation = Evaluation::new(model, quantity).expect("a model that was derived is evaluated");
+        let (rows, columns) = evaluation.shape();
+        let mut y = vec![0.0; rows * columns];
+        let states = ManyStates { q: &q, dq: &dq, ddq: &ddq, parameters: &[] };
+        evaluation.fill(model, &states, &mut y).expect("lengths are those of the model");
+        y
+    };
+    let (y_s, y) = (at(Quantity::Regressor), at(Quantity::BaseRegressor));
+    for k in 0..n {
+        let row_s = &y_s[k * standard.len()..][..standard.len()];
+        let row = &y[k * base.len()..][..base.len()];
+        let (by_standard, by_base) = (sum(row_s, &standard), sum(row, &base));
+        // Each base parameter is a sum itself.
+        let absorbed = row.iter().zip(&model.parameters.base).flat_map(|(y, b)| {
+            b.terms.iter().map(|term| (y * term.coefficient * standard[term.parameter]).abs()).collect::<Vec<f64>>()
+        });
+        let size = magnitude(row_s, &standard) + absorbed.sum::<f64>();
+        let difference = (by_standard - by_base).abs();
+        // Beyond the numbers there is no law, and where a loop does not close there is no torque.
+        if size.is_finite() {
+            assert!(difference <= ROUNDING * size, "joint {k}: {by_standard} and {by_base}, of terms up to {size}");
+        }
+    }
+}
+
+fn sum(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn magnitude(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum()
+}

@@ -1,0 +1,68 @@
+//! A log of a two-link arm: columns, whether it belongs to the arm, identification by every method, sums, the page.
+#![no_main]
+
+use std::cell::OnceCell;
+
+use identification::estimate::options::Options;
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::estimators::weighted::Weights;
+use libfuzzer_sys::fuzz_target;
+use logs::{ColumnNames, LogSource, Table};
+use rist::page::{PageRequest, page};
+use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
+
+const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
+
+/// Requests, of which an input meets the first and one of the others.
+const REQUESTS: usize = 7;
+
+thread_local! {
+    static MODEL: OnceCell<Model> = const { OnceCell::new() };
+}
+
+fuzz_target!(|data: &[u8]| {
+    let Ok(table) = Table::from_bytes("log.csv", data) else { return };
+    let which = data.iter().fold(0_usize, |sum, byte| sum + usize::from(*byte)) % REQUESTS;
+    MODEL.with(|model| {
+        let model = model
+            .get_or_init(|| Model::parse(ARM, "arm.yaml", &ModelOptions::default()).expect("the shipped arm is read"));
+        let Ok((log, _)) = model.log_of_table(table, &ColumnNames::default()) else { return };
+        let logs = [log];
+        if let Ok(passport) = rist::examine(model, &logs, &Options::default()) {
+            let _ = passport.to_string();
+        }
+        identified(model, &logs, 0);
+        identified(model, &logs, which);
+        if let Ok(mut sums) = rist::fleet::accumulator(model, &Options::default(), &[]) {
+            let _ = rist::fleet::update(model, &mut sums, &logs[0], true);
+            let _ = sums.to_bytes().expect("sums are written");
+        }
+    });
+});
+
+fn identified(model: &Model, logs: &[LogSource], which: usize) {
+    let options = Options { weights: if which == 1 { Weights::Huber } else { Weights::Joint }, ..Options::default() };
+    let request = IdentifyRequest {
+        options: Options { covariance: which == 1, ..options },
+        gains: if which == 2 { vec![("q1".into(), Gain::Known(11.5))] } else { Vec::new() },
+        find_delay: which == 3,
+        find_friction: which == 4,
+        essential: which == 5,
+        consistent: which == 6,
+        ..IdentifyRequest::default()
+    };
+    let Ok(found) = rist::identify(model, logs, &request) else { return };
+    let verdict = found.verdict(None);
+    let _ = (verdict.to_string(), found.estimate.to_string());
+    let _ = page(&PageRequest {
+        model: Some(model),
+        estimate: Some(&found.estimate),
+        verdict: Some(&verdict),
+        ..PageRequest::default()
+    });
+    let text = found.estimate.to_yaml().expect("an estimate is written");
+    // One that holds what is no number is refused when it is read, which is an answer.
+    if let Ok(again) = Estimate::from_yaml("estimate.yaml", &text) {
+        let _ = rist::validate(model, &again, logs);
+    }
+}

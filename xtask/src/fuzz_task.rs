@@ -1,0 +1,65 @@
+//! `fuzz SECONDS`: builds the targets of fuzz/ with coverage, on stable, and runs each for its share of the time.
+//!
+//! cargo-fuzz needs a nightly compiler for one flag; LLVM's pass behind it is had by its name. The corpora are only read;
+//! what is found on the way stays in target/fuzz/corpus, and an input that breaks a target in target/fuzz/found.
+//!
+//! Not here: what is not fuzzed at all (the command line, folders of rosbag2, the package for Python).
+
+use std::fs;
+use std::process::Command;
+
+use crate::cargo::{done, host, root, target};
+
+/// The programs of fuzz/targets, each with the folders of the repository that have its first inputs.
+const TARGETS: [(&str, &[&str]); 8] = [
+    ("robots", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
+    ("derive", &["fuzz/corpus/robots", "models", "crates/robot/testdata"]),
+    ("write_back", &["fuzz/corpus/write_back", "fuzz/corpus/robots"]),
+    ("meshes", &["fuzz/corpus/meshes"]),
+    ("logs", &["fuzz/corpus/logs"]),
+    ("identify", &["fuzz/corpus/identify"]),
+    ("sums", &["fuzz/corpus/sums"]),
+    ("artefacts", &["fuzz/corpus/artefacts"]),
+];
+
+/// Coverage by counters of edges, and by what is compared with what.
+const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+                        -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
+                        -Cllvm-args=-sanitizer-coverage-pc-table \
+                        -Cllvm-args=-sanitizer-coverage-trace-compares";
+
+/// An input that takes longer, s, or more memory, MiB, is a finding. Bodies that can exist take 0.3 s of a release build,
+/// and a hundred times that where code is compiled for coverage and others use the machine. Inputs longer than 8 KiB find
+/// nothing new in the time.
+const LIMITS: [&str; 4] = ["-timeout=60", "-rss_limit_mb=2048", "-malloc_limit_mb=1024", "-max_len=8192"];
+
+pub fn run(arguments: &[String]) -> Result<(), String> {
+    let usage = "expected are the seconds of all targets together: cargo xtask fuzz 600";
+    let [seconds] = arguments else { return Err(usage.into()) };
+    let seconds: u64 = seconds.parse().ok().filter(|s| *s > 0).ok_or(usage)?;
+    let (root, target, host) = (root(), target().join("fuzz"), host()?);
+    let mut build = Command::new("cargo");
+    build.args(["build", "--bins", "--locked", "--target", &host, "--manifest-path", "fuzz/Cargo.toml"]);
+    build.current_dir(root).env("CARGO_TARGET_DIR", &target).env("RUSTFLAGS", COVERAGE);
+    done(&mut build, "cargo build of fuzz/")?;
+
+    let found = target.join("found");
+    fs::create_dir_all(&found).map_err(|e| format!("{}: {e}", found.display()))?;
+    let mut broken = Vec::new();
+    for (name, folders) in TARGETS {
+        let corpus = target.join("corpus").join(name);
+        fs::create_dir_all(&corpus).map_err(|e| format!("{}: {e}", corpus.display()))?;
+        let mut fuzz = Command::new(target.join(&host).join("debug").join(name));
+        fuzz.arg(format!("-max_total_time={}", seconds.div_ceil(TARGETS.len() as u64))).args(LIMITS);
+        fuzz.arg(format!("-artifact_prefix={}/{name}-", found.display()));
+        fuzz.args(["-print_final_stats=1", "-verbosity=0", "-print_funcs=0"]).arg(&corpus);
+        println!("== {name}");
+        if done(fuzz.args(folders).current_dir(root), name).is_err() {
+            broken.push(name);
+        }
+    }
+    match broken.is_empty() {
+        true => Ok(()),
+        false => Err(format!("{}: an input breaks it; it is in {}", broken.join(", "), found.display())),
+    }
+}

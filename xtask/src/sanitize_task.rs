@@ -1,0 +1,87 @@
+//! `sanitize`: Miri and the address sanitizer on what is `unsafe`: the lanes of `generated`, the triangle's registers of
+//! `identification`, the fused tape of `expr`.
+//!
+//! Both need a nightly compiler, and Miri its component and `rust-src`. What is not there is said and is no failure.
+//!
+//! | | runs | leaves out |
+//! |---|---|---|
+//! | address sanitizer | all tests of the libraries of these packages, and those of the lanes, on all registers that the processor has | |
+//! | Miri | the tests of the kernels, each for no vectors, for AVX2 with FMA and for AVX-512 | robots of more than three coordinates: an hour |
+//!
+//! Not here: the package for Python, whose `unsafe` needs an interpreter.
+
+use std::process::Command;
+
+use crate::cargo::{done, host, root, target};
+
+/// Tests of kernels: package, what cargo selects of it, and part of their names.
+const KERNELS: [[&str; 3]; 3] = [
+    ["expr", "--lib", "tape::tests"],
+    ["identification", "--lib", "algebra::reflection::tests"],
+    ["tests", "--test=lanes", ""],
+];
+
+/// Instructions that Miri is told the processor has.
+const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
+
+pub fn run(arguments: &[String]) -> Result<(), String> {
+    if let Some(argument) = arguments.first() {
+        return Err(format!("sanitize takes no argument; found `{argument}`"));
+    }
+    let Some(nightly) = nightly() else {
+        println!("SKIPPED: neither Miri nor the address sanitizer: rustup has no nightly toolchain");
+        return Ok(());
+    };
+    miri(&nightly)?;
+    address(&nightly)
+}
+
+fn miri(nightly: &str) -> Result<(), String> {
+    let installed = said(Command::new("rustup").args(["component", "list", "--installed", "--toolchain", nightly]));
+    let is_there = |component: &&str| installed.lines().any(|line| line.starts_with(*component));
+    let missing: Vec<&str> = ["miri", "rust-src"].into_iter().filter(|c| !is_there(c)).collect();
+    if !missing.is_empty() {
+        let missing = missing.join(" ");
+        println!("SKIPPED: Miri: the toolchain lacks {missing} (rustup component add --toolchain {nightly} {missing})");
+        return Ok(());
+    }
+    for processor in PROCESSORS {
+        for [package, tests, name] in KERNELS {
+            println!("== Miri: {package} {tests} {name} {processor}");
+            let mut test = Command::new("cargo");
+            test.args([&format!("+{nightly}"), "miri", "test", "--locked", "--package", package, tests, "--", name]);
+            test.current_dir(root()).env("RUSTFLAGS", processor).env("CARGO_TARGET_DIR", target().join("miri"));
+            done(&mut test, &format!("Miri on {package}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn address(nightly: &str) -> Result<(), String> {
+    let host = host()?;
+    if host != "x86_64-unknown-linux-gnu" {
+        println!("SKIPPED: the address sanitizer: the registers are of x86-64, and this is {host}");
+        return Ok(());
+    }
+    for selected in [&["expr", "--lib"][..], &["identification", "--lib"], &["tests", "--test=lanes"]] {
+        println!("== address sanitizer: {}", selected.join(" "));
+        let mut test = Command::new("cargo");
+        test.args([&format!("+{nightly}"), "test", "--quiet", "--locked", "--target", &host, "--package"]);
+        test.args(selected).current_dir(root()).env("RUSTFLAGS", "-Zsanitizer=address");
+        done(test.env("CARGO_TARGET_DIR", target().join("address")), &format!("address sanitizer: {}", selected[0]))?;
+    }
+    Ok(())
+}
+
+/// The name of a nightly toolchain, as rustup has it.
+fn nightly() -> Option<String> {
+    let text = said(Command::new("rustup").args(["toolchain", "list"]));
+    let names = text.lines().filter_map(|line| line.split_whitespace().next());
+    names.filter(|name| name.starts_with("nightly")).max().map(str::to_string)
+}
+
+/// What a command prints; nothing where there is no such command.
+fn said(command: &mut Command) -> String {
+    let output = command.output().map(|output| output.stdout).unwrap_or_default();
+    String::from_utf8_lossy(&output).into_owned()
+}
