@@ -9,6 +9,7 @@ mod lack_of_fit;
 mod log_files;
 mod log_formats;
 mod measured;
+mod misfit;
 mod panda;
 mod simulated_dynamics;
 mod spectrum_analysis;

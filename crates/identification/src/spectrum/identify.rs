@@ -192,10 +192,10 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit) {
     if !misfit.is_lacking() {
         return;
     }
-    let named = |(name, x): (&String, &f64)| (*x > LACKING).then(|| format!("{name} {x:.0}"));
+    let named = |(name, x): (&String, &f64)| (*x > LACKING).then(|| format!("{name} {x:.1}"));
     let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
     estimate.remarks.push(format!(
-        "the model lacks something that these experiments show: chi^2 per freedom is {:.0} where noise alone gives 1 to 3 \
+        "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives less than 1 \
          ({}); such are flexible joints, play, ripple, late torques and other friction, and the deviations allow for it",
         misfit.total,
         joints.join(", ")

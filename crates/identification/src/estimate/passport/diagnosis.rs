@@ -9,9 +9,9 @@ use logs::Suspect;
 
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{Fault, Finding, NOMINAL};
+use crate::estimate::passport::finding::{Fault, Finding, NOMINAL, significant};
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::{Passport, TELLING, significant};
+use crate::estimate::passport::report::{Passport, TELLING};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::model::regressor::Regressor;

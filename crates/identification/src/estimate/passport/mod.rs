@@ -28,9 +28,9 @@ mod signals;
 use logs::{Error, Suspect};
 
 use crate::estimate::passport::change::{Description, FEWEST, column, partials, used};
+pub(crate) use crate::estimate::passport::finding::significant;
 use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::regression::{Basis, Partial, square};
-pub(crate) use crate::estimate::passport::report::significant;
 pub use crate::estimate::passport::report::{JointPassport, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::model::regressor::Regressor;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::estimate::passport::finding::{Fault, Finding};
+use crate::estimate::passport::finding::{Fault, Finding, significant};
 use crate::estimate::passport::friction::OwnFriction;
 
 /// What a joint's torque has to do with the description.
@@ -110,18 +110,5 @@ impl fmt::Display for Passport {
             writeln!(f, "{:<width$}  {slope:>8}  {share:>6}  {explained:>9}  {friction}", j.coordinate)?;
         }
         Ok(())
-    }
-}
-
-/// Three digits that count, without an exponent where it can be read without.
-pub fn significant(x: f64) -> String {
-    let size = x.abs();
-    match size {
-        _ if size == 0.0 => "0".into(),
-        _ if !(1e-3..1e5).contains(&size) => format!("{x:.2e}"),
-        _ if size >= 100.0 => format!("{x:.0}"),
-        _ if size >= 10.0 => format!("{x:.1}"),
-        _ if size >= 0.1 => format!("{x:.2}"),
-        _ => format!("{x:.4}"),
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The noise of torque and position is measured from the scatter between periods, before anything is fitted. With it
 //!   chi^2 / freedom = sum (rho / sigma)^2 / (rows - unknowns)
-//! is near 1 where the model has all that the torques have. Flexible joints, play, ripple, torques that are late or of
+//! is at most near 1 where the model has all that the torques have. Flexible joints, play, ripple, torques that are late or of
 //! another law of friction repeat from period to period: they are in no scatter, and chi^2 has all of them.
 //!
 //! What is left then is no noise. Each experiment and joint counts as one draw of it (a cluster g):
