@@ -111,7 +111,7 @@ fn what_it_lacks_is_named_and_widens_the_intervals() {
     for effect in [Effect::Late(1.5e-3), Effect::Ripple(0.02), Effect::Bent(2e4)] {
         for draw in 0..3 {
             let found = estimate(&arm, &fixture, &sensing, draw, effect, &HarmonicOptions::default());
-            let (white, believed) = held(&found, &arm.truth);
+            let (white, believed) = held(&found, arm.truth);
             assert!(found.misfit.is_lacking(), "{effect:?}: {:?}", found.misfit.joints);
             // A joint that bends moves everything the same way in all experiments, which no replicate shows.
             let least: f64 = if matches!(effect, Effect::Bent(_)) { 0.8 } else { 0.9 };
