@@ -1,4 +1,4 @@
-"""W of a million Panda states: rist from Python, the library alone, and Pinocchio's loop, in one run.
+"""W of a million Panda states: rist from Python, the library alone, Pinocchio's loop and FIGAROH's, in one run.
 
 Seconds are of processor time, and the best of three.
 
@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import types
 
 import numpy as np
 
@@ -27,14 +28,21 @@ def best(call, runs=3):
     return min(seconds)
 
 
-def pinocchio_loop(program, q, dq, ddq):
-    """Seconds a state of computeJointTorqueRegressor in a loop, its results copied into one array."""
+def pinocchio_model(program):
+    """The robot as Pinocchio reads it."""
     import pinocchio
 
     with tempfile.TemporaryDirectory() as folder:
         urdf = pathlib.Path(folder) / "panda.urdf"
         urdf.write_text(subprocess.run([program, "convert", MODEL, "--to", "urdf"], check=True, capture_output=True, text=True).stdout)
-        model = pinocchio.buildModelFromUrdf(str(urdf))
+        return pinocchio.buildModelFromUrdf(str(urdf))
+
+
+def pinocchio_loop(program, q, dq, ddq):
+    """Seconds a state of computeJointTorqueRegressor in a loop, its results copied into one array."""
+    import pinocchio
+
+    model = pinocchio_model(program)
     data, n = model.createData(), model.nv
     w = np.empty((len(q), n, 10 * n))
 
@@ -45,17 +53,30 @@ def pinocchio_loop(program, q, dq, ddq):
     return best(loop) / len(q)
 
 
+def figaroh_loop(program, q, dq, ddq):
+    """Seconds a state of FIGAROH's regressor, without friction and rotor columns."""
+    from figaroh.tools.regressor import RegressorBuilder
+
+    model = pinocchio_model(program)
+    builder = RegressorBuilder(types.SimpleNamespace(model=model, data=model.createData()))
+    return best(lambda: builder.build_basic_regressor(q, dq, ddq), 1) / len(q)
+
+
 def main(rust, program, count=1_000_000):
     model = rist.Model.read(MODEL)
     states = np.random.default_rng(1).normal(size=(3, int(count), 7))
     rows = [("the library", float(subprocess.run([rust, MODEL, str(count)], check=True, capture_output=True, text=True).stdout))]
     rows.append(("rist.Model.base_regressor", best(lambda: model.base_regressor(*states))))
     rows.append(("rist.Model.regressor (standard, by tape)", best(lambda: model.regressor(*states), 1)))
-    try:
-        few = states[:, : int(count) // 20]
-        rows.append(("Pinocchio's loop (standard)", pinocchio_loop(program, *few) * int(count)))
-    except ImportError:
-        print("Pinocchio is not installed (pip install pin)")
+    few = states[:, : int(count) // 20]
+    for what, package, loop in [
+        ("Pinocchio's loop (standard)", "pin", pinocchio_loop),
+        ("FIGAROH's regressor (standard)", "figaroh", figaroh_loop),
+    ]:
+        try:
+            rows.append((what, loop(program, *few) * int(count)))
+        except ImportError:
+            print(f"{what}: not installed (pip install {package})")
     for what, seconds in rows:
         print(f"{what:<42} {seconds:8.3f} s  {seconds / rows[0][1]:6.2f}")
 

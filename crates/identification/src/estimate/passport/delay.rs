@@ -34,6 +34,8 @@ const LONGEST: f64 = 0.12;
 /// Steps of Gauss-Newton, none longer than this, s: the rates hold for a short while only.
 const STEPS: usize = 14;
 const LONGEST_STEP: f64 = 0.01;
+/// s; a step below this changes nothing that is said.
+const SETTLED: f64 = 1e-4;
 
 /// Robots of more joints have too many columns for a look.
 const FEW: usize = 8;
@@ -55,6 +57,9 @@ pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) 
     let at_first = fit(&joints, n, seconds)?;
     let mut found = at_first.clone();
     for _ in 0..STEPS {
+        if found.step.abs() < SETTLED {
+            break;
+        }
         seconds += found.step.clamp(-LONGEST_STEP, LONGEST_STEP);
         if seconds.abs() > LONGEST {
             return None;
