@@ -53,7 +53,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
     decimate: Option<usize>,
 
-    /// s by which the torques lag the positions [default: 0]; rist identify --delay auto finds it
+    /// Seconds by which the torques lag the positions [default: 0]; rist identify --delay auto finds it
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     delay: Option<f64>,
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_text};
+use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
 use serde_json::json;
 
 use crate::artefact::read_text;
@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let checked = rist::check(&model, file, &motion)?;
     let mut text = terminal::notes(&checked.notes) + &certificate_text(&checked.certificate);
     if checked.is_proven() {
-        text += "every limit above is proven, between samples too\n";
+        text += &format!("{}\n", proven_text(&checked.certificate));
     }
     let (is_proven, notes) = (checked.is_proven(), &checked.notes);
     print_result(text, || {

@@ -16,7 +16,7 @@ use crate::doctor::examine;
 use crate::error::Error;
 use crate::model::Model;
 
-/// Whether to trust an estimate by what it says of itself; [`crate::samples::Identification::verdict`] knows more.
+/// Whether to trust an estimate by what it says of itself; [`crate::samples::Identification::judge`] knows more.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }

@@ -77,7 +77,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..), help_heading = SIGNALS)]
     pub decimate: Option<usize>,
 
-    /// s by which the torques lag the positions, or auto: with the smallest residual [default: 0]; rist-mh: auto
+    /// Seconds by which the torques lag the positions, or auto: with the smallest residual [default: 0]; rist-mh: auto
     /// estimates what is left of it with the parameters
     #[arg(long, value_name = "SECONDS", value_parser = delay, help_heading = SIGNALS)]
     pub delay: Option<Delay>,

@@ -204,9 +204,10 @@ fn not_noise(estimate: &Estimate) -> Option<String> {
     let name = &joint.coordinate;
     Some(match times(memory) > LONG {
         true => format!(
-            "what is left is not noise alone: at {name} it resembles itself {:.0} times as long as noise would, for {} s",
-            times(memory),
-            significant(memory)
+            "what is left at {name} is not noise alone: it stays alike for {} s, {:.0} times as long as noise does, so friction or \
+             flexibility is missing",
+            significant(memory),
+            times(memory)
         ),
         false => "what is left looks like noise".into(),
     })
@@ -293,7 +294,9 @@ fn next(evidence: &Evidence, trust: Trust) -> String {
             "move the joints that the remarks name, or hold the rest by bodies (--consistent)".into()
         }
         Trust::WithCare => "log a longer and richer motion (rist plan), or try --friction auto".into(),
-        Trust::Yes if evidence.predicted.is_none() => "predict a log that was not fitted (rist validate)".into(),
+        Trust::Yes if evidence.predicted.is_none() => {
+            "predict a log that was not fitted: rist validate MODEL ESTIMATE LOG".into()
+        }
         Trust::Yes if evidence.estimate.options.is_none() => {
             "use it (rist report draws it, rist simulate --feedforward tries it)".into()
         }
