@@ -6,6 +6,7 @@ import re
 import runpy
 import shutil
 
+import numpy as np
 import rist
 from conftest import MODELS, ROOT
 
@@ -20,6 +21,17 @@ def test_the_page_runs(tmp_path, monkeypatch, recwarn):
     for block in blocks:
         exec(compile(block, "docs/how-to/python.md", "exec"), names)
     assert names["changed"].changed == []
+
+
+def test_the_lines_of_the_readme_run(tmp_path, monkeypatch, recwarn):
+    [block] = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+    shutil.copy(MODELS / "ur5.urdf", tmp_path / "robot.urdf")
+    # The content decides the format of a log, not its name.
+    shutil.copy(ROOT / "docs/ur5/log.csv", tmp_path / "log.mcap")
+    monkeypatch.chdir(tmp_path)
+    names = dict(zip(("q", "dq", "ddq"), np.random.default_rng(1).normal(size=(3, 5, 6))))
+    exec(compile(block, "README.md", "exec"), names)
+    assert names["w"].shape == (5 * 6, 36) and names["estimate"].verdict.trust != "no"
 
 
 def test_the_notebook_runs(tmp_path, monkeypatch, recwarn):
