@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::validation::MOTION_CUTOFF;
+use rist::validation::{MOTION_CUTOFF, is_fitted};
 
 use crate::artefact::artefact;
 use crate::error::{OrError, error};
