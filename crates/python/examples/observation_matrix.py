@@ -59,7 +59,8 @@ def figaroh_loop(program, q, dq, ddq):
 
     model = pinocchio_model(program)
     builder = RegressorBuilder(types.SimpleNamespace(model=model, data=model.createData()))
-    return best(lambda: builder.build_basic_regressor(q, dq, ddq), 1) / len(q)
+    every = {"act_idxv": list(range(model.nv))}
+    return best(lambda: builder.build_basic_regressor(q, dq, ddq, every), 1) / len(q)
 
 
 def main(rust, program, count=1_000_000):
