@@ -83,7 +83,7 @@ pub fn identify_spectrum(
             if let Some(friction) = found.friction {
                 harmonic_residuals(&mut estimate, regressor, &data, &friction);
                 estimate.remarks.push(describe(&friction));
-                judge(&mut estimate, regressor, &friction.misfit);
+                judge(&mut estimate, regressor, &friction.misfit, false);
             }
         }
     }
@@ -175,7 +175,7 @@ fn with_harmonics(
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
     harmonic_residuals(estimate, regressor, &data, &found);
     estimate.remarks.push(describe(&found));
-    judge(estimate, regressor, &found.misfit);
+    judge(estimate, regressor, &found.misfit, true);
     if found.misfit.is_lacking() && !options.delay {
         estimate.remarks.extend(lateness(&data, &found, options));
     }
@@ -183,8 +183,8 @@ fn with_harmonics(
     Ok(())
 }
 
-/// Says what chi^2 is against the measured noise, and of which joints it speaks.
-fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit) {
+/// Says what chi^2 is against the measured noise, and of which joints it speaks; `is_widened`: the deviations allow for it.
+fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit, is_widened: bool) {
     if !misfit.total.is_finite() {
         return;
     }
@@ -196,9 +196,10 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit) {
     let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
     estimate.remarks.push(format!(
         "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives less than 1 \
-         ({}); such are flexible joints, play, ripple, late torques and other friction, and the deviations allow for it",
+         ({}); such are flexible joints, play, ripple, late torques and other friction, for which the deviations {}",
         misfit.total,
-        joints.join(", ")
+        joints.join(", "),
+        if is_widened { "allow" } else { "do not allow where gains are estimated" }
     ));
 }
 

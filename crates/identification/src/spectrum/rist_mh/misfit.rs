@@ -28,14 +28,15 @@ pub struct Misfit {
     pub joints: Vec<f64>,
     /// The same of all joints.
     pub total: f64,
-    /// Deviations of the parameters and of the friction by experiments as replicates; zero where there are too few.
+    /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few; empty
+    /// where the model lacks nothing.
     pub by_experiment: Vec<f64>,
 }
 
 impl Misfit {
-    /// Whether the model lacks something that the experiments show.
+    /// Whether the model lacks something that the experiments show; where no noise was measured that is not known.
     pub fn is_lacking(&self) -> bool {
-        self.total > LACKING
+        self.total.is_finite() && self.total > LACKING
     }
 }
 
@@ -50,11 +51,12 @@ impl HarmonicData {
             let count: usize = of().map(|(s, _)| s.rows.len()).sum();
             of().map(|(_, q)| q).sum::<f64>() / (count as f64 * share).max(1.0)
         };
-        Misfit {
-            joints: (0..self.n).map(|j| rows(&|joint| joint == j)).collect(),
-            total: rows(&|_| true),
-            by_experiment: by_experiment(&fit.clusters(self, options), &fit.shared(self, options)),
+        let joints = (0..self.n).map(|j| rows(&|joint| joint == j)).collect();
+        let mut misfit = Misfit { joints, total: rows(&|_| true), by_experiment: Vec::new() };
+        if misfit.is_lacking() {
+            misfit.by_experiment = by_experiment(&fit.clusters(self, options), &fit.shared(self, options));
         }
+        misfit
     }
 }
 
