@@ -1,17 +1,21 @@
 //! The period and the blend of an exciting motion.
 
-use identification::experiments::excitation::barrier::Timing;
+use identification::experiments::excitation::fourier_series::FourierSeries;
 use identification::experiments::excitation::limits::CoordinateLimits;
+use identification::experiments::excitation::motion::Shape;
+use identification::experiments::excitation::quintic_spline::QuinticSpline;
 
 use crate::error::Error;
-use crate::excite_request::ExciteRequest;
+use crate::excite_request::{ExciteRequest, Family};
 
 /// Instants a period, for each harmonic: products of three harmonics are still told apart.
 const INSTANTS: usize = 30;
+/// Instants a span of a spline: what its limits do in between costs less than a hundredth.
+const SPAN_INSTANTS: usize = 10;
 
-/// The period by the limits, s: the fundamental fills the room at the greatest velocity, or the highest harmonic takes
-/// the greatest velocity and acceleration together, whichever is longer; the middle one of the joints, 5 to 20 s.
-pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
+/// The period by the limits, s: the fundamental fills the room at the greatest velocity, or as many half-waves take the
+/// greatest velocity and acceleration together, whichever is longer; the middle one of the joints, 5 to 20 s.
+pub fn default_period(limits: &[CoordinateLimits], half_waves: usize) -> f64 {
     let moving = || limits.iter().filter(|l| l.locked.is_none());
     let middle = |of: &dyn Fn(&CoordinateLimits) -> f64| {
         let mut all: Vec<f64> = moving().map(of).collect();
@@ -20,7 +24,7 @@ pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     };
     let turn = std::f64::consts::TAU;
     let room = middle(&|l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
-    let speed = middle(&|l| turn * harmonics as f64 * l.velocity / l.acceleration);
+    let speed = middle(&|l| turn * (0.5 * half_waves as f64) * l.velocity / l.acceleration);
     room.max(speed).clamp(5.0, 20.0)
 }
 
@@ -30,20 +34,31 @@ fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     moving.map(|l| 2.5 * l.velocity / l.acceleration).fold(0.5, f64::max)
 }
 
-/// Times that are whole numbers of samples.
+/// The shape, its times whole numbers of samples, and the instants of a period at which the search looks.
 ///
-/// Fails where the rate is too low for the highest harmonic.
-pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<Timing, Error> {
+/// Fails where the rate is too low for the quickest that the shape can be.
+pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(Shape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
-    let period = whole(request.period.unwrap_or_else(|| tenths(default_period(limits, request.harmonics))));
-    let blend = whole(request.blend.unwrap_or_else(|| tenths(default_blend(limits))));
-    let highest = request.harmonics as f64 / period;
+    let half_waves = request.family.half_waves();
+    let period = whole(request.period.unwrap_or_else(|| tenths(default_period(limits, half_waves))));
+    let highest = 0.5 * half_waves as f64 / period;
     if highest > 0.1 * request.rate {
+        let what = match request.family {
+            Family::Fourier { .. } => "the highest harmonic",
+            Family::Spline { .. } => "the quickest swing of four spans",
+        };
         return Err(Error::new(format_args!(
-            "the highest harmonic, {highest:.3} Hz, needs ten samples a period: raise --rate ({} Hz) or --period ({period} s)",
+            "{what}, {highest:.3} Hz, needs ten samples a period: raise --rate ({} Hz) or --period ({period} s)",
             request.rate
         )));
     }
-    Ok(Timing { period, blend, harmonics: request.harmonics, samples: (INSTANTS * request.harmonics).max(100) })
+    Ok(match request.family {
+        Family::Fourier { blend, harmonics } => {
+            let blend = whole(blend.unwrap_or_else(|| tenths(default_blend(limits))));
+            let series = FourierSeries { period, blend, harmonics };
+            (Shape::Fourier(series), (INSTANTS * harmonics).max(100))
+        }
+        Family::Spline { spans } => (Shape::Spline(QuinticSpline { period, spans }), SPAN_INSTANTS * spans),
+    })
 }
