@@ -20,6 +20,8 @@ struct JointRows {
     bounds: Vec<(f64, f64)>,
     /// Limit of each row.
     kinds: Vec<LimitKind>,
+    /// How large a change of the scaled coefficients is, m x m: see [`Shape::metric`].
+    metric: DMatrix<f64>,
 }
 
 /// The wall of all joints that move.
@@ -40,12 +42,13 @@ impl Barrier {
         // At rest nothing moves: the rows of zeros that the ends have.
         rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
         let joint = |limits: &&CoordinateLimits| {
-            let scale = shape.units(limits);
+            let (m, scale) = (shape.size(), shape.units(limits));
             let bound = |kind: LimitKind| limits.bounds(kind).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
             JointRows {
                 rows: rows.iter().flat_map(|(_, row)| row.iter().zip(&scale).map(|(x, s)| x * s)).collect(),
                 bounds: rows.iter().map(|(kind, _)| bound(*kind)).collect(),
                 kinds: rows.iter().map(|(kind, _)| *kind).collect(),
+                metric: DMatrix::from_row_slice(m, m, &shape.metric(limits, samples)),
             }
         };
         let joints = limits.iter().map(joint).collect();
@@ -77,11 +80,11 @@ impl Barrier {
         Some(sum * self.weight)
     }
 
-    /// The factor of the second derivative of `factor` B plus `ridge` on its diagonal, joint by joint.
+    /// The factor of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
     pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
         let m = self.m;
         let block = |joint: usize| {
-            let mut hessian = DMatrix::<f64>::identity(m, m) * ridge;
+            let mut hessian = &self.joints[joint].metric * ridge;
             for (row, value, (low, high)) in self.rows(joint, x) {
                 let bend = (high - value).powi(-2) + (value - low).powi(-2);
                 for i in 0..m {

@@ -62,6 +62,30 @@ impl Shape {
         std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()
     }
 
+    /// How large a change of the coefficients in these units is, as a matrix: the square of a swing at the greatest velocity,
+    /// or by half the room, is about 1.
+    ///
+    /// Of a series the identity: its functions are orthogonal. Of a spline twice the mean of (dq/v)^2 over `count` instants,
+    /// v the limit of velocity, so that a quick swing of its control points counts as a quick harmonic does.
+    pub fn metric(&self, limits: &CoordinateLimits, count: usize) -> Vec<f64> {
+        let m = self.size();
+        let mut metric = vec![0.0; m * m];
+        match self {
+            Shape::Fourier(_) => metric.iter_mut().step_by(m + 1).for_each(|x| *x = 1.0),
+            Shape::Spline(_) => {
+                let units = self.units(limits);
+                metric[0] = 1.0;
+                for row in self.rows(1, count, std::iter::empty()) {
+                    let shares: Vec<f64> = row.iter().zip(&units).map(|(x, u)| x * u / limits.velocity).collect();
+                    for (i, a) in shares.iter().enumerate() {
+                        metric[i * m..][..m].iter_mut().zip(&shares).for_each(|(x, b)| *x += 2.0 * a * b / count as f64);
+                    }
+                }
+            }
+        }
+        metric
+    }
+
     /// Rows of the k-th derivative at `count` instants of a period, and at these shares of each blend.
     pub fn rows(&self, k: usize, count: usize, of_blends: impl Iterator<Item = f64> + Clone) -> Vec<Vec<f64>> {
         let of_period = |r: usize| self.row(self.period() * r as f64 / count as f64, k);

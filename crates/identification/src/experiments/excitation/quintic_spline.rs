@@ -29,7 +29,7 @@ impl QuinticSpline {
     ///
     /// With p the degree, a function N_m of degree p - 1 adds to N_{m-1} and N_m of degree p
     /// (t_{m+p} - u) / (t_{m+p} - t_m) and (u - t_m) / (t_{m+p} - t_m) of itself, and to their derivatives
-    /// -p / (t_{m+p} - t_m) and p / (t_{m+p} - t_m) [Piegl, Tiller 1997, (2.5) and (2.7)].
+    /// -p / (t_{m+p} - t_m) and p / (t_{m+p} - t_m) [Piegl, Tiller 1997, sections 2.2 and 2.3].
     pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
         let rate = self.spans as f64 / self.period;
         let u = (t * rate).clamp(0.0, self.spans as f64);
@@ -61,7 +61,7 @@ impl QuinticSpline {
         row
     }
 
-    /// From half the greatest velocity over a span to half the room: what a control point may differ by.
+    /// Much for a control point, rad (m): half the room, or a span at the greatest velocity where that is less.
     pub fn unit(&self, half_room: f64, velocity: f64) -> f64 {
         half_room.min(velocity * self.period / self.spans as f64)
     }

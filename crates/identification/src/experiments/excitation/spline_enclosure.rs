@@ -3,7 +3,7 @@
 //! The k-th derivative is a spline of degree p = 5 - k on the same knots t, whose control points are differences of those of
 //! the one before:
 //!
-//! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, (3.4)]
+//! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, section 3.3]
 //!
 //! On the part [a, b] of a span it is between the least and the greatest of the control points that knots inserted at a and b
 //! leave there: the polar form at p - j times a and j times b [Ramshaw 1989]. All in interval arithmetic.
