@@ -48,7 +48,7 @@ pub struct Arguments {
     #[arg(long)]
     harmonics: Option<usize>,
 
-    /// Spans of a spline: the more, the freer, and the longer the search [default: 20]
+    /// Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30]
     #[arg(long)]
     spans: Option<usize>,
 

@@ -304,7 +304,7 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 
 /// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits.
 ///
-/// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), blend (s), harmonics (5), spans (20, of a
+/// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), blend (s), harmonics (5), spans (of a
 /// spline), repetitions (3), rate (200 Hz), limits (a path to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
 /// (8), iterations (40), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
 /// called as starts end. A motion that is not proven says so:

@@ -21,8 +21,8 @@ pub enum Family {
     },
     /// A quintic spline from rest to rest: no time is lost in blends, and it may be quick here and slow there.
     Spline {
-        /// Polynomials that a period is divided into.
-        spans: usize,
+        /// Polynomials that a period is divided into; none: by the limits.
+        spans: Option<usize>,
     },
 }
 
@@ -35,9 +35,8 @@ pub enum FamilyWord {
     Spline,
 }
 
-/// Harmonics of a series, and spans of a spline, where nothing is asked.
-const HARMONICS: usize = 5;
-const SPANS: usize = 20;
+/// Harmonics of a series where nothing is asked.
+pub(crate) const HARMONICS: usize = 5;
 
 impl Family {
     /// The family of this word, with what else is asked of it: s, harmonics, spans.
@@ -61,15 +60,7 @@ impl Family {
                 "{option} is of Fourier series: a spline starts and ends at rest, and --spans says how free it is"
             ))),
             (None, FamilyWord::Fourier) => Ok(Family::Fourier { blend, harmonics: harmonics.unwrap_or(HARMONICS) }),
-            (None, FamilyWord::Spline) => Ok(Family::Spline { spans: spans.unwrap_or(SPANS) }),
-        }
-    }
-
-    /// Half-waves that a spline and twice the waves that a series can have in a period.
-    pub(crate) fn half_waves(&self) -> usize {
-        match self {
-            Family::Fourier { harmonics, .. } => 2 * harmonics,
-            Family::Spline { spans } => spans / 2,
+            (None, FamilyWord::Spline) => Ok(Family::Spline { spans }),
         }
     }
 }
@@ -161,7 +152,7 @@ pub(crate) fn check_request(request: &ExciteRequest) -> Result<(), Error> {
         Family::Fourier { harmonics, .. } if harmonics == 0 || harmonics > 40 => {
             return Err(Error::new(format_args!("--harmonics must be between 1 and 40, not {harmonics}")));
         }
-        Family::Spline { spans } if !(4..=80).contains(&spans) => {
+        Family::Spline { spans: Some(spans) } if !(4..=80).contains(&spans) => {
             return Err(Error::new(format_args!("--spans must be between 4 and 80, not {spans}")));
         }
         _ => {}

@@ -78,7 +78,10 @@ impl Shape {
                 for row in self.rows(1, count, std::iter::empty()) {
                     let shares: Vec<f64> = row.iter().zip(&units).map(|(x, u)| x * u / limits.velocity).collect();
                     for (i, a) in shares.iter().enumerate() {
-                        metric[i * m..][..m].iter_mut().zip(&shares).for_each(|(x, b)| *x += 2.0 * a * b / count as f64);
+                        metric[i * m..][..m]
+                            .iter_mut()
+                            .zip(&shares)
+                            .for_each(|(x, b)| *x += 2.0 * a * b / count as f64);
                     }
                 }
             }

@@ -141,11 +141,7 @@ impl<'a> Prepared<'a> {
     /// The coefficients of every coordinate.
     pub fn joints(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let m = self.m();
-        let rest = |l: &CoordinateLimits| {
-            let mut coefficients = vec![0.0; m];
-            coefficients[0] = l.locked.unwrap_or(0.0);
-            coefficients
-        };
+        let rest = |l: &CoordinateLimits| [&[l.locked.unwrap_or(0.0)][..], &vec![0.0; m - 1]].concat();
         let mut joints: Vec<Vec<f64>> = self.problem.limits.iter().map(rest).collect();
         for ((&k, x), scale) in self.moving.iter().zip(x.chunks_exact(m)).zip(self.scale.chunks_exact(m)) {
             joints[k] = x.iter().zip(scale).map(|(x, s)| x * s).collect();
@@ -207,8 +203,7 @@ impl<'a> Prepared<'a> {
         y
     }
 
-    /// The greatest torque or power over its bound, with its coordinate and limit, of the motion x; none where none is
-    /// bounded.
+    /// The greatest torque or power of the motion x over its bound, with its coordinate and limit, where there are bounds.
     pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let wall = self.problem.torque?;
         let states = self.states(x);
