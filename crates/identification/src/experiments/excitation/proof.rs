@@ -211,9 +211,9 @@ fn drives_on(
         true => wide.0[0],
         false => Jet::over_interval(thin, wide, part - middle),
     };
-    let one = |(k, (thin, wide)): (usize, (&(Jet, Jet), &(Jet, Jet)))| {
+    let one = |k: usize| {
         let (f, velocity) = (described.friction[k], states[k][1]);
-        let torque = over(thin.0, wide.0) + velocity * f.viscous + Interval::point(f.offset);
+        let torque = over(thin[k].0, wide[k].0) + velocity * f.viscous + Interval::point(f.offset);
         // Where the joint does not turn round, the sign of its dry friction is known.
         let (sign, turning) = match velocity {
             v if v.low >= 0.0 => (1.0, Interval::ZERO),
@@ -225,9 +225,9 @@ fn drives_on(
             let constant = |x: f64| Jet::constant(Interval::point(x));
             (*torque + *dq * constant(f.viscous) + constant(f.offset) + constant(sign * dry)) * *dq
         };
-        (torque, over(power(thin), power(wide)) + turning * dry)
+        (torque, over(power(&thin[k]), power(&wide[k])) + turning * dry)
     };
-    thin.iter().zip(&wide).enumerate().map(one).collect()
+    (0..wide.len()).map(one).collect()
 }
 
 /// The row of a limit from the ranges over the pieces: the end with the least room.
