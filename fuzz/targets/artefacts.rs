@@ -12,7 +12,7 @@ use identification::experiments::excitation::limits::LimitsFile;
 use identification::model::known_load::KnownLoad;
 use libfuzzer_sys::fuzz_target;
 use logs::Table;
-use rist::exciting::{ExciteRequest, ExcitingMotion};
+use rist::exciting::{ExciteRequest, ExcitingMotion, Family};
 use rist::fleet::Comparison;
 use rist::page::{PageRequest, page};
 use rist::planning::ExperimentPlan;
@@ -73,8 +73,9 @@ fn read(model: &Model, text: &str) {
         }
     }
     if let Ok(limits) = LimitsFile::from_yaml("limits.yaml", text) {
+        let family = Family::Fourier { blend: None, harmonics: 2 };
         let little =
-            ExciteRequest { limits, harmonics: 2, rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
+            ExciteRequest { limits, family, rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
         let _ = rist::excite(model, &little, &|_, _, _| {});
     }
     if let Ok(load) = KnownLoad::from_yaml("load.yaml", text) {

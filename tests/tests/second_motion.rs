@@ -19,8 +19,8 @@ fn information(model: &Model, motion: &ExcitingMotion) -> Rows {
     let own: usize = terms.iter().map(|t| t.parameters().len()).sum();
     let mut rows = Rows::new(base + n * own);
     let mut y = vec![0.0; n * base];
-    for k in 0..(played.repetitions as f64 * played.period * played.rate).round() as usize {
-        let state = played.at(played.blend + k as f64 / played.rate);
+    for k in 0..(played.repetitions as f64 * played.shape.period() * played.rate).round() as usize {
+        let state = played.at(played.shape.blend() + k as f64 / played.rate);
         let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
         let (dq, ddq) = (of(1), of(2));
         regressor.fill(&of(0), &dq, &ddq, &mut y);

@@ -66,8 +66,8 @@ pub enum MotionFile {
 /// Reads a plan or a motion; refuses one that was made with another model.
 pub fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Their keys differ: the times of the blend are in every motion and in no plan.
-    if !text.lines().any(|line| line.starts_with("blend_s:")) {
+    // Their keys differ: a period is in every motion and in no plan.
+    if !text.lines().any(|line| line.starts_with("period_s:")) {
         return Ok(MotionFile::Plan(read_plan(path, model)?));
     }
     let motion = ExcitingMotion::from_yaml(&file, &text)?;

@@ -14,8 +14,8 @@ use crate::terminal::{self, at_work, print_result};
 /// Prove anew that an exciting motion keeps its limits
 ///
 /// From the motion and the model alone: the limits the motion was made with, no looser than those of the description.
-/// Position, velocity, acceleration and jerk always; torque where the description has inertial parameters and effort
-/// limits, or the motion was made after an identification; distances of the robot's own links where a URDF has their
+/// Position, velocity, acceleration and jerk always; torque and power where they are limited and the description has
+/// inertial parameters, or the motion was made after an identification; distances of the robot's own links where a URDF has their
 /// collision geometry; the floors, walls and boxes that the motion was made with. Exit code 1: a limit is broken, or not
 /// proven to be kept.
 #[derive(Args)]

@@ -9,7 +9,7 @@ use identification::experiments::excitation::limits::LimitsFile;
 use identification::experiments::servo_script::servo_script;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
 use identification::model::friction::terms::FrictionTerm;
-use rist::exciting::ExciteRequest;
+use rist::exciting::{ExciteRequest, Family, FamilyWord};
 use rist::{Estimate, Model};
 
 use crate::artefact::read_text;
@@ -22,9 +22,9 @@ use rist::output::{check_output, write_file};
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
-/// A finite Fourier series between rest and rest. The limits are those of the description, tightened by --limits; what
+/// A finite Fourier series between rest and rest, or a quintic spline (--motion). The limits are those of the description, tightened by --limits; what
 /// neither gives is assumed, with a note. Position, velocity, acceleration and jerk are proved between the samples too;
-/// the torque where the description has inertial parameters and effort limits; the distances of the robot's own links
+/// the torque and the power where the description has inertial parameters and there are limits of them; the distances of the robot's own links
 /// where a URDF has their collision geometry; and floors, walls and boxes of --limits. What is not looked at is said.
 /// Ctrl-C ends the search with the best that it has. Watch the motion in a simulator, and slowly on the robot, first.
 #[derive(Args)]
@@ -32,7 +32,11 @@ pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// Seconds of a period [default: by the limits, 5 to 20]
+    /// What the motion is a sum of
+    #[arg(long, value_enum, default_value_t = MotionWord::Fourier)]
+    motion: MotionWord,
+
+    /// Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
     #[arg(long, value_name = "SECONDS", conflicts_with = "frequency")]
     period: Option<f64>,
 
@@ -40,11 +44,15 @@ pub struct Arguments {
     #[arg(long, value_name = "HZ")]
     frequency: Option<f64>,
 
-    /// Harmonics of the base frequency
-    #[arg(long, default_value_t = 5)]
-    harmonics: usize,
+    /// Harmonics of the base frequency [default: 5]
+    #[arg(long)]
+    harmonics: Option<usize>,
 
-    /// Whole periods between the blends
+    /// Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30]
+    #[arg(long)]
+    spans: Option<usize>,
+
+    /// Whole periods between the blends; times that a spline is played
     #[arg(long, default_value_t = 3)]
     repetitions: usize,
 
@@ -57,13 +65,13 @@ pub struct Arguments {
     rate: f64,
 
     /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
-    /// locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the bodies in
+    /// power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the bodies in
     /// the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high, links}], distance: 0.01,
     /// own_links: true, ignored_pairs: [[A, B]]}`
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
 
-    /// Share of the effort limits that the torque of the description may use
+    /// Share of the limits of effort and power that the torque of the description may use
     #[arg(long, value_name = "SHARE", default_value_t = 0.9)]
     effort_share: f64,
 
@@ -106,6 +114,14 @@ pub struct Arguments {
     /// Write the motion even where its limits are not proven to be kept; it says so
     #[arg(long)]
     unproven: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MotionWord {
+    /// Between blends: whole periods of a few frequencies, to be averaged, or filtered without loss
+    Fourier,
+    /// From rest to rest: tells more in a short time, or within narrow limits; may be quick here and slow there
+    Spline,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -161,14 +177,17 @@ fn request(arguments: &Arguments) -> Result<ExciteRequest, Failure> {
         }
         frequency => arguments.period.or(frequency.map(|f| 1.0 / f)),
     };
+    let word = match arguments.motion {
+        MotionWord::Fourier => FamilyWord::Fourier,
+        MotionWord::Spline => FamilyWord::Spline,
+    };
     let limits = match &arguments.limits {
         Some(file) => LimitsFile::from_yaml(&file.display().to_string(), &read_text(file)?)?,
         None => LimitsFile::default(),
     };
     Ok(ExciteRequest {
+        family: Family::new(word, arguments.blend, arguments.harmonics, arguments.spans)?,
         period,
-        blend: arguments.blend,
-        harmonics: arguments.harmonics,
         repetitions: arguments.repetitions,
         rate: arguments.rate,
         limits,

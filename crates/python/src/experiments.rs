@@ -14,7 +14,7 @@ use logs::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::exciting::ExciteRequest;
+use rist::exciting::{ExciteRequest, Family, FamilyWord};
 use rist::planning::PlanRequest;
 use rist::simulation::{Motions, SimulateRequest};
 
@@ -304,18 +304,20 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 
 /// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits.
 ///
-/// Options, as of `rist excite --help`: period (s), blend (s), harmonics (5), repetitions (3), rate (200 Hz), limits (a path
-/// to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
+/// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), blend (s), harmonics (5), spans (of a
+/// spline), repetitions (3), rate (200 Hz), limits (a path to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
 /// (8), iterations (40), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
 /// called as starts end. A motion that is not proven says so:
 /// look at `.proven` before it is played.
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, period=None, blend=None, harmonics=5, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=8, iterations=40, seed=1, after=None, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, blend=None, harmonics=None, spans=None, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=8, iterations=40, seed=1, after=None, progress=None)")]
 pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
     let known: &[&str] = &[
+        "motion",
         "period",
         "blend",
         "harmonics",
+        "spans",
         "repetitions",
         "rate",
         "limits",
@@ -337,9 +339,8 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
     };
     let friction: Option<Vec<FrictionTerm>> = crate::identify::friction(&given)?;
     let request = ExciteRequest {
+        family: family(&given)?,
         period: given.get("period", seconds)?,
-        blend: given.get("blend", seconds)?,
-        harmonics: given.get("harmonics", count)?.unwrap_or(customary.harmonics),
         repetitions: given.get("repetitions", count)?.unwrap_or(customary.repetitions),
         rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
         limits,
@@ -358,6 +359,14 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
         rist::excite(&model.inner, &request, &|done, all, text| reporter.tell(done, all, text))
     })?;
     Ok(ExcitingMotion { inner })
+}
+
+/// What the motion is a sum of, as the options say.
+fn family(given: &Keywords<'_>) -> PyResult<Family> {
+    let words = [("fourier", FamilyWord::Fourier), ("spline", FamilyWord::Spline)];
+    let (word, count) = (given.word("motion", &words)?.unwrap_or(FamilyWord::Fourier), "a whole number");
+    let blend = given.get("blend", "a number of s")?;
+    Family::new(word, blend, given.get("harmonics", count)?, given.get("spans", count)?).or_error()
 }
 
 /// Proves anew that a motion keeps its limits; returns what speaks against it, nothing where every limit is proven.

@@ -62,6 +62,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<Ch
         let what = format!("identified: expected are {count} parameters, and friction of {n} joints");
         return Err(Error::new(format_args!("{}: {what}", file.display())));
     }
+    known.check_power(names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", file.display())))?;
     let torque = known.enclosure.as_ref().map(|torque| DescribedTorque {
         torque: torque as &dyn EnclosedTorque,
         friction,

@@ -1,31 +1,84 @@
 //! Which exciting motion is looked for.
 
 use identification::estimate::artefact::Estimate;
-use identification::experiments::excitation::barrier::Timing;
 use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
 use identification::experiments::excitation::limits::LimitsFile;
+use identification::experiments::excitation::motion::{Motion, Shape};
 use identification::experiments::excitation::search::SearchOptions;
 use identification::model::friction::terms::FrictionTerm;
 
 use crate::error::Error;
 
+/// What the motion is a sum of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Family {
+    /// A finite Fourier series between blends: its periods can be averaged, and their spectrum is known.
+    Fourier {
+        /// s from rest to the series; none: by the limits.
+        blend: Option<f64>,
+        /// Number of harmonics.
+        harmonics: usize,
+    },
+    /// A quintic spline from rest to rest: no time is lost in blends, and it may be quick here and slow there.
+    Spline {
+        /// Polynomials that a period is divided into; none: by the limits.
+        spans: Option<usize>,
+    },
+}
+
+/// A motion's words on a command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FamilyWord {
+    /// See [`Family::Fourier`].
+    Fourier,
+    /// See [`Family::Spline`].
+    Spline,
+}
+
+/// Harmonics of a series where nothing is asked.
+pub(crate) const HARMONICS: usize = 5;
+
+impl Family {
+    /// The family of this word, with what else is asked of it: s, harmonics, spans.
+    ///
+    /// Fails where an option is of the other family.
+    pub fn new(
+        word: FamilyWord,
+        blend: Option<f64>,
+        harmonics: Option<usize>,
+        spans: Option<usize>,
+    ) -> Result<Family, Error> {
+        let stray = match word {
+            FamilyWord::Fourier => [spans.map(|_| "--spans"), None],
+            FamilyWord::Spline => [harmonics.map(|_| "--harmonics"), blend.map(|_| "--blend")],
+        };
+        match (stray.into_iter().flatten().next(), word) {
+            (Some(option), FamilyWord::Fourier) => {
+                Err(Error::new(format_args!("{option} is of splines: add --motion spline, or ask for --harmonics")))
+            }
+            (Some(option), FamilyWord::Spline) => Err(Error::new(format_args!(
+                "{option} is of Fourier series: a spline starts and ends at rest, and --spans says how free it is"
+            ))),
+            (None, FamilyWord::Fourier) => Ok(Family::Fourier { blend, harmonics: harmonics.unwrap_or(HARMONICS) }),
+            (None, FamilyWord::Spline) => Ok(Family::Spline { spans }),
+        }
+    }
+}
+
 /// Which motion is looked for.
 #[derive(Clone, Debug)]
 pub struct ExciteRequest {
+    /// What it is a sum of.
+    pub family: Family,
     /// s; none: by the limits, see [`crate::exciting::default_period`].
     pub period: Option<f64>,
-    /// s from rest to the series; none: by the limits.
-    pub blend: Option<f64>,
-    /// Number of harmonics.
-    pub harmonics: usize,
     /// Whole periods.
     pub repetitions: usize,
     /// Of the file that is played and of the log, Hz.
     pub rate: f64,
     /// Limits tighter than those of the description.
     pub limits: LimitsFile,
-    /// Share of the effort limits that the described torque may use.
+    /// Share of the limits of effort and power that the described torque may use.
     pub effort_share: f64,
     /// Friction columns that the identification will have.
     pub friction: Vec<FrictionTerm>,
@@ -50,19 +103,17 @@ impl ExciteRequest {
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
     }
 
-    /// The motion of these series.
-    pub(crate) fn motion(&self, timing: Timing, joints: Vec<FourierJoint>) -> FourierMotion {
-        let Timing { period, blend, .. } = timing;
-        FourierMotion { rate: self.rate, period, blend, repetitions: self.repetitions, joints }
+    /// The motion of these coefficients.
+    pub(crate) fn motion(&self, shape: Shape, joints: Vec<Vec<f64>>) -> Motion {
+        Motion { rate: self.rate, repetitions: self.repetitions, shape, joints }
     }
 }
 
 impl Default for ExciteRequest {
     fn default() -> ExciteRequest {
         ExciteRequest {
+            family: Family::Fourier { blend: None, harmonics: HARMONICS },
             period: None,
-            blend: None,
-            harmonics: 5,
             repetitions: 3,
             rate: 200.0,
             limits: LimitsFile::default(),
@@ -80,10 +131,11 @@ impl Default for ExciteRequest {
 
 /// Fails where a number makes no motion.
 pub(crate) fn check_request(request: &ExciteRequest) -> Result<(), Error> {
+    let blend = if let Family::Fourier { blend, .. } = request.family { blend } else { None };
     let positive = [
         (Some(request.rate), "--rate"),
         (request.period, "--period"),
-        (request.blend, "--blend"),
+        (blend, "--blend"),
         (Some(request.noise), "--noise"),
     ];
     for (x, what) in positive.iter().filter_map(|(x, what)| x.map(|x| (x, what))) {
@@ -95,8 +147,15 @@ pub(crate) fn check_request(request: &ExciteRequest) -> Result<(), Error> {
         let share = request.effort_share;
         return Err(Error::new(format_args!("--effort-share is above 0 and at most 1, not {share}")));
     }
-    if request.harmonics == 0 || request.harmonics > 40 {
-        return Err(Error::new(format_args!("--harmonics must be between 1 and 40, not {}", request.harmonics)));
+    // Up to about as many coefficients a joint in either family.
+    match request.family {
+        Family::Fourier { harmonics, .. } if harmonics == 0 || harmonics > 40 => {
+            return Err(Error::new(format_args!("--harmonics must be between 1 and 40, not {harmonics}")));
+        }
+        Family::Spline { spans: Some(spans) } if !(4..=80).contains(&spans) => {
+            return Err(Error::new(format_args!("--spans must be between 4 and 80, not {spans}")));
+        }
+        _ => {}
     }
     if request.repetitions == 0 || request.starts == 0 {
         return Err(Error::new("--repetitions and --starts must be at least 1"));

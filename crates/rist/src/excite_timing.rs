@@ -1,27 +1,39 @@
 //! The period and the blend of an exciting motion.
 
-use identification::experiments::excitation::barrier::Timing;
+use identification::experiments::excitation::fourier_series::FourierSeries;
 use identification::experiments::excitation::limits::CoordinateLimits;
+use identification::experiments::excitation::motion::Shape;
+use identification::experiments::excitation::quintic_spline::QuinticSpline;
 
 use crate::error::Error;
-use crate::excite_request::ExciteRequest;
+use crate::excite_request::{ExciteRequest, Family, HARMONICS};
 
 /// Instants a period, for each harmonic: products of three harmonics are still told apart.
 const INSTANTS: usize = 30;
+/// Instants a span of a spline: what its limits do in between costs less than a hundredth.
+const SPAN_INSTANTS: usize = 10;
+
+/// The middle one of what the joints that move have.
+fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) -> f64 {
+    let mut all: Vec<f64> = limits.iter().filter(|l| l.locked.is_none()).map(of).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(0.0)
+}
 
 /// The period by the limits, s: the fundamental fills the room at the greatest velocity, or the highest harmonic takes
 /// the greatest velocity and acceleration together, whichever is longer; the middle one of the joints, 5 to 20 s.
 pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
-    let moving = || limits.iter().filter(|l| l.locked.is_none());
-    let middle = |of: &dyn Fn(&CoordinateLimits) -> f64| {
-        let mut all: Vec<f64> = moving().map(of).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
-    };
     let turn = std::f64::consts::TAU;
-    let room = middle(&|l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
-    let speed = middle(&|l| turn * harmonics as f64 * l.velocity / l.acceleration);
+    let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
+    let speed = middle(limits, |l| turn * harmonics as f64 * l.velocity / l.acceleration);
     room.max(speed).clamp(5.0, 20.0)
+}
+
+/// Spans of a spline by the limits: each one and a half times as long as the middle joint takes from rest to its greatest
+/// velocity, 8 to 30. More are left nearly idle by the limits, and the time of a search grows with their cube.
+fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
+    let rise = middle(limits, |l| l.velocity / l.acceleration);
+    (period / (1.5 * rise)).round().clamp(8.0, 30.0) as usize
 }
 
 /// The blend by the limits, s: from rest to the greatest velocity at four tenths of the greatest acceleration.
@@ -30,20 +42,36 @@ fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     moving.map(|l| 2.5 * l.velocity / l.acceleration).fold(0.5, f64::max)
 }
 
-/// Times that are whole numbers of samples.
+/// The shape, its times whole numbers of samples, and the instants of a period at which the search looks.
 ///
-/// Fails where the rate is too low for the highest harmonic.
-pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<Timing, Error> {
+/// Fails where the rate is too low for the quickest that the shape can be.
+pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(Shape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
-    let period = whole(request.period.unwrap_or_else(|| tenths(default_period(limits, request.harmonics))));
-    let blend = whole(request.blend.unwrap_or_else(|| tenths(default_blend(limits))));
-    let highest = request.harmonics as f64 / period;
+    let or_default = |harmonics| whole(request.period.unwrap_or_else(|| tenths(default_period(limits, harmonics))));
+    // (shape, instants, what is quickest, Hz).
+    let (shape, samples, quickest, highest) = match request.family {
+        Family::Fourier { blend, harmonics } => {
+            let period = or_default(harmonics);
+            let blend = whole(blend.unwrap_or_else(|| tenths(default_blend(limits))));
+            let series = FourierSeries { period, blend, harmonics };
+            let samples = (INSTANTS * harmonics).max(100);
+            (Shape::Fourier(series), samples, "the highest harmonic", harmonics as f64 / period)
+        }
+        Family::Spline { spans } => {
+            let period = or_default(HARMONICS);
+            let spans = spans.unwrap_or_else(|| default_spans(limits, period));
+            // There and back takes four spans.
+            let highest = spans as f64 / (4.0 * period);
+            (Shape::Spline(QuinticSpline { period, spans }), SPAN_INSTANTS * spans, "a swing of four spans", highest)
+        }
+    };
     if highest > 0.1 * request.rate {
         return Err(Error::new(format_args!(
-            "the highest harmonic, {highest:.3} Hz, needs ten samples a period: raise --rate ({} Hz) or --period ({period} s)",
-            request.rate
+            "{quickest}, {highest:.3} Hz, needs ten samples a period: raise --rate ({} Hz) or --period ({} s)",
+            request.rate,
+            shape.period()
         )));
     }
-    Ok(Timing { period, blend, harmonics: request.harmonics, samples: (INSTANTS * request.harmonics).max(100) })
+    Ok((shape, samples))
 }

@@ -4,18 +4,18 @@ use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
 use identification::experiments::excitation::artefact::MotionJoint;
-use identification::experiments::excitation::barrier::Timing;
 use identification::experiments::excitation::columns::visible_columns;
 use identification::experiments::excitation::criterion::Aim;
 use identification::experiments::excitation::fitting::{Obligations, fitted};
-use identification::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
 use identification::experiments::excitation::gap_proof::Gap;
 use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
-use identification::experiments::excitation::problem::{Problem, TorqueWall};
+use identification::experiments::excitation::motion::{Motion, Shape};
+use identification::experiments::excitation::problem::Problem;
 use identification::experiments::excitation::proof::{
     CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque, Kept,
 };
 use identification::experiments::excitation::search::{Found, NoMotion, search};
+use identification::experiments::excitation::torque_wall::TorqueWall;
 use identification::experiments::excitation::visibility::{Visibility, visibility};
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::reference::ModelReference;
@@ -34,7 +34,7 @@ use crate::regressor_slope::RegressorSlope;
 use crate::surroundings::RobotSurroundings;
 use crate::torque_enclosure::TorqueEnclosure;
 
-pub use crate::excite_request::ExciteRequest;
+pub use crate::excite_request::{ExciteRequest, Family, FamilyWord};
 pub use crate::excite_timing::default_period;
 
 /// Starts done, starts, criterion (det^(1/p), or cond_fro), and what it comes nearest to.
@@ -50,14 +50,14 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let regressor = RegressorSlope::new(model)?;
     let names = regressor.coordinates().to_vec();
     let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
-    let timing = timing(request, &limits)?;
+    let (shape, samples) = timing(request, &limits)?;
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
     let noise = noise(model, request, &names, &mut notes);
 
     // What is known of the torques.
     let known = KnownTorque::new(model, identified.as_ref());
-    let is_limited = limits.iter().any(|l| l.effort.is_some());
-    let torque = known.described(request.effort_share).filter(|_| is_limited);
+    known.check_power(&names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
+    let torque = known.described(request.effort_share, &limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
     notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
 
@@ -70,8 +70,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let columns = visible_columns(&linear, &limits);
     let (prior, note) = request.after.as_ref().map_or((vec![], None), |estimate| prior_rows(estimate, &linear));
     notes.extend(note);
-    let samples = (timing.period * request.rate).round() * request.repetitions as f64;
-    let prior_of_a_sample: Vec<f64> = prior.iter().map(|x| x / samples.sqrt()).collect();
+    let played = (shape.period() * request.rate).round() * request.repetitions as f64;
+    let prior_of_a_sample: Vec<f64> = prior.iter().map(|x| x / played.sqrt()).collect();
     let problem = Problem {
         regressor: &regressor,
         friction: &request.friction,
@@ -80,7 +80,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         aim: request.aim,
         torque: wall.as_ref(),
         columns: &columns,
-        timing,
+        shape,
+        samples,
         surroundings: surroundings.some(),
         prior: &prior_of_a_sample,
     };
@@ -94,7 +95,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     // The best motion that can be proved; without one the best, which then says so.
     let obligations =
         Obligations { limits: &limits, names: &names, torque: torque.as_ref(), surroundings: surroundings.some() };
-    let motions = found.into_iter().map(|found| request.motion(timing, found.joints));
+    let motions = found.into_iter().map(|found| request.motion(shape, found.joints));
     let fits = motions.map(|motion| fitted(motion, &obligations));
     let (motion, certificate) =
         proved_or_first(fits).ok_or_else(|| refused(model, &names, &[], NoMotion::NothingToTell))?;
@@ -102,7 +103,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let values = described_values(model, &linear);
     let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);
-    Ok(artefact(model, request, timing, joints, identified, noise, notes, certificate, seen))
+    Ok(artefact(model, request, shape, joints, identified, noise, notes, certificate, seen))
 }
 
 /// What is to be said of a search that was interrupted: the best that it found is fitted and proved, unless that is
@@ -119,7 +120,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
 fn artefact(
     model: &Model,
     request: &ExciteRequest,
-    timing: Timing,
+    shape: Shape,
     joints: Vec<MotionJoint>,
     identified: Option<IdentifiedTorque>,
     torque_noise: Vec<f64>,
@@ -130,8 +131,8 @@ fn artefact(
     ExcitingMotion {
         model: model.reference.clone(),
         rate_hz: request.rate,
-        period_s: timing.period,
-        blend_s: timing.blend,
+        period_s: shape.period(),
+        blend_s: if let Shape::Fourier(series) = shape { Some(series.blend) } else { None },
         repetitions: request.repetitions,
         joints,
         effort_share: request.effort_share,
@@ -187,8 +188,20 @@ impl<'a> KnownTorque<'a> {
         }
     }
 
-    /// Their enclosure, of which a motion may use this share of the effort limits.
-    fn described(&self, share: f64) -> Option<DescribedTorque<'_>> {
+    /// Why limits of power cannot be looked at, if so: they need torques.
+    pub(crate) fn check_power(&self, names: &[String], limits: &[CoordinateLimits]) -> Result<(), String> {
+        let limited = names.iter().zip(limits).find(|(_, l)| l.power.is_some() && self.enclosure.is_none());
+        limited.map_or(Ok(()), |(name, _)| {
+            Err(format!(
+                "the limit of power of {name} needs the torque, which the description does not tell: give it inertial \
+                 parameters, or an estimate (--after), or leave that limit out"
+            ))
+        })
+    }
+
+    /// Their enclosure, of which a motion may use this share of the limits of effort and power, where there are any.
+    fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
+        limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
         let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
         Some(DescribedTorque { torque, friction: self.friction.clone(), share })
     }
@@ -227,8 +240,8 @@ fn is_proven(rows: &[CertificateRow]) -> bool {
 
 /// The first motion whose limits are all proven; the first of all where none is.
 fn proved_or_first(
-    mut motions: impl Iterator<Item = (FourierMotion, Vec<CertificateRow>)>,
-) -> Option<(FourierMotion, Vec<CertificateRow>)> {
+    mut motions: impl Iterator<Item = (Motion, Vec<CertificateRow>)>,
+) -> Option<(Motion, Vec<CertificateRow>)> {
     let first = motions.next()?;
     if is_proven(&first.1) {
         return Some(first);
@@ -236,13 +249,9 @@ fn proved_or_first(
     Some(motions.find(|(_, rows)| is_proven(rows)).unwrap_or(first))
 }
 
-fn motion_joints(motion: &FourierMotion, names: &[String], limits: &[CoordinateLimits]) -> Vec<MotionJoint> {
-    let joint = |((series, name), limits): ((&FourierJoint, &String), &CoordinateLimits)| MotionJoint {
-        coordinate: name.clone(),
-        centre: series.centre,
-        cosine: series.cosine.clone(),
-        sine: series.sine.clone(),
-        limits: limits.clone(),
+fn motion_joints(motion: &Motion, names: &[String], limits: &[CoordinateLimits]) -> Vec<MotionJoint> {
+    let joint = |((x, name), limits): ((&Vec<f64>, &String), &CoordinateLimits)| {
+        MotionJoint::new(name.clone(), &motion.shape, x, limits.clone())
     };
     motion.joints.iter().zip(names).zip(limits).map(joint).collect()
 }
@@ -254,9 +263,10 @@ fn progress_text(found: Option<&Found>, aim: Aim, names: &[String], gaps: &[Gap]
         Aim::Condition => format!("cond_fro {:.2}", found.criterion.exp()),
     };
     let (room, k, limit): (f64, usize, LimitKind) = found.room;
-    let torque = found
-        .torque
-        .map(|(share, k)| format!(", torque at most {:.0} % of what it may be ({})", 100.0 * share, names[k]));
+    let torque = found.torque.map(|(share, k, limit)| {
+        let what = if limit == LimitKind::Power { "power" } else { "torque" };
+        format!(", {what} at most {:.0} % of what it may be ({})", 100.0 * share, names[k])
+    });
     let nearest = found.nearest.map(|(room, gap)| format!(", {:.3} m above the {}", room, gaps[gap].in_words()));
     format!(
         "{value}, least room {:.2} % ({limit} of {}){}{}",
@@ -276,9 +286,9 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
         NoMotion::NothingToTell => Error::new(format_args!(
             "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
         )),
-        NoMotion::TooWeak { coordinate, share } => Error::new(format_args!(
-            "{path}: no motion keeps the effort limit of {}: hardly moving it takes {:.0} % of what it may; the limits of \
-             position leave no pose that is light enough, or the effort limit, the inertial parameters or --effort-share \
+        NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
+            "{path}: no motion keeps the {limit} limit of {}: hardly moving it takes {:.0} % of what it may; the limits of \
+             position leave no pose that is light enough, or the {limit} limit, the inertial parameters or --effort-share \
              are too small or too great",
             names[coordinate],
             100.0 * share

@@ -5,7 +5,7 @@ use identification::algebra::interruption::Interruption;
 use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
 use identification::experiments::candidates::MotionLimits;
-use identification::experiments::excitation::fourier_motion::FourierMotion;
+use identification::experiments::excitation::motion;
 use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
 use identification::experiments::ranges::{check_limits, check_samples};
@@ -218,7 +218,7 @@ struct Motion<'a> {
 /// Where a motion goes.
 enum Way {
     Planned(ExcitingTrajectory),
-    Exciting(FourierMotion),
+    Exciting(motion::Motion),
     /// One of the motions for validation, by its number.
     Validation(usize),
 }

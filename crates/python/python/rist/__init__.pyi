@@ -335,9 +335,11 @@ def simulate(
 def excite(
     model: Model,
     *,
+    motion: Literal["fourier", "spline"] = "fourier",
     period: float | None = None,
     blend: float | None = None,
-    harmonics: int = 5,
+    harmonics: int | None = None,
+    spans: int | None = None,
     repetitions: int = 3,
     rate: float = 200.0,
     limits: Path | None = None,

@@ -1,6 +1,6 @@
 //! motion.yaml: an exciting motion, the limits it was made with, its certificate, and what it makes visible.
 //!
-//! The coefficients and times are the motion; everything below them can be found again from it and the model, and
+//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline; everything below them can be found again from it and the model, and
 //! `rist check` does.
 
 use std::fmt;
@@ -9,9 +9,11 @@ use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::experiments::excitation::criterion::Aim;
-use crate::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
+use crate::experiments::excitation::fourier_series::FourierSeries;
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::motion::{Motion, Shape};
 use crate::experiments::excitation::proof::{CertificateRow, IdentifiedTorque, Kept};
+use crate::experiments::excitation::quintic_spline::QuinticSpline;
 use crate::experiments::excitation::space_limits::SpaceLimits;
 use crate::experiments::excitation::visibility::{VisibleParameter, WEAK};
 use crate::model::reference::ModelReference;
@@ -24,15 +26,16 @@ pub struct ExcitingMotion {
     pub model: ModelReference,
     /// Hz, of the controller.
     pub rate_hz: f64,
-    /// s of one period.
+    /// s of one period; of a spline from rest to rest.
     pub period_s: f64,
-    /// s from rest into the periods, and out of them.
-    pub blend_s: f64,
+    /// s from rest into the periods of a series, and out of them; a spline has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blend_s: Option<f64>,
     /// Periods played.
     pub repetitions: usize,
     /// One a coordinate, in the order of the model.
     pub joints: Vec<MotionJoint>,
-    /// Share of the effort limits that the described torque may use.
+    /// Share of the limits of effort and power that the described torque may use.
     pub effort_share: f64,
     /// The torques that it was made with, where they are not those of the description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -64,24 +67,73 @@ pub struct ExcitingMotion {
 pub struct MotionJoint {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// rad (m).
+    /// Of a series, or where a spline starts and ends, rad (m).
     pub centre: f64,
-    /// Amplitudes of the velocity, rad/s (m/s), harmonic by harmonic.
+    /// Amplitudes of the velocity that go with the cosine, rad/s (m/s), harmonic by harmonic.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cosine: Vec<f64>,
-    /// Amplitudes of the sines, rad (m).
+    /// Those that go with the sine.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sine: Vec<f64>,
+    /// Of a spline: its control points between the first and the last three, less the centre, rad (m).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub control_points: Vec<f64>,
     /// The limits it was made for.
     pub limits: CoordinateLimits,
 }
 
+impl MotionJoint {
+    /// From the coefficients of a shape.
+    pub fn new(coordinate: String, shape: &Shape, coefficients: &[f64], limits: CoordinateLimits) -> MotionJoint {
+        let centre = coefficients.first().copied().unwrap_or(0.0);
+        let swing = coefficients.get(1..).unwrap_or_default();
+        let nothing = MotionJoint { coordinate, centre, cosine: vec![], sine: vec![], control_points: vec![], limits };
+        match shape {
+            Shape::Fourier(_) => MotionJoint {
+                cosine: swing.iter().copied().step_by(2).collect(),
+                sine: swing.iter().copied().skip(1).step_by(2).collect(),
+                ..nothing
+            },
+            Shape::Spline(_) => MotionJoint { control_points: swing.to_vec(), ..nothing },
+        }
+    }
+
+    /// The coefficients, where they are those of the shape.
+    fn coefficients(&self, shape: &Shape) -> Option<Vec<f64>> {
+        let pairs = self.cosine.iter().zip(&self.sine).flat_map(|(a, b)| [*a, *b]);
+        let swing: Vec<f64> = match shape {
+            Shape::Fourier(_) if self.cosine.len() == self.sine.len() && self.control_points.is_empty() => {
+                pairs.collect()
+            }
+            Shape::Spline(_) if self.cosine.is_empty() && self.sine.is_empty() => self.control_points.clone(),
+            _ => return None,
+        };
+        let all: Vec<f64> = std::iter::once(self.centre).chain(swing).collect();
+        (all.len() == shape.size() && all.iter().all(|x| x.is_finite())).then_some(all)
+    }
+}
+
 impl ExcitingMotion {
+    /// The shape, as its first joint has it.
+    fn shape(&self) -> Shape {
+        let size = |of: &dyn Fn(&MotionJoint) -> &Vec<f64>| self.joints.first().map_or(0, |j| of(j).len());
+        match self.blend_s {
+            Some(blend) => {
+                let harmonics = size(&|j| &j.cosine);
+                Shape::Fourier(FourierSeries { period: self.period_s, blend, harmonics })
+            }
+            None => Shape::Spline(QuinticSpline { period: self.period_s, spans: size(&|j| &j.control_points) + 1 }),
+        }
+    }
+
     /// The motion itself.
     ///
     /// Fails where its numbers are none of a motion.
-    pub fn motion(&self, file: &str) -> Result<FourierMotion, Error> {
+    pub fn motion(&self, file: &str) -> Result<Motion, Error> {
         let fail = |what: String| Err(Error::at(file, 0, what));
-        let times = [("rate_hz", self.rate_hz), ("period_s", self.period_s), ("blend_s", self.blend_s)];
-        if let Some((name, x)) = times.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+        let times = [("rate_hz", Some(self.rate_hz)), ("period_s", Some(self.period_s)), ("blend_s", self.blend_s)];
+        let given = times.iter().filter_map(|(name, x)| Some((name, (*x)?)));
+        if let Some((name, x)) = given.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
             return fail(format!("{name} is {x}; a motion needs a positive one"));
         }
         if !(self.effort_share > 0.0 && self.effort_share <= 1.0) || self.repetitions == 0 {
@@ -90,23 +142,22 @@ impl ExcitingMotion {
                 self.effort_share, self.repetitions
             ));
         }
-        let harmonics = self.joints.first().map_or(0, |j| j.cosine.len());
+        let shape = self.shape();
+        let mut joints = Vec::new();
         for joint in &self.joints {
-            let coefficients = joint.cosine.iter().chain(&joint.sine).chain([&joint.centre]);
-            let is_one = joint.cosine.len() == harmonics && joint.sine.len() == harmonics && harmonics > 0;
-            if !is_one || coefficients.into_iter().any(|x| !x.is_finite()) {
-                let name = &joint.coordinate;
-                return fail(format!("joint {name}: expected as many finite cosine and sine as the first joint has"));
-            }
+            let Some(coefficients) = joint.coefficients(&shape).filter(|x| x.len() > 1) else {
+                let expected = match shape {
+                    Shape::Fourier(_) => "as many finite cosine and sine as the first joint has",
+                    Shape::Spline(_) => {
+                        "as many finite control_points as the first joint has, and nothing else; a motion of cosine and \
+                         sine has blend_s"
+                    }
+                };
+                return fail(format!("joint {}: expected {expected}", joint.coordinate));
+            };
+            joints.push(coefficients);
         }
-        let of = |j: &MotionJoint| FourierJoint { centre: j.centre, cosine: j.cosine.clone(), sine: j.sine.clone() };
-        Ok(FourierMotion {
-            rate: self.rate_hz,
-            period: self.period_s,
-            blend: self.blend_s,
-            repetitions: self.repetitions,
-            joints: self.joints.iter().map(of).collect(),
-        })
+        Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
     }
 
     /// The text of motion.yaml.
@@ -149,20 +200,32 @@ pub fn certificate_text(rows: &[CertificateRow]) -> String {
     text
 }
 
+/// `1 period`, `3 periods`.
+fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
 impl fmt::Display for ExcitingMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let harmonics = self.joints.first().map_or(0, |j| j.cosine.len());
-        let duration = 2.0 * self.blend_s + self.repetitions as f64 * self.period_s;
-        writeln!(
-            f,
-            "{}: {harmonics} harmonics of {:.4} Hz, {} of {} s between blends of {} s: {duration} s at {} Hz",
-            self.model.name,
-            1.0 / self.period_s,
-            if self.repetitions == 1 { "1 period".into() } else { format!("{} periods", self.repetitions) },
-            self.period_s,
-            self.blend_s,
-            self.rate_hz
-        )?;
+        let (period, rate) = (self.period_s, self.rate_hz);
+        let shape = self.shape();
+        let duration = 2.0 * shape.blend() + self.repetitions as f64 * period;
+        write!(f, "{}: ", self.model.name)?;
+        match shape {
+            Shape::Fourier(series) => {
+                let repeated = counted(self.repetitions, "period", "periods");
+                let (harmonics, frequency, blend) = (series.harmonics, 1.0 / period, series.blend);
+                write!(
+                    f,
+                    "{harmonics} harmonics of {frequency:.4} Hz, {repeated} of {period} s between blends of {blend} s"
+                )?;
+            }
+            Shape::Spline(spline) => {
+                let repeated = counted(self.repetitions, "time", "times");
+                write!(f, "a quintic spline of {} spans, {repeated} {period} s from rest to rest", spline.spans)?;
+            }
+        }
+        writeln!(f, ": {duration} s at {rate} Hz")?;
         writeln!(f, "det^(1/p) {:.4e}, condition number {:.1}\n", self.determinant, self.condition_number)?;
         write!(f, "{}", certificate_text(&self.certificate))?;
         let headline = if self.proven { proven_text(&self.certificate) } else { "NOT PROVEN".into() };

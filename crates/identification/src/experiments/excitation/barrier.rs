@@ -1,17 +1,17 @@
 //! The kinematic limits of a motion as a wall that a descent stays within.
 //!
-//! Position, velocity, acceleration and jerk at instants of the series, and the control points of the blends, are linear
+//! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear
 //! in the coefficients x of a joint: low <= r x <= high. The wall of a row with weight 1/S (S instants a period) is
 //!
 //! B(x) = -1/S sum log((high - r x) / half) + log((r x - low) / half),   half = (high - low) / 2
 //!
-//! Here x is scaled: the centre by half the room of the position, amplitudes by the limit of velocity.
+//! Here x is scaled by the units of the shape ([`Shape::units`]).
 //! [Boyd, Vandenberghe 2004, 11.2]
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::experiments::excitation::fourier_motion::{basis, blend_control};
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::motion::Shape;
 
 /// The rows of one joint.
 struct JointRows {
@@ -20,6 +20,8 @@ struct JointRows {
     bounds: Vec<(f64, f64)>,
     /// Limit of each row.
     kinds: Vec<LimitKind>,
+    /// How large a change of the scaled coefficients is, m x m: see [`Shape::metric`].
+    metric: DMatrix<f64>,
 }
 
 /// The wall of all joints that move.
@@ -29,51 +31,28 @@ pub struct Barrier {
     joints: Vec<JointRows>,
 }
 
-/// The timing of a motion to be found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Timing {
-    /// s.
-    pub period: f64,
-    /// s.
-    pub blend: f64,
-    /// Number of harmonics.
-    pub harmonics: usize,
-    /// Instants a period at which limits and information are looked at.
-    pub samples: usize,
-}
-
-/// What a unit of each scaled coefficient is: of the centre, then of the amplitudes.
-pub fn scales(limits: &CoordinateLimits, harmonics: usize) -> Vec<f64> {
-    let centre = 0.5 * (limits.position.1 - limits.position.0);
-    std::iter::once(centre).chain(std::iter::repeat_n(limits.velocity, 2 * harmonics)).collect()
-}
-
 impl Barrier {
-    /// The wall for the joints with these limits, none of them locked.
-    pub fn new(timing: &Timing, limits: &[&CoordinateLimits]) -> Barrier {
-        let Timing { period, blend, harmonics, samples } = *timing;
+    /// The wall for the joints with these limits, none of them locked, at `samples` instants of a period.
+    pub fn new(shape: &Shape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
         for (k, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
-            for r in 0..samples {
-                rows.push((kind, basis(harmonics, period, period * r as f64 / samples as f64, k as i32)));
-            }
-            for is_start in [true, false] {
-                rows.extend(blend_control(harmonics, period, blend, k, is_start).into_iter().map(|row| (kind, row)));
-            }
+            rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));
+            rows.extend(shape.blend_control(k).into_iter().map(|row| (kind, row)));
         }
-        // At rest nothing moves: the rows of zeros that the ends of the blends have.
+        // At rest nothing moves: the rows of zeros that the ends have.
         rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
         let joint = |limits: &&CoordinateLimits| {
-            let scale = scales(limits, harmonics);
+            let (m, scale) = (shape.size(), shape.units(limits));
             let bound = |kind: LimitKind| limits.bounds(kind).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
             JointRows {
                 rows: rows.iter().flat_map(|(_, row)| row.iter().zip(&scale).map(|(x, s)| x * s)).collect(),
                 bounds: rows.iter().map(|(kind, _)| bound(*kind)).collect(),
                 kinds: rows.iter().map(|(kind, _)| *kind).collect(),
+                metric: DMatrix::from_row_slice(m, m, &shape.metric(limits, samples)),
             }
         };
         let joints = limits.iter().map(joint).collect();
-        Barrier { m: 2 * harmonics + 1, weight: 1.0 / samples as f64, joints }
+        Barrier { m: shape.size(), weight: 1.0 / samples as f64, joints }
     }
 
     /// Row values with their bounds, of one joint.
@@ -101,11 +80,11 @@ impl Barrier {
         Some(sum * self.weight)
     }
 
-    /// The factor of the second derivative of `factor` B plus `ridge` on its diagonal, joint by joint.
+    /// The factor of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
     pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
         let m = self.m;
         let block = |joint: usize| {
-            let mut hessian = DMatrix::<f64>::identity(m, m) * ridge;
+            let mut hessian = &self.joints[joint].metric * ridge;
             for (row, value, (low, high)) in self.rows(joint, x) {
                 let bend = (high - value).powi(-2) + (value - low).powi(-2);
                 for i in 0..m {
@@ -178,6 +157,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::excitation::fourier_series::FourierSeries;
 
     fn barrier() -> Barrier {
         let limits = CoordinateLimits {
@@ -186,10 +166,11 @@ mod tests {
             acceleration: 4.0,
             jerk: 60.0,
             effort: None,
+            power: None,
             locked: None,
         };
-        let timing = Timing { period: 5.0, blend: 1.0, harmonics: 2, samples: 40 };
-        Barrier::new(&timing, &[&limits, &limits])
+        let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
+        Barrier::new(&Shape::Fourier(series), 40, &[&limits, &limits])
     }
 
     #[test]

@@ -141,6 +141,7 @@ mod tests {
             acceleration: 3.0,
             jerk: 100.0,
             effort: None,
+            power: None,
             locked,
         };
         // A rotor inertia is ZZ1 once more.

@@ -2,12 +2,15 @@
 //!
 //! - The series: about the middle c of the interval, with h = t - c and w_l = w l,
 //!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
-//! - A blend: between the least and greatest of the control points of its part (Bernstein), by polar forms.
+//! - A blend, and each span of a spline: between the least and greatest of the control points of its part (Bernstein), by
+//!   polar forms.
 //!
 //! All in interval arithmetic, so that rounding is part of the proof.
 
 use crate::algebra::interval::Interval;
-use crate::experiments::excitation::fourier_motion::{FourierJoint, FourierMotion};
+use crate::experiments::excitation::fourier_series::FourierSeries;
+use crate::experiments::excitation::motion::{Motion, Shape};
+use crate::experiments::excitation::spline_enclosure::EnclosedSpline;
 
 /// A piece of a motion, with its own clock from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,8 +27,18 @@ pub enum Piece {
 pub type Derivatives = [Interval; 5];
 
 /// A motion with what its enclosures need.
-pub struct EnclosedMotion<'a> {
-    motion: &'a FourierMotion,
+pub enum EnclosedMotion<'a> {
+    /// A series and its blends.
+    Fourier(EnclosedSeries<'a>),
+    /// A spline.
+    Spline(EnclosedSpline),
+}
+
+/// A series with what its enclosures need.
+pub struct EnclosedSeries<'a> {
+    shape: FourierSeries,
+    /// By coordinate: (c, a_1, b_1, ..).
+    joints: &'a [Vec<f64>],
     /// w_l, rad/s.
     frequency: Vec<Interval>,
     /// By coordinate: sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4.
@@ -35,45 +48,69 @@ pub struct EnclosedMotion<'a> {
 }
 
 impl Piece {
-    /// In the order of time.
-    pub const ALL: [Piece; 3] = [Piece::Start, Piece::Period, Piece::End];
+    /// Those of a motion, in the order of time.
+    pub fn of(shape: &Shape) -> &'static [Piece] {
+        match shape {
+            Shape::Fourier(_) => &[Piece::Start, Piece::Period, Piece::End],
+            Shape::Spline(_) => &[Piece::Period],
+        }
+    }
 
     /// From when to when on its own clock, s.
-    pub fn span(self, motion: &FourierMotion) -> Interval {
+    pub fn span(self, shape: &Shape) -> Interval {
         match self {
-            Piece::Period => Interval::new(0.0, motion.period),
-            Piece::Start | Piece::End => Interval::new(0.0, motion.blend),
+            Piece::Period => Interval::new(0.0, shape.period()),
+            Piece::Start | Piece::End => Interval::new(0.0, shape.blend()),
         }
     }
 
     /// When its clock starts on that of the motion, s.
-    pub fn start(self, motion: &FourierMotion) -> f64 {
+    pub fn start(self, motion: &Motion) -> f64 {
         match self {
             Piece::Start => 0.0,
-            Piece::Period => motion.blend,
-            Piece::End => motion.blend + motion.repetitions as f64 * motion.period,
+            Piece::Period => motion.shape.blend(),
+            Piece::End => motion.shape.blend() + motion.repetitions as f64 * motion.shape.period(),
         }
     }
 
     /// How its enclosures are found, in words.
-    pub fn method(self) -> &'static str {
-        match self {
-            Piece::Period => "Taylor enclosures of the series",
-            Piece::Start | Piece::End => "Bernstein control points of the blend",
+    pub fn method(self, shape: &Shape) -> &'static str {
+        match (self, shape) {
+            (Piece::Period, Shape::Fourier(_)) => "Taylor enclosures of the series",
+            (Piece::Period, Shape::Spline(_)) => "Bernstein control points of the spline",
+            (Piece::Start | Piece::End, _) => "Bernstein control points of the blend",
         }
     }
 }
 
 impl EnclosedMotion<'_> {
     /// Encloses the pieces of a motion.
-    pub fn new(motion: &FourierMotion) -> EnclosedMotion<'_> {
+    pub fn new(motion: &Motion) -> EnclosedMotion<'_> {
+        match motion.shape {
+            Shape::Fourier(shape) => EnclosedMotion::Fourier(EnclosedSeries::new(shape, &motion.joints)),
+            Shape::Spline(shape) => EnclosedMotion::Spline(EnclosedSpline::new(shape, &motion.joints)),
+        }
+    }
+
+    /// What each coordinate does on a part of a piece.
+    pub fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
+        match self {
+            EnclosedMotion::Fourier(series) => series.on(piece, part),
+            EnclosedMotion::Spline(spline) => spline.on(part),
+        }
+    }
+}
+
+impl EnclosedSeries<'_> {
+    fn new(shape: FourierSeries, joints: &[Vec<f64>]) -> EnclosedSeries<'_> {
         let turn = Interval::pi() * 2.0;
-        let w = turn.over(Interval::point(motion.period));
-        let frequency: Vec<Interval> = (1..=motion.harmonics()).map(|l| w * l as f64).collect();
-        let curvature = motion.joints.iter().map(|joint| {
+        let w = turn.over(Interval::point(shape.period));
+        let frequency: Vec<Interval> = (1..=shape.harmonics).map(|l| w * l as f64).collect();
+        let curvature = joints.iter().map(|joint| {
             let mut sums = [Interval::ZERO; 5];
-            for ((a, b), w) in joint.cosine.iter().zip(&joint.sine).zip(&frequency) {
-                let mut term = (Interval::point(*a).square() + Interval::point(*b).square()).sqrt();
+            for (amplitudes, w) in joint[1..].chunks_exact(2).zip(&frequency) {
+                let [a, b] = [0, 1].map(|i| Interval::point(amplitudes[i]));
+                let mut term = (a.square() + b.square()).sqrt();
                 for sum in &mut sums {
                     term = term * *w;
                     *sum = *sum + term;
@@ -82,8 +119,8 @@ impl EnclosedMotion<'_> {
             sums.map(|s| s.high)
         });
         let curvature = curvature.collect();
-        let mut enclosed = EnclosedMotion { motion, frequency, curvature, blends: vec![] };
-        let d = Interval::point(motion.blend);
+        let mut enclosed = EnclosedSeries { shape, joints, frequency, curvature, blends: vec![] };
+        let d = Interval::point(shape.blend);
         let blends = enclosed.series_at(Interval::ZERO).into_iter().map(|[q, v, a, ..]| {
             let bend = (d.square() * a).over(Interval::point(12.0));
             let (before, after) = (q - d * v * 0.5 + bend, q + d * v * 0.5 + bend);
@@ -93,8 +130,7 @@ impl EnclosedMotion<'_> {
         enclosed
     }
 
-    /// What each coordinate does on a part of a piece.
-    pub fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
+    fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
         match piece {
             Piece::Start => self.blend(0, part),
             Piece::End => self.blend(1, part),
@@ -114,11 +150,11 @@ impl EnclosedMotion<'_> {
     fn series_at(&self, t: Interval) -> Vec<[Interval; 6]> {
         let waves: Vec<(Interval, Interval)> =
             self.frequency.iter().map(|w| ((*w * t).sin(), (*w * t).cos())).collect();
-        let of = |joint: &FourierJoint| {
+        let of = |joint: &Vec<f64>| {
             let mut found = [Interval::ZERO; 6];
-            found[0] = Interval::point(joint.centre);
+            found[0] = Interval::point(joint[0]);
             for (l, (s, c)) in waves.iter().enumerate() {
-                let (a, b, w) = (joint.cosine[l], joint.sine[l], self.frequency[l]);
+                let (a, b, w) = (joint[2 * l + 1], joint[2 * l + 2], self.frequency[l]);
                 // w q, then each derivative; the position is its first term divided by w.
                 let (along, across) = (*s * a - *c * b, *c * a + *s * b);
                 found[0] = found[0] + along.over(w);
@@ -136,11 +172,11 @@ impl EnclosedMotion<'_> {
             }
             found
         };
-        self.motion.joints.iter().map(of).collect()
+        self.joints.iter().map(of).collect()
     }
 
     fn blend(&self, which: usize, part: Interval) -> Vec<Derivatives> {
-        let d = Interval::point(self.motion.blend);
+        let d = Interval::point(self.shape.blend);
         let within = |t: f64| Interval::point(t).over(d).meet(Interval::new(0.0, 1.0));
         let (from, to) = (within(part.low), within(part.high));
         let of = |control: &[[Interval; 5]; 2]| -> Derivatives {
@@ -175,31 +211,45 @@ fn restricted(points: &[Interval], u: Interval, v: Interval) -> Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::excitation::fourier_motion::tests::motion;
+    use crate::experiments::excitation::motion::tests::motions;
 
     /// The motion evaluated in plain f64 lies within, everywhere, and the enclosure of an instant is narrow.
     #[test]
     fn the_motion_lies_within() {
-        let motion = motion();
-        let enclosed = EnclosedMotion::new(&motion);
-        for piece in Piece::ALL {
-            let span = piece.span(&motion);
-            for k in 0..40 {
-                let at = |k: usize| span.low + span.width() * k as f64 / 40.0;
-                let part = Interval::new(at(k), at(k + 1));
-                let held = enclosed.on(piece, part);
-                for i in 0..=20 {
-                    // Within the piece: at its ends the jerk jumps.
-                    let t = (part.low + part.width() * f64::from(i) / 20.0).clamp(span.low + 1e-9, span.high - 1e-9);
-                    let thin = enclosed.on(piece, Interval::point(t));
-                    for (j, x) in motion.at(piece.start(&motion) + t).iter().enumerate() {
-                        for d in 0..4 {
-                            // The clock of the whole motion is rounded: 1e-15 s at 100 rad/s^4.
-                            assert!(held[j][d].low <= x[d] + 1e-9 && held[j][d].high >= x[d] - 1e-9, "{piece:?} {t}");
-                            assert!((thin[j][d].middle() - x[d]).abs() < 1e-9 && thin[j][d].width() < 1e-9);
-                        }
-                    }
+        for motion in motions() {
+            let enclosed = EnclosedMotion::new(&motion);
+            for &piece in Piece::of(&motion.shape) {
+                let span = piece.span(&motion.shape);
+                for k in 0..40 {
+                    let at = |k: usize| span.low + span.width() * k as f64 / 40.0;
+                    let part = Interval::new(at(k), at(k + 1));
+                    hold(&motion, &enclosed, piece, part);
                 }
+            }
+        }
+    }
+
+    fn hold(motion: &Motion, enclosed: &EnclosedMotion, piece: Piece, part: Interval) {
+        let (held, span) = (enclosed.on(piece, part), piece.span(&motion.shape));
+        for i in 0..=20 {
+            // Within the piece: at its ends the jerk jumps.
+            let t = (part.low + part.width() * f64::from(i) / 20.0).clamp(span.low + 1e-9, span.high - 1e-9);
+            let thin = enclosed.on(piece, Interval::point(t));
+            for (j, x) in motion.at(piece.start(motion) + t).iter().enumerate() {
+                for d in 0..4 {
+                    // The clock of the whole motion is rounded: 1e-15 s at 100 rad/s^4.
+                    assert!(held[j][d].low <= x[d] + 1e-9 && held[j][d].high >= x[d] - 1e-9, "{piece:?} {t}");
+                    assert!((thin[j][d].middle() - x[d]).abs() < 1e-9 && thin[j][d].width() < 1e-9);
+                }
+                // The fourth derivative is the slope of the third.
+                let h = 1e-6;
+                let [before, after] = [-h, h].map(|h| motion.at(piece.start(motion) + t + h)[j][3]);
+                let slope = (after - before) / (2.0 * h);
+                let is_inside = t - h > span.low && t + h < span.high;
+                // Rounding of a jerk of hundreds over h; h times the jumps of the fifth derivative at knots.
+                let near = 1e-3 * (1.0 + slope.abs());
+                assert!(!is_inside || (thin[j][4].middle() - slope).abs() < near, "{t}: {:?} {slope}", thin[j][4]);
+                assert!(held[j][4].low <= thin[j][4].high && held[j][4].high >= thin[j][4].low);
             }
         }
     }

@@ -5,9 +5,9 @@
 //! them.
 
 use crate::algebra::interruption::Interruption;
-use crate::experiments::excitation::fourier_motion::FourierMotion;
 use crate::experiments::excitation::gap_proof::{Surroundings, prove_gaps};
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::motion::{Motion, scaled};
 use crate::experiments::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque};
 
 /// Rounds before a proof is given up.
@@ -31,7 +31,7 @@ pub struct Obligations<'a> {
 
 impl Obligations<'_> {
     /// The certificate of a motion: every limit with what proves it.
-    pub fn certificate(&self, motion: &FourierMotion) -> Vec<CertificateRow> {
+    pub fn certificate(&self, motion: &Motion) -> Vec<CertificateRow> {
         let mut rows = prove_motion(motion, self.limits, self.names);
         rows.extend(self.surroundings.into_iter().flat_map(|s| prove_gaps(motion, s)));
         rows.extend(self.torque.into_iter().flat_map(|t| prove_torque(motion, self.limits, self.names, t)));
@@ -44,7 +44,7 @@ fn are_proven(rows: &[CertificateRow]) -> bool {
 }
 
 /// The motion, made smaller until its limits are proved to be kept or the rounds are over, with its certificate.
-pub fn fitted(motion: FourierMotion, obligations: &Obligations) -> (FourierMotion, Vec<CertificateRow>) {
+pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<CertificateRow>) {
     let mut motion = motion;
     for _ in 0..ROUNDS {
         if Interruption::check().is_err() {
@@ -71,12 +71,12 @@ pub fn fitted(motion: FourierMotion, obligations: &Obligations) -> (FourierMotio
     (motion, rows)
 }
 
-fn shrink(motion: &mut FourierMotion, factor: f64) {
-    motion.joints.iter_mut().for_each(|joint| *joint = joint.scaled(factor, joint.centre));
+fn shrink(motion: &mut Motion, factor: f64) {
+    motion.joints.iter_mut().for_each(|joint| *joint = scaled(joint, factor, joint[0]));
 }
 
 /// Makes each joint smaller by what its rows say that is missing.
-fn within_joint_limits(motion: &mut FourierMotion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
+fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
     let per_joint = LimitKind::KINEMATIC.len();
     for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
         let (low, high) = limits.position;
@@ -87,9 +87,9 @@ fn within_joint_limits(motion: &mut FourierMotion, limits: &[CoordinateLimits], 
                 // Towards the middle of the room, the centre too.
                 LimitKind::Position => {
                     let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
-                    joint.scaled(factor, middle + factor * (joint.centre - middle))
+                    scaled(joint, factor, middle + factor * (joint[0] - middle))
                 }
-                _ => joint.scaled(shrink(row.bound, row.nowhere_beyond), joint.centre),
+                _ => scaled(joint, shrink(row.bound, row.nowhere_beyond), joint[0]),
             };
         }
     }
@@ -98,21 +98,23 @@ fn within_joint_limits(motion: &mut FourierMotion, limits: &[CoordinateLimits], 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::excitation::fourier_motion::FourierJoint;
+    use crate::experiments::excitation::fourier_series::FourierSeries;
     use crate::experiments::excitation::gap_proof::tests::Rod;
+    use crate::experiments::excitation::motion::Shape;
     use crate::experiments::excitation::search::tests::pendulum_limits;
 
     /// A motion that is too large by a few parts in a thousand comes back within its limits, proved.
     #[test]
     fn what_is_missing_is_scaled_away() {
         let (limits, names) = ([pendulum_limits()], ["q1".to_string()]);
-        let joint = FourierJoint { centre: 0.2, cosine: vec![1.0, 0.8, 0.4], sine: vec![0.3, -0.6, 0.2] };
-        let motion = FourierMotion { rate: 100.0, period: 5.0, blend: 1.0, repetitions: 1, joints: vec![joint] };
+        let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
+        let joints = vec![vec![0.2, 1.0, 0.3, 0.8, -0.6, 0.4, 0.2]];
+        let motion = Motion { rate: 100.0, repetitions: 1, shape, joints };
         let alone = Obligations { limits: &limits, names: &names, torque: None, surroundings: None };
         assert!(alone.certificate(&motion).iter().any(|r| r.kept == Kept::Violated));
         let (free, rows) = fitted(motion.clone(), &alone);
         assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
-        assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && free.joints[0].cosine[0] > 0.5);
+        assert!(rows.iter().any(|r| r.room() < 1e-4 * r.bound.abs()) && free.joints[0][1] > 0.5);
 
         // A wall a little before where that motion goes makes it smaller again.
         let height = |i: u32| free.at(free.duration() * f64::from(i) / 2000.0)[0][0].sin();
@@ -120,7 +122,7 @@ mod tests {
         let rod = Rod::new(highest - 0.01);
         let (held, rows) = fitted(motion, &Obligations { surroundings: Some(&rod), ..alone });
         assert!(rows.iter().all(|r| r.kept == Kept::Proven) && rows.len() == 5, "{rows:?}");
-        assert!(held.joints[0].cosine[0] < free.joints[0].cosine[0] && held.joints[0].cosine[0] > 0.3);
+        assert!(held.joints[0][1] < free.joints[0][1] && held.joints[0][1] > 0.3);
 
         // A wall that the centre is beyond leaves the motion unproven, and says so.
         let rod = Rod::new(0.1);

@@ -9,8 +9,8 @@
 
 use crate::algebra::interval::Interval;
 use crate::experiments::excitation::enclosure::{EnclosedMotion, Piece};
-use crate::experiments::excitation::fourier_motion::FourierMotion;
 use crate::experiments::excitation::limits::LimitKind;
+use crate::experiments::excitation::motion::Motion;
 use crate::experiments::excitation::proof::{CertificateRow, Kept};
 
 /// A distance that must not become too small.
@@ -66,14 +66,14 @@ struct Least {
 }
 
 /// The rows of the gaps, in their order.
-pub fn prove_gaps(motion: &FourierMotion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
+pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
     let enclosed = EnclosedMotion::new(motion);
     let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };
     let mut found: Vec<Least> = (0..gaps.len()).map(nothing).collect();
     let mut looked_at = 0;
-    for piece in Piece::ALL {
-        let span = piece.span(motion);
+    for &piece in Piece::of(&motion.shape) {
+        let span = piece.span(&motion.shape);
         let at = |k: usize| if k == PARTS { span.high } else { span.low + span.width() * (k as f64 / PARTS as f64) };
         let all: Vec<usize> = (0..gaps.len()).collect();
         let mut left: Vec<(Interval, Vec<usize>)> =
@@ -133,7 +133,7 @@ fn row(gap: &Gap, least: Least) -> CertificateRow {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::experiments::excitation::fourier_motion::tests::motion;
+    use crate::experiments::excitation::motion::tests::motions;
 
     /// A body at the end of a rod of length 1 that the first coordinate turns, before a wall at y = `height`.
     pub(crate) struct Rod {
@@ -171,15 +171,16 @@ pub(crate) mod tests {
     /// A wall just beyond what dense samples reach is proven to be kept, one just before it is seen to be broken.
     #[test]
     fn proofs_of_gaps_are_sharp() {
-        let motion = motion();
-        let height = |i: u32| motion.at(motion.duration() * f64::from(i) / 100_000.0)[0][0].sin();
-        let greatest = (0..=100_000).map(height).fold(f64::NEG_INFINITY, f64::max);
-        let [kept] = &prove_gaps(&motion, &Rod::new(greatest + 1e-4))[..] else { panic!() };
-        assert!(kept.kept == Kept::Proven && kept.nowhere_beyond >= 0.0 && kept.value >= 9e-5, "{kept:?}");
-        let [broken] = &prove_gaps(&motion, &Rod::new(greatest - 1e-4))[..] else { panic!() };
-        assert!(broken.kept == Kept::Violated && broken.value < 0.0, "{broken:?}");
-        let there = greatest - 1e-4 - motion.at(broken.time_s)[0][0].sin();
-        assert!((there - broken.value).abs() < 1e-12, "{broken:?} {there}");
-        assert!(broken.to_string().starts_with("region of rod at the wall: -0.0"), "{broken}");
+        for motion in motions() {
+            let height = |i: u32| motion.at(motion.duration() * f64::from(i) / 100_000.0)[0][0].sin();
+            let greatest = (0..=100_000).map(height).fold(f64::NEG_INFINITY, f64::max);
+            let [kept] = &prove_gaps(&motion, &Rod::new(greatest + 1e-4))[..] else { panic!() };
+            assert!(kept.kept == Kept::Proven && kept.nowhere_beyond >= 0.0 && kept.value >= 9e-5, "{kept:?}");
+            let [broken] = &prove_gaps(&motion, &Rod::new(greatest - 1e-4))[..] else { panic!() };
+            assert!(broken.kept == Kept::Violated && broken.value < 0.0, "{broken:?}");
+            let there = greatest - 1e-4 - motion.at(broken.time_s)[0][0].sin();
+            assert!((there - broken.value).abs() < 1e-12, "{broken:?} {there}");
+            assert!(broken.to_string().starts_with("region of rod at the wall: -0.0"), "{broken}");
+        }
     }
 }

@@ -7,6 +7,7 @@
 //! | acceleration | of a YAML | reaches the velocity in 0.3 s |
 //! | jerk | no | reaches the acceleration in 0.05 s |
 //! | effort | yes | unknown: not looked at |
+//! | power | no | none |
 //!
 //! A file can only tighten what the description says. Not here: boxes, floors, collisions of the arm with itself
 //! ([`crate::experiments::excitation::space_limits`]).
@@ -33,6 +34,8 @@ pub enum LimitKind {
     Jerk,
     /// N m (N).
     Effort,
+    /// Of a drive: torque times velocity, W.
+    Power,
     /// Between two links, m.
     Distance,
     /// From a floor, a wall or the side of a box, m.
@@ -45,7 +48,7 @@ impl LimitKind {
         [LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
 
     /// All, in the order of a certificate.
-    pub const ALL: [LimitKind; 7] = [
+    pub const ALL: [LimitKind; 8] = [
         LimitKind::Position,
         LimitKind::Velocity,
         LimitKind::Acceleration,
@@ -53,6 +56,7 @@ impl LimitKind {
         LimitKind::Distance,
         LimitKind::Region,
         LimitKind::Effort,
+        LimitKind::Power,
     ];
 
     /// The unit at a joint that turns, or slides.
@@ -68,6 +72,7 @@ impl LimitKind {
             (LimitKind::Acceleration, true) => "m/s^2",
             (LimitKind::Jerk, true) => "m/s^3",
             (LimitKind::Effort, true) => "N",
+            (LimitKind::Power, _) => "W",
             (LimitKind::Distance | LimitKind::Region, _) => "m",
         }
     }
@@ -81,13 +86,14 @@ impl fmt::Display for LimitKind {
             LimitKind::Acceleration => "acceleration",
             LimitKind::Jerk => "jerk",
             LimitKind::Effort => "effort",
+            LimitKind::Power => "power",
             LimitKind::Distance => "distance",
             LimitKind::Region => "region",
         })
     }
 }
 
-/// What a motion may ask of one coordinate: rad and s (m and s where it slides), N m (N).
+/// What a motion may ask of one coordinate: rad and s (m and s where it slides), N m (N), W.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoordinateLimits {
@@ -102,6 +108,9 @@ pub struct CoordinateLimits {
     /// None: unknown, not looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effort: Option<f64>,
+    /// Of the drive, driving and braking, W. None: not limited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<f64>,
     /// The coordinate stands here all the time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub locked: Option<f64>,
@@ -117,6 +126,7 @@ impl CoordinateLimits {
             LimitKind::Acceleration => symmetric(self.acceleration),
             LimitKind::Jerk => symmetric(self.jerk),
             LimitKind::Effort => self.effort.and_then(symmetric),
+            LimitKind::Power => self.power.and_then(symmetric),
             // Of links, not of a coordinate.
             LimitKind::Distance | LimitKind::Region => None,
         }
@@ -128,14 +138,15 @@ impl CoordinateLimits {
         if !(low.is_finite() && high.is_finite() && low < high) {
             return Some(format!("the limits of position leave no room: from {low} to {high}"));
         }
-        let effort = (LimitKind::Effort, self.effort.unwrap_or(1.0));
         let positive = [
-            (LimitKind::Velocity, self.velocity),
-            (LimitKind::Acceleration, self.acceleration),
-            (LimitKind::Jerk, self.jerk),
-            effort,
+            (LimitKind::Velocity, Some(self.velocity)),
+            (LimitKind::Acceleration, Some(self.acceleration)),
+            (LimitKind::Jerk, Some(self.jerk)),
+            (LimitKind::Effort, self.effort),
+            (LimitKind::Power, self.power),
         ];
-        if let Some((kind, x)) = positive.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+        let mut given = positive.into_iter().filter_map(|(kind, x)| Some((kind, x?)));
+        if let Some((kind, x)) = given.find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
             return Some(format!("the limit of {kind} leaves no room: {x}; lock the coordinate (locked: POSITION)"));
         }
         let locked = self.locked.filter(|q| !(*q >= low && *q <= high));
@@ -157,6 +168,8 @@ pub struct AskedLimits {
     pub jerk: Option<f64>,
     /// N m (N).
     pub effort: Option<f64>,
+    /// Of the drive, W.
+    pub power: Option<f64>,
     /// Stand here all the time.
     pub locked: Option<f64>,
     /// Slow motion: velocity times s, acceleration times s^2, jerk times s^3.
@@ -179,7 +192,7 @@ impl LimitsFile {
     /// Reads the YAML of `--limits`.
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
-                        locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
+                        power, locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
                         boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
         serde_yaml::from_str(text)
             .map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
@@ -276,6 +289,7 @@ fn one(
         acceleration: acceleration * slowed.powi(2),
         jerk: jerk * slowed.powi(3),
         effort,
+        power: own.power.or(all.power),
         locked: own.locked.or(all.locked),
     };
     match limits.fault() {
@@ -339,6 +353,7 @@ mod tests {
             ("coordinates: {q1: {position: [-3, 1]}}", "exceeds -2 to 2"),
             ("coordinates: {q2: {position: [0.1, 0.1]}}", "coordinate q2: the limits of position leave no room"),
             ("all: {acceleration: 0}", "the limit of acceleration leaves no room: 0"),
+            ("coordinates: {q1: {power: -5}}", "coordinate q1: the limit of power leaves no room: -5"),
             ("coordinates: {q1: {locked: 5}}", "locked at 5, outside"),
             ("coordinates: {q1: {slowed: 2}}", "slowed is a factor"),
             ("coordinates: {q1: {speed: 2}}", "these are no limits"),

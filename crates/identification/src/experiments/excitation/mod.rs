@@ -1,4 +1,4 @@
-//! One exciting motion of all joints: a finite Fourier series between rest and rest, within proved limits.
+//! One exciting motion of all joints: a finite Fourier series between rest and rest, or a quintic spline, within proved limits.
 
 pub mod artefact;
 pub mod barrier;
@@ -7,12 +7,16 @@ pub mod criterion;
 pub mod descent;
 pub mod enclosure;
 pub mod fitting;
-pub mod fourier_motion;
+pub mod fourier_series;
 pub mod gap_proof;
 pub mod limits;
+pub mod motion;
 pub mod problem;
 pub mod proof;
+pub mod quintic_spline;
 pub mod search;
 pub mod space_limits;
 pub mod space_wall;
+pub mod spline_enclosure;
+pub mod torque_wall;
 pub mod visibility;

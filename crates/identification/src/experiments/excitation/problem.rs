@@ -1,38 +1,26 @@
 //! The motion that tells most, as a function of its coefficients with an exact gradient.
 //!
-//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J the criterion of the rows at S instants of a period
+//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J the criterion of the rows at some instants of a period
 //! ([`crate::experiments::excitation::criterion`]), B the wall of the kinematic limits
 //! ([`crate::experiments::excitation::barrier`]), S that of the distances between bodies
-//! ([`crate::experiments::excitation::space_wall`]), T that of the torques at the instants of the period and the blends,
-//!
-//! T = -1/S sum log((u - tau) / u) + log((u + tau) / u),   u = share effort - FS,   tau = Y X + FV dq + OFF.
+//! ([`crate::experiments::excitation::space_wall`]), T that of torques and powers at the instants of the period and the
+//! blends ([`crate::experiments::excitation::torque_wall`]).
 //!
 //! The state at an instant is linear in x, and one reverse pass through the regressor gives the slope of J and T with
 //! respect to the states: df/dY is known, and dY/d(q, dq, ddq) exact. Rows are over the noise of their joint; locked
 //! joints have none.
 
-use crate::experiments::excitation::barrier::{Barrier, Curvature, Timing, scales};
+use crate::experiments::excitation::barrier::{Barrier, Curvature};
 use crate::experiments::excitation::columns::{SMOOTH_SIGN, friction_columns};
 use crate::experiments::excitation::criterion::{Aim, criterion};
 use crate::experiments::excitation::descent::Objective;
-use crate::experiments::excitation::fourier_motion::{FourierJoint, basis, blend_control, casteljau};
 use crate::experiments::excitation::gap_proof::Surroundings;
-use crate::experiments::excitation::limits::CoordinateLimits;
-use crate::experiments::excitation::proof::DescribedFriction;
+use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::motion::Shape;
 use crate::experiments::excitation::space_wall::SpaceWall;
+use crate::experiments::excitation::torque_wall::TorqueWall;
 use crate::model::differentiable::DifferentiableRegressor;
 use crate::model::friction::terms::FrictionTerm;
-
-/// Torques of the description that a motion must keep within.
-#[derive(Clone, Debug)]
-pub struct TorqueWall {
-    /// Base parameters, in the order of the regressor.
-    pub parameters: Vec<f64>,
-    /// One a coordinate.
-    pub friction: Vec<DescribedFriction>,
-    /// Share of the effort limits.
-    pub share: f64,
-}
 
 /// What is asked of a motion.
 pub struct Problem<'a> {
@@ -46,12 +34,14 @@ pub struct Problem<'a> {
     pub noise: &'a [f64],
     /// The aim of the search.
     pub aim: Aim,
-    /// The torque limit, where the description has one.
+    /// The limits of torque and power, where there are any.
     pub torque: Option<&'a TorqueWall>,
     /// Which columns count.
     pub columns: &'a [bool],
-    /// Period, blend and rate.
-    pub timing: Timing,
+    /// What the motion is a sum of.
+    pub shape: Shape,
+    /// Instants a period at which limits and information are looked at.
+    pub samples: usize,
     /// The distances that bodies must keep, where the description has any.
     pub surroundings: Option<&'a dyn Surroundings>,
     /// Rows of what is known already, over all columns of the model: information, as a share of one sample of the motion.
@@ -60,8 +50,6 @@ pub struct Problem<'a> {
 
 /// Instants in a blend at which torques are looked at.
 const BLEND_INSTANTS: usize = 16;
-/// Torques at samples keep this share of their bound: what they do in between.
-const BETWEEN_SAMPLES: f64 = 0.995;
 /// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
 const RIDGE: f64 = 0.1;
 
@@ -73,7 +61,7 @@ pub struct Prepared<'a> {
     moving: Vec<usize>,
     /// Unit of each scaled coefficient, joint after joint.
     scale: Vec<f64>,
-    /// q, dq, ddq at each instant per unit of (c, a_1, b_1, ..): S of the period, then those of the blends.
+    /// q, dq, ddq at each instant per unit of the coefficients: those of the period, then those of the blends.
     instants: Vec<[Vec<f64>; 3]>,
     /// Base columns that count, and the first of the friction columns of each coordinate among the counted ones.
     base: Vec<usize>,
@@ -98,18 +86,12 @@ pub struct Walled<'a> {
 impl<'a> Prepared<'a> {
     /// Computes what all starts share.
     pub fn new(problem: &'a Problem<'a>) -> Prepared<'a> {
-        let Timing { period, blend, harmonics, samples } = problem.timing;
+        let shape = &problem.shape;
         let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
         let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
-        let of_period = |r: usize| [0, 1, 2].map(|k| basis(harmonics, period, period * r as f64 / samples as f64, k));
-        let mut instants: Vec<[Vec<f64>; 3]> = (0..samples).map(of_period).collect();
-        for is_start in [true, false] {
-            let control = [0, 1, 2].map(|k| blend_control(harmonics, period, blend, k, is_start));
-            for i in 0..BLEND_INSTANTS {
-                let u = i as f64 / (BLEND_INSTANTS - 1) as f64;
-                instants.push(control.each_ref().map(|points| casteljau(points.clone(), u)));
-            }
-        }
+        let of_blends = (0..BLEND_INSTANTS).map(|i| i as f64 / (BLEND_INSTANTS - 1) as f64);
+        let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
+        let instants = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
         let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
         let base_columns: Vec<usize> = (0..base).filter(|&c| problem.columns[c]).collect();
@@ -124,15 +106,15 @@ impl<'a> Prepared<'a> {
             }
         }
         Prepared {
-            barrier: Barrier::new(&problem.timing, &limits),
-            scale: limits.iter().flat_map(|l| scales(l, harmonics)).collect(),
+            barrier: Barrier::new(shape, problem.samples, &limits),
+            scale: limits.iter().flat_map(|l| shape.units(l)).collect(),
             moving,
             instants,
             base: base_columns,
             own,
             p,
             prior: known_rows(problem),
-            space: problem.surroundings.map(|s| SpaceWall::new(s, &problem.timing)),
+            space: problem.surroundings.map(|s| SpaceWall::new(s, shape)),
             problem,
         }
     }
@@ -153,25 +135,23 @@ impl<'a> Prepared<'a> {
     }
 
     fn m(&self) -> usize {
-        2 * self.problem.timing.harmonics + 1
+        self.problem.shape.size()
     }
 
-    /// The series of every coordinate.
-    pub fn joints(&self, x: &[f64]) -> Vec<FourierJoint> {
-        let harmonics = self.problem.timing.harmonics;
-        let rest = |l: &CoordinateLimits| FourierJoint::at_rest(l.locked.unwrap_or(0.0), harmonics);
-        let mut joints: Vec<FourierJoint> = self.problem.limits.iter().map(rest).collect();
+    /// The coefficients of every coordinate.
+    pub fn joints(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let m = self.m();
+        let rest = |l: &CoordinateLimits| [&[l.locked.unwrap_or(0.0)][..], &vec![0.0; m - 1]].concat();
+        let mut joints: Vec<Vec<f64>> = self.problem.limits.iter().map(rest).collect();
         for ((&k, x), scale) in self.moving.iter().zip(x.chunks_exact(m)).zip(self.scale.chunks_exact(m)) {
-            let coefficients: Vec<f64> = x.iter().zip(scale).map(|(x, s)| x * s).collect();
-            joints[k] = FourierJoint::from_coefficients(&coefficients);
+            joints[k] = x.iter().zip(scale).map(|(x, s)| x * s).collect();
         }
         joints
     }
 
     /// The scaled coefficients of a motion.
-    pub fn scaled(&self, joints: &[FourierJoint]) -> Vec<f64> {
-        let all = self.moving.iter().flat_map(|&k| joints[k].coefficients());
+    pub fn scaled(&self, joints: &[Vec<f64>]) -> Vec<f64> {
+        let all = self.moving.iter().flat_map(|&k| &joints[k]);
         all.zip(&self.scale).map(|(x, s)| x / s).collect()
     }
 
@@ -223,33 +203,11 @@ impl<'a> Prepared<'a> {
         y
     }
 
-    /// The torque of the description at an instant, with what it may be; `None` where there is no bound.
-    fn torque(&self, wall: &TorqueWall, k: usize, state: &[f64], y: &[f64]) -> Option<(f64, f64)> {
-        let (n, b) = (self.problem.limits.len(), wall.parameters.len());
-        let f = wall.friction[k];
-        let bound = BETWEEN_SAMPLES * (wall.share * self.problem.limits[k].effort? - f.coulomb.abs());
-        let rigid: f64 = y[k * b..][..b].iter().zip(&wall.parameters).map(|(y, x)| y * x).sum();
-        Some((rigid + f.viscous * state[n + k] + f.offset, bound))
-    }
-
-    /// The greatest torque over its bound with its coordinate, of the motion x; none where no torque is bounded.
-    pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize)> {
+    /// The greatest torque or power of the motion x over its bound, with its coordinate and limit, where there are bounds.
+    pub fn greatest_torque(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let wall = self.problem.torque?;
-        let (n, b) = (self.problem.limits.len(), wall.parameters.len());
         let states = self.states(x);
-        let y = self.filled(&states);
-        let mut greatest: Option<(f64, usize)> = None;
-        for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)) {
-            for k in 0..n {
-                if let Some((tau, bound)) = self.torque(wall, k, state, y) {
-                    let share = if bound > 0.0 { tau.abs() / bound } else { f64::INFINITY };
-                    if greatest.is_none_or(|g| share > g.0) {
-                        greatest = Some((share, k));
-                    }
-                }
-            }
-        }
-        greatest
+        wall.greatest(self.problem.limits, &states, &self.filled(&states))
     }
 
     /// The rows of W at the instants of a period and those of what is known, p wide; and the slopes of friction columns, (instant, coordinate) after
@@ -258,7 +216,7 @@ impl<'a> Prepared<'a> {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
         let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
-        let samples = problem.timing.samples;
+        let samples = problem.samples;
         let mut w = vec![0.0; samples * self.moving.len() * self.p];
         let mut slopes = Vec::with_capacity(samples * self.moving.len());
         let mut rows = w.chunks_exact_mut(self.p.max(1));
@@ -287,13 +245,13 @@ impl<'a> Prepared<'a> {
     pub fn criterion(&self, x: &[f64]) -> Option<f64> {
         let states = self.states(x);
         let (w, _) = self.rows(&states, &self.filled(&states));
-        Some(criterion(self.problem.aim, &w, self.p, self.problem.timing.samples)?.value)
+        Some(criterion(self.problem.aim, &w, self.p, self.problem.samples)?.value)
     }
 }
 
 /// The rows of what is known in the columns that count, as many samples of it as there are instants.
 fn known_rows(problem: &Problem) -> Vec<f64> {
-    let factor = (problem.timing.samples as f64).sqrt();
+    let factor = (problem.samples as f64).sqrt();
     let rows = problem.prior.chunks_exact(problem.columns.len().max(1));
     rows.flat_map(|row| row.iter().zip(problem.columns).filter(|(_, counts)| **counts).map(|(x, _)| factor * x))
         .collect()
@@ -313,7 +271,7 @@ impl Walled<'_> {
                 }
             })?;
         }
-        let samples = problem.timing.samples;
+        let samples = problem.samples;
         let states = prepared.states(x);
         let y = prepared.filled(&states);
         if y.iter().any(|y| !y.is_finite()) {
@@ -323,7 +281,8 @@ impl Walled<'_> {
         let mut along = vec![0.0; states.len()];
 
         if let Some(wall) = problem.torque {
-            value += self.torque_wall(wall, &states, &y, &mut weights, &mut along)?;
+            let weight = height / samples as f64;
+            value += wall.value(problem.limits, weight, (&states, &y), &mut weights, &mut along)?;
         }
 
         // The criterion.
@@ -360,37 +319,6 @@ impl Walled<'_> {
         value.is_finite().then_some((value, gradient))
     }
 
-    /// -h/N sum log((b - tau)(b + tau) / b^2) over instants and joints, its slopes added to those of the entries of Y
-    /// and of the states; `None` where a torque is beyond its bound b.
-    fn torque_wall(
-        &self,
-        wall: &TorqueWall,
-        states: &[f64],
-        y: &[f64],
-        weights: &mut [f64],
-        along: &mut [f64],
-    ) -> Option<f64> {
-        let problem = self.prepared.problem;
-        let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
-        let weight = self.height / problem.timing.samples as f64;
-        let mut value = 0.0;
-        for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
-            for k in 0..n {
-                let Some((tau, bound)) = self.prepared.torque(wall, k, state, y) else { continue };
-                let (above, below) = (bound - tau, bound + tau);
-                if !(above > 0.0 && below > 0.0) {
-                    return None;
-                }
-                value -= weight * (above / bound * (below / bound)).ln();
-                let slope = weight * (1.0 / above - 1.0 / below);
-                let place = &mut weights[(r * n + k) * b..][..b];
-                place.iter_mut().zip(&wall.parameters).for_each(|(w, x)| *w += slope * x);
-                along[r * 3 * n + n + k] += slope * wall.friction[k].viscous;
-            }
-        }
-        Some(value)
-    }
-
     fn curvature(&self, x: &[f64]) -> Option<Curvature> {
         self.prepared.barrier.curvature(x, self.height, RIDGE)
     }
@@ -416,18 +344,24 @@ impl Objective for Walled<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::excitation::fourier_series::FourierSeries;
     use crate::experiments::excitation::gap_proof::tests::Rod;
+    use crate::experiments::excitation::quintic_spline::QuinticSpline;
     use crate::experiments::excitation::search::tests::{pendulum_limits, pendulum_torque};
     use crate::test_arm::Pendulum;
 
     /// The gradient of criterion and walls together, against central differences.
     #[test]
     fn the_gradient_is_exact() {
-        let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
-        let timing = Timing { period: 5.0, blend: 1.0, harmonics: 3, samples: 50 };
+        let (arm, wall) = (Pendulum::new(), pendulum_torque());
+        let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
         // 0.55 rad and 0.1 m of room: the wall of space is felt.
         let rod = Rod::new(0.62);
-        for aim in [Aim::Determinant, Aim::Condition] {
+        let series = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
+        let spline = Shape::Spline(QuinticSpline { period: 5.0, spans: 7 });
+        let (of_series, of_spline) = ([0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1], [0.1, 0.2, -0.2, 0.2, -0.1, 0.2, 0.1]);
+        let all = [Aim::Determinant, Aim::Condition];
+        for (aim, (shape, x)) in all.into_iter().flat_map(|a| [(a, (series, of_series)), (a, (spline, of_spline))]) {
             let problem = Problem {
                 regressor: &arm,
                 friction: &[FrictionTerm::Viscous, FrictionTerm::Coulomb],
@@ -436,13 +370,13 @@ mod tests {
                 aim,
                 torque: Some(&wall),
                 columns: &[true; 5],
-                timing,
+                shape,
+                samples: 50,
                 surroundings: Some(&rod),
                 prior: &[0.3, 0.1, 0.0, 0.0, 0.2],
             };
             let prepared = Prepared::new(&problem);
             let walled = Walled { prepared: &prepared, height: 0.01 };
-            let x = [0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1];
             let (_, gradient) = walled.value(&x).unwrap();
             for k in 0..x.len() {
                 let h = 1e-6;
@@ -455,7 +389,7 @@ mod tests {
                 // Central differences: 1e-16 over 1e-6, and h^2 times the third derivative of the smooth sign.
                 assert!(
                     (gradient[k] - slope).abs() < 1e-6 * (1.0 + slope.abs()),
-                    "{aim:?} {k}: {} {slope}",
+                    "{aim:?} {shape:?} {k}: {} {slope}",
                     gradient[k]
                 );
             }

@@ -1,6 +1,6 @@
 //! Many starts, each descended to the wall of the limits.
 //!
-//! A start draws a spectrum for each joint, scales it into the limits and puts its centre where there is room: any
+//! A start draws a spectrum for each joint (of a spline: of its control points), scales it into the limits and puts its centre where there is room: any
 //! coefficients are made feasible by their scale. Its walls are then lowered in steps, with a descent at each
 //! ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled after it
 //! ([`crate::experiments::excitation::fitting`]).
@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::algebra::interruption::Interruption;
 use crate::algebra::random::Random;
 use crate::experiments::excitation::descent::descend;
-use crate::experiments::excitation::fourier_motion::FourierJoint;
 use crate::experiments::excitation::limits::LimitKind;
+use crate::experiments::excitation::motion::Shape;
 use crate::experiments::excitation::problem::{Prepared, Problem, Walled};
 use crate::experiments::excitation::space_wall::SpaceWall;
 
@@ -35,14 +35,14 @@ pub struct SearchOptions {
 pub struct Found {
     /// Its number.
     pub start: usize,
-    /// One a coordinate.
-    pub joints: Vec<FourierJoint>,
+    /// By coordinate: its coefficients.
+    pub joints: Vec<Vec<f64>>,
     /// J.
     pub criterion: f64,
     /// The least room of a kinematic limit over half its width, with its coordinate and limit.
     pub room: (f64, usize, LimitKind),
-    /// The greatest torque over its bound with its coordinate, where torques are bounded.
-    pub torque: Option<(f64, usize)>,
+    /// The greatest torque or power over its bound with its coordinate and limit, where there are any.
+    pub torque: Option<(f64, usize, LimitKind)>,
     /// The least room between bodies above its bound, m, with its gap, where any come near.
     pub nearest: Option<(f64, usize)>,
 }
@@ -106,11 +106,13 @@ pub enum NoMotion {
     AllLocked,
     /// No parameter is seen by any motion within the limits.
     NothingToTell,
-    /// Standing still alone takes more torque than allowed of this coordinate: the least share of its bound found.
+    /// Hardly moving takes more than allowed of this coordinate: the least share of its bound found.
     TooWeak {
         /// Index of the coordinate.
         coordinate: usize,
-        /// Of its effort limit that is needed at rest.
+        /// Of effort, or of power.
+        limit: LimitKind,
+        /// Of that limit that is needed when it hardly moves.
         share: f64,
     },
     /// No motion keeps bodies apart: the gap that was the nearest to being kept.
@@ -145,17 +147,11 @@ fn one(prepared: &Prepared, problem: &Problem, options: &SearchOptions, start: u
 
 /// A motion about some centre, a share of the limits wide.
 fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
-    let harmonics = problem.timing.harmonics;
-    let m = 2 * harmonics + 1;
+    let m = problem.shape.size();
     let barrier = prepared.barrier();
     let mut x = vec![0.0; m * prepared.moving().len()];
     for (j, &k) in prepared.moving().iter().enumerate() {
-        for l in 0..harmonics {
-            // The square leaves some harmonics nearly silent.
-            let weight = random.uniform().powi(2);
-            x[j * m + 1 + 2 * l] = weight * random.normal();
-            x[j * m + 2 + 2 * l] = weight * random.normal();
-        }
+        draw_spectrum(&problem.shape, random, &mut x[j * m + 1..(j + 1) * m]);
         let limits = &problem.limits[k];
         let share = |kind: LimitKind| {
             let (low, high) = barrier.reached(j, &x, kind);
@@ -177,10 +173,28 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
+/// The coefficients of a coordinate behind its pose, by a random spectrum of its velocity.
+fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
+    for l in 0..x.len() / 2 {
+        // The square leaves some harmonics nearly silent.
+        let weight = random.uniform().powi(2);
+        match shape {
+            Shape::Fourier(_) => x[2 * l..2 * l + 2].fill_with(|| weight * random.normal()),
+            Shape::Spline(spline) => {
+                // Half-waves: they vanish at both ends. The amplitude of the position is that of the velocity over l.
+                let (half_waves, amplitude) = ((l + 1) as f64, weight * random.normal());
+                let turn = std::f64::consts::PI * half_waves / spline.spans as f64;
+                let wave = |i: usize| amplitude / half_waves * libm::sin(turn * (i + 1) as f64);
+                x.iter_mut().enumerate().for_each(|(i, x)| *x += wave(i));
+            }
+        }
+    }
+}
+
 /// A motion within all limits: a random spectrum, scaled.
 fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<Vec<f64>, NoMotion> {
-    let m = 2 * problem.timing.harmonics + 1;
-    let mut weakest = (f64::INFINITY, 0);
+    let m = problem.shape.size();
+    let mut weakest = (f64::INFINITY, 0, LimitKind::Effort);
     let mut narrowest: Option<(f64, usize)> = None;
     let (mut draws, centres) = (0, if problem.surroundings.is_some() { CENTRES } else { DRAWS });
     for _ in 0..centres {
@@ -202,9 +216,9 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
         draws += 1;
         // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
         for _ in 0..12 {
-            let strong = prepared.greatest_torque(&x).filter(|(share, _)| *share > 0.95);
-            if let Some((share, k)) = strong.filter(|(share, _)| *share < weakest.0) {
-                weakest = (share, k);
+            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > 0.95);
+            if let Some(less) = strong.filter(|strong| strong.0 < weakest.0) {
+                weakest = less;
             }
             if strong.is_none() && is_free(prepared.nearest(&x)) {
                 return Ok(x);
@@ -216,18 +230,19 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
     }
     match narrowest {
         Some((room, gap)) if weakest.0 == f64::INFINITY => Err(NoMotion::TooNarrow { gap, room }),
-        _ => Err(NoMotion::TooWeak { coordinate: weakest.1, share: weakest.0 }),
+        _ => Err(NoMotion::TooWeak { coordinate: weakest.1, limit: weakest.2, share: weakest.0 }),
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::experiments::excitation::barrier::Timing;
     use crate::experiments::excitation::criterion::Aim;
+    use crate::experiments::excitation::fourier_series::FourierSeries;
     use crate::experiments::excitation::limits::CoordinateLimits;
-    use crate::experiments::excitation::problem::TorqueWall;
     use crate::experiments::excitation::proof::DescribedFriction;
+    use crate::experiments::excitation::quintic_spline::QuinticSpline;
+    use crate::experiments::excitation::torque_wall::TorqueWall;
     use crate::model::differentiable::DifferentiableRegressor;
     use crate::model::friction::terms::FrictionTerm;
     use crate::test_arm::Pendulum;
@@ -248,6 +263,7 @@ pub(crate) mod tests {
             acceleration: 8.0,
             jerk: 150.0,
             effort: Some(12.0),
+            power: None,
             locked: None,
         }
     }
@@ -266,7 +282,8 @@ pub(crate) mod tests {
             aim: Aim::Determinant,
             torque: Some(wall),
             columns: &[true; 4],
-            timing: Timing { period: 5.0, blend: 1.0, harmonics: 3, samples: 60 },
+            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            samples: 60,
             surroundings: None,
             prior: &[],
         }
@@ -275,21 +292,24 @@ pub(crate) mod tests {
     #[test]
     fn the_same_motion_on_any_number_of_threads() {
         let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
-        let problem = problem(&arm, &limits, &wall);
-        let run = |threads| {
-            let options = SearchOptions { starts: 4, iterations: 20, seed: 7, threads };
-            search(&problem, &options, &|_, _| ()).unwrap()
-        };
-        let (one, three) = (run(1), run(3));
-        assert_eq!(one.len(), 4);
-        for (a, b) in one.iter().zip(&three) {
-            assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
+        let series = problem(&arm, &limits, &wall);
+        let shape = Shape::Spline(QuinticSpline { period: 5.0, spans: 9 });
+        for problem in [Problem { shape, ..problem(&arm, &limits, &wall) }, series] {
+            let run = |threads| {
+                let options = SearchOptions { starts: 4, iterations: 20, seed: 7, threads };
+                search(&problem, &options, &|_, _| ()).unwrap()
+            };
+            let (one, three) = (run(1), run(3));
+            assert_eq!(one.len(), 4);
+            for (a, b) in one.iter().zip(&three) {
+                assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
+            }
+            assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
+            // The descent ends far above where random motions are.
+            let prepared = Prepared::new(&problem);
+            let random = first(&prepared, &problem, &mut Random::new(1)).unwrap();
+            assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
         }
-        assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
-        // The descent ends far above where random motions are.
-        let prepared = Prepared::new(&problem);
-        let random = first(&prepared, &problem, &mut Random::new(1)).unwrap();
-        assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
     }
 
     #[test]
@@ -299,7 +319,10 @@ pub(crate) mod tests {
         // Gravity takes 9.81 * 0.8 = 7.8 N m near the horizontal, and never less than at the edge of the room.
         wall.share = 0.05;
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
-        assert!(matches!(why, NoMotion::TooWeak { coordinate: 0, share } if share > 1.0), "{why:?}");
+        assert!(
+            matches!(why, NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } if share > 1.0),
+            "{why:?}"
+        );
         limits[0].locked = Some(0.0);
         let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
         assert_eq!(why, NoMotion::AllLocked);

@@ -7,38 +7,31 @@
 //!
 //! It is steep at the bound like a logarithm, and both its slope and its curvature vanish at s = 1.
 
-use crate::experiments::excitation::barrier::Timing;
-use crate::experiments::excitation::fourier_motion::{basis, blend_control, casteljau};
 use crate::experiments::excitation::gap_proof::Surroundings;
+use crate::experiments::excitation::motion::Shape;
 
 /// m: nearer bodies feel the wall.
 const WITHIN: f64 = 0.15;
 /// m: what bodies may do between instants; a proof has the last word.
 const RESERVE: f64 = 0.004;
-/// Instants a harmonic in a period, and instants in a blend: a body at 2 m/s, turning, errs by millimetres in between.
+/// Instants a period for two coefficients of a coordinate (a harmonic), and instants in a blend: a body at 2 m/s, turning,
+/// errs by millimetres in between.
 const INSTANTS: usize = 50;
 const BLEND_INSTANTS: usize = 32;
 
 /// The wall.
 pub struct SpaceWall<'a> {
     surroundings: &'a dyn Surroundings,
-    /// Positions at each instant per unit of (c, a_1, b_1, ..).
+    /// Positions at each instant per unit of the coefficients.
     instants: Vec<Vec<f64>>,
 }
 
 impl<'a> SpaceWall<'a> {
-    /// The wall of motions with this timing.
-    pub fn new(surroundings: &'a dyn Surroundings, timing: &Timing) -> SpaceWall<'a> {
-        let Timing { period, blend, harmonics, .. } = *timing;
-        let count = (INSTANTS * harmonics).max(200);
-        let of_period = |r: usize| basis(harmonics, period, period * r as f64 / count as f64, 0);
-        let mut instants: Vec<Vec<f64>> = (0..count).map(of_period).collect();
-        for is_start in [true, false] {
-            let control = blend_control(harmonics, period, blend, 0, is_start);
-            let at = |i: usize| casteljau(control.clone(), i as f64 / BLEND_INSTANTS as f64);
-            instants.extend((0..BLEND_INSTANTS).map(at));
-        }
-        SpaceWall { surroundings, instants }
+    /// The wall of motions of this shape.
+    pub fn new(surroundings: &'a dyn Surroundings, shape: &Shape) -> SpaceWall<'a> {
+        let count = (INSTANTS * (shape.size() / 2)).max(200);
+        let of_blends = (0..BLEND_INSTANTS).map(|i| i as f64 / BLEND_INSTANTS as f64);
+        SpaceWall { surroundings, instants: shape.rows(0, count, of_blends) }
     }
 
     /// `height` S; `positions`: the coordinates from a row of the basis; `along`: takes a row with the slope of
@@ -102,13 +95,14 @@ impl<'a> SpaceWall<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::excitation::fourier_series::FourierSeries;
     use crate::experiments::excitation::gap_proof::tests::Rod;
 
     #[test]
     fn slopes_are_those_of_differences() {
         let rod = Rod::new(0.8);
-        let timing = Timing { period: 5.0, blend: 1.0, harmonics: 2, samples: 40 };
-        let wall = SpaceWall::new(&rod, &timing);
+        let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
+        let wall = SpaceWall::new(&rod, &Shape::Fourier(series));
         let at = |x: &[f64]| {
             let positions = |row: &[f64]| vec![row.iter().zip(x).map(|(b, x)| b * x).sum()];
             let mut gradient = vec![0.0; 5];

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::experiments::excitation::columns::visible_columns;
-use crate::experiments::excitation::fourier_motion::FourierMotion;
 use crate::experiments::excitation::limits::CoordinateLimits;
+use crate::experiments::excitation::motion::Motion;
 use crate::experiments::excitation::proof::CertificateRow;
 use crate::model::friction::terms::sign;
 use crate::model::linear_model::Model;
@@ -59,7 +59,7 @@ pub struct Visibility {
 /// parameter; `certificate`: that of the motion; `prior`: rows of the information that is known, over all columns.
 pub fn visibility(
     model: &Model,
-    motion: &FourierMotion,
+    motion: &Motion,
     limits: &[CoordinateLimits],
     noise: &[f64],
     described: &[Option<f64>],
@@ -97,7 +97,7 @@ pub fn visibility(
             to_blame,
         }
     };
-    let instants = (motion.period * motion.rate).round().max(1.0);
+    let instants = (motion.shape.period() * motion.rate).round().max(1.0);
     let logarithms: f64 = (0..columns.len()).map(|i| triangle.at(i, i).abs().ln()).sum();
     Visibility {
         parameters: model.parameters.iter().enumerate().map(one).collect(),
@@ -109,7 +109,7 @@ pub fn visibility(
 /// The triangle of the rows of one period, over their noise, and of what is known, of these columns.
 fn information(
     model: &Model,
-    motion: &FourierMotion,
+    motion: &Motion,
     limits: &[CoordinateLimits],
     noise: &[f64],
     columns: &[usize],
@@ -119,8 +119,8 @@ fn information(
     let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
     let mut block = TriangleBuilder::new(columns.len());
     let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
-    for r in 0..(motion.period * motion.rate).round() as usize {
-        let state = motion.at(motion.blend + r as f64 / motion.rate);
+    for r in 0..(motion.shape.period() * motion.rate).round() as usize {
+        let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
         let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
         let (dq, ddq) = (of(1), of(2));
         model.regressor.fill(&of(0), &dq, &ddq, &mut y);
@@ -175,15 +175,16 @@ fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow])
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::experiments::excitation::fourier_motion::FourierJoint;
+    use crate::experiments::excitation::fourier_series::FourierSeries;
+    use crate::experiments::excitation::motion::Shape;
     use crate::experiments::excitation::search::tests::pendulum_limits;
     use crate::model::friction::terms::FrictionTerm;
     use crate::model::regressor::Regressor;
     use crate::test_arm::Pendulum;
 
-    fn motion() -> FourierMotion {
-        let joint = FourierJoint { centre: 0.2, cosine: vec![0.6, 0.5], sine: vec![0.1, -0.3] };
-        FourierMotion { rate: 50.0, period: 5.0, blend: 1.0, repetitions: 2, joints: vec![joint] }
+    fn motion() -> Motion {
+        let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 });
+        Motion { rate: 50.0, repetitions: 2, shape, joints: vec![vec![0.2, 0.6, 0.1, 0.5, -0.3]] }
     }
 
     /// Least squares on noisy torques of the motion deviate as predicted.

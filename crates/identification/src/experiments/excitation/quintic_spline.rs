@@ -1,0 +1,99 @@
+//! A clamped quintic B-spline of one coordinate, from rest to rest at one pose.
+//!
+//! ```text
+//! q(t) = sum_i P_i N_i(u),   u = K t / T,   knots 0 (six times), 1, .., K - 1, K (six times)
+//! ```
+//! [Piegl, Tiller 1997, chapters 2 and 3]: K spans of T/K seconds, K + 5 control points P. The first three and the last
+//! three are the pose c, so that velocity and acceleration vanish at both ends; the others are c + d_i, i = 1 .. K - 1.
+//! The functions N add up to one, so every quantity is linear in (c, d_1, d_2, ..). The jerk and its slope are continuous.
+
+/// Of the polynomials between knots.
+pub const DEGREE: usize = 5;
+
+/// The splines that a motion may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuinticSpline {
+    /// T, s from rest to rest.
+    pub period: f64,
+    /// K.
+    pub spans: usize,
+}
+
+impl QuinticSpline {
+    /// The knot t_i in units of u.
+    pub fn knot(&self, i: usize) -> f64 {
+        i.saturating_sub(DEGREE).min(self.spans) as f64
+    }
+
+    /// The k-th derivative at `t` (s from the start) per unit of (c, d_1, d_2, ..); k at most 5.
+    ///
+    /// With p the degree, a function N_m of degree p - 1 adds to N_{m-1} and N_m of degree p
+    /// (t_{m+p} - u) / (t_{m+p} - t_m) and (u - t_m) / (t_{m+p} - t_m) of itself, and to their derivatives
+    /// -p / (t_{m+p} - t_m) and p / (t_{m+p} - t_m) [Piegl, Tiller 1997, sections 2.2 and 2.3].
+    pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
+        let rate = self.spans as f64 / self.period;
+        let u = (t * rate).clamp(0.0, self.spans as f64);
+        let span = (u as usize).min(self.spans.saturating_sub(1));
+        // The functions that are not zero on the span, degree by degree: the last k raises are derivatives.
+        let mut values = vec![1.0];
+        for degree in 1..=DEGREE {
+            let mut raised = vec![0.0; degree + 1];
+            for (j, value) in values.iter().enumerate() {
+                let m = span + DEGREE + 1 - degree + j;
+                let (left, right) = (self.knot(m), self.knot(m + degree));
+                let (before, own) = match degree > DEGREE - k {
+                    true => (-(degree as f64) * rate, degree as f64 * rate),
+                    false => (right - u, u - left),
+                };
+                raised[j] += before * value / (right - left);
+                raised[j + 1] += own * value / (right - left);
+            }
+            values = raised;
+        }
+        let mut row = vec![0.0; self.spans];
+        row[0] = f64::from(u8::from(k == 0));
+        for (j, value) in values.into_iter().enumerate() {
+            // The first and the last three functions are held by the rest.
+            if let Some(place) = (span + j).checked_sub(2).filter(|i| (1..self.spans).contains(i)) {
+                row[place] = value;
+            }
+        }
+        row
+    }
+
+    /// Much for a control point, rad (m): half the room, or a span at the greatest velocity where that is less.
+    pub fn unit(&self, half_room: f64, velocity: f64) -> f64 {
+        half_room.min(velocity * self.period / self.spans as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The functions add up to one inside, are mirror images, and rest at both ends.
+    #[test]
+    fn functions_of_a_clamped_spline() {
+        let spline = QuinticSpline { period: 3.0, spans: 12 };
+        for i in 0..=60 {
+            let t = 0.05 * f64::from(i);
+            for k in 0..=5 {
+                let (row, mirror) = (spline.row(t, k), spline.row(3.0 - t, k));
+                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                // At a knot the fifth derivative jumps.
+                let is_at_a_knot = i % 5 == 0;
+                for j in (1..12).filter(|_| k < 5 || !is_at_a_knot) {
+                    // Rounding of functions of size (K/T)^k.
+                    assert!((row[j] - sign * mirror[12 - j]).abs() < 1e-11 * 4.0_f64.powi(k as i32), "{t} {k} {j}");
+                }
+                let is_inside = (0.75..2.25).contains(&t);
+                let sum: f64 = row[1..].iter().sum();
+                let expected = f64::from(u8::from(k == 0));
+                assert!(!is_inside || (sum - expected).abs() < 1e-11 * 4.0_f64.powi(k as i32), "{t} {k}: {sum}");
+            }
+        }
+        for (t, k) in [(0.0, 0), (0.0, 1), (0.0, 2), (3.0, 0), (3.0, 1), (3.0, 2)] {
+            assert!(spline.row(t, k)[1..].iter().all(|x| *x == 0.0), "{t} {k}");
+        }
+    }
+}

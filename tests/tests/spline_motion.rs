@@ -1,0 +1,153 @@
+//! A motion that is a quintic spline, with a limit of the power of drives: found, proven, held against dense samples,
+//! played, simulated, and refused where it is broken by hand.
+
+use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::excitation::limits::LimitKind;
+use identification::experiments::excitation::motion::Motion;
+use identification::experiments::excitation::proof::Kept;
+use identification::simulate::dynamics::torque;
+use rist::Model;
+use robot::value::CoordinateId;
+use tests::program::{folder, rist as run};
+use tests::workspace;
+
+/// W, and the share of it that a motion may use.
+const POWER: f64 = 60.0;
+const SHARE: f64 = 0.9;
+
+/// Torque without dry friction and the power with it, of each coordinate, as the description has them.
+fn drives(model: &Model, parameters: &[f64], state: &[[f64; 4]]) -> Vec<[f64; 2]> {
+    let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
+    let dq = of(1);
+    let rigid = torque(model.regressor(), parameters, &of(0), &dq, &of(2));
+    let one = |(k, tau): (usize, f64)| {
+        let friction = model.robot.link(model.robot.joint_of(CoordinateId(k)).unwrap()).joint.friction;
+        let tau = tau + friction.viscous.unwrap_or(0.0) * dq[k] + friction.offset.unwrap_or(0.0);
+        [tau, tau * dq[k] + friction.coulomb.unwrap_or(0.0) * dq[k].abs()]
+    };
+    rigid.into_iter().enumerate().map(one).collect()
+}
+
+/// Kinematic limits, torques and powers at a hundred times the rate of the file, over a period: all are alike.
+fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
+    let parameters = model.described_parameters().unwrap();
+    let count = (motion.shape.period() * motion.rate * 100.0) as usize;
+    let mut greatest = 0.0_f64;
+    for i in 0..=count {
+        let state = motion.at(motion.shape.period() * i as f64 / count as f64);
+        let drives = drives(model, &parameters, &state);
+        for (k, joint) in artefact.joints.iter().enumerate() {
+            for (d, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
+                let (low, high) = joint.limits.bounds(kind).unwrap();
+                // Rounding of the sum, which the proof encloses.
+                let rounding = 1e-12 * (high - low);
+                assert!(state[k][d] >= low - rounding && state[k][d] <= high + rounding, "{kind} of {k}: {state:?}");
+            }
+            let [tau, power] = drives[k];
+            assert!(tau.abs() <= SHARE * joint.limits.effort.unwrap(), "{k}: {tau}");
+            assert!(power.abs() <= SHARE * POWER, "{k}: {power}");
+            greatest = greatest.max(power.abs());
+        }
+    }
+    // The limit is felt.
+    assert!(greatest > 0.7 * SHARE * POWER, "{greatest}");
+}
+
+#[test]
+fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
+    let folder = folder("spline_motion");
+    let urdf = workspace().join("models/ur5.urdf");
+    let urdf = urdf.to_str().unwrap();
+    std::fs::write(folder.join("limits.yaml"), format!("all: {{power: {POWER}}}\n")).unwrap();
+    let excite =
+        ["excite", urdf, "--motion", "spline", "--limits", "limits.yaml", "--period", "4", "--repetitions", "2"];
+    let files = ["--play", "m.csv", "--play", "ros.yaml", "--play", "m.script", "--out", "motion.yaml"];
+    let found = run(&folder, &[&excite[..], &["--starts", "1", "--iterations", "15"], &files].concat());
+    assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
+    assert!(
+        found.out.contains("a quintic spline of 9 spans, 2 times 4 s from rest to rest: 8 s at 200 Hz"),
+        "{}",
+        found.out
+    );
+    assert!(found.out.contains("power         proven for 6 of 6"), "{}", found.out);
+    let text = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
+    let artefact = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    assert!(
+        artefact.proven && artefact.blend_s.is_none() && artefact.certificate.iter().all(|r| r.kept == Kept::Proven)
+    );
+    let (model, motion) = (Model::read(urdf).unwrap(), artefact.motion("motion.yaml").unwrap());
+    hold_samples(&model, &artefact, &motion);
+
+    // The files that play it, and what a controller makes of it.
+    let played = std::fs::read_to_string(folder.join("m.csv")).unwrap();
+    assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
+    assert!(std::fs::read_to_string(folder.join("m.script")).unwrap().contains("servoj"));
+    assert!(std::fs::read_to_string(folder.join("ros.yaml")).unwrap().contains("time_from_start"));
+    let simulated = run(&folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]);
+    assert_eq!(simulated.code, Some(0), "{}", simulated.err);
+    let found = run(&folder, &["identify", urdf, "logs/motion.csv"]);
+    assert!(found.out.contains("ZZR_shoulder_pan"), "{}{}", found.out, found.err);
+
+    // The proof is found again, and does not believe the file.
+    let checked = run(&folder, &["check", urdf, "motion.yaml"]);
+    assert_eq!(checked.code, Some(0), "{}", checked.err);
+    let parameters = model.described_parameters().unwrap();
+    let broken = |limit: LimitKind, joint: usize, change: &dyn Fn(&mut ExcitingMotion)| {
+        let mut artefact = artefact.clone();
+        change(&mut artefact);
+        std::fs::write(folder.join("broken.yaml"), artefact.to_yaml().unwrap()).unwrap();
+        let found = run(&folder, &["check", urdf, "broken.yaml"]);
+        assert_eq!(found.code, Some(1), "{limit}: {}{}", found.out, found.err);
+        // `power of elbow: 41.2 at 1.25 s is beyond 36.0 by 5.2e0`: true at that time.
+        let head = format!("{limit} of {}: ", artefact.joints[joint].coordinate);
+        let said = found.err.split("; ").find_map(|fault| fault.split_once(&head)).map(|(_, said)| said);
+        let words: Vec<&str> = said.unwrap_or_else(|| panic!("{head}{}", found.err)).split_whitespace().collect();
+        let number = |i: usize| words[i].parse::<f64>().unwrap();
+        assert!((words[1], words[3], words[4], words[5], words[7]) == ("at", "s", "is", "beyond", "by"), "{words:?}");
+        let (value, time, bound, by) = (number(0), number(2), number(6), number(8));
+        let motion = artefact.motion("broken.yaml").unwrap();
+        let at = |t: f64| {
+            let state = motion.at(t);
+            match LimitKind::KINEMATIC.iter().position(|k| *k == limit) {
+                Some(d) => state[joint][d],
+                None => drives(&model, &parameters, &state)[joint][1],
+            }
+        };
+        // The time has four digits behind the point: slopes of some hundreds. Where the motion is played again the jerk jumps.
+        let is_near = |t: f64| (at(t) - value).abs() < 0.05;
+        assert!(is_near(time) || is_near(time - 1e-9), "{limit}: {} {words:?}", at(time));
+        // Six digits of both, four of their difference.
+        assert!(((value - bound).abs() - by).abs() < 2e-6 + 1e-3 * by && value.abs() > bound.abs(), "{words:?}");
+    };
+    broken(LimitKind::Power, 1, &|m| m.joints[1].limits.power = Some(0.5 * POWER));
+    broken(LimitKind::Velocity, 4, &|m| m.joints[4].limits.velocity *= 0.5);
+    broken(LimitKind::Jerk, 5, &|m| m.joints[5].limits.jerk = 5.0);
+    broken(LimitKind::Acceleration, 2, &|m| m.joints[2].control_points[4] += 6.0);
+    broken(LimitKind::Position, 0, &|m| m.joints[0].centre += 7.0);
+}
+
+/// What is of the other family, and what cannot be looked at, gets an answer.
+#[test]
+fn what_makes_no_spline_is_refused() {
+    let folder = folder("spline_refused");
+    let urdf = workspace().join("models/ur5.urdf");
+    let urdf = urdf.to_str().unwrap();
+    std::fs::write(folder.join("power.yaml"), "coordinates: {shoulder: {power: 20}}\n").unwrap();
+    let weightless = std::fs::read_to_string(workspace().join("models/planar2r.yaml")).unwrap();
+    let (description, _) = weightless.split_once("standard_parameters:").unwrap();
+    std::fs::write(folder.join("weightless.yaml"), description).unwrap();
+    std::fs::write(folder.join("limits.yaml"), "all: {power: 20}\n").unwrap();
+    for (arguments, said) in [
+        (vec![urdf, "--motion", "spline", "--harmonics", "3"], "--harmonics is of Fourier series"),
+        (vec![urdf, "--motion", "spline", "--blend", "1"], "--blend is of Fourier series"),
+        (vec![urdf, "--spans", "10"], "--spans is of splines: add --motion spline"),
+        (vec![urdf, "--motion", "spline", "--spans", "3"], "--spans must be between 4 and 80, not 3"),
+        (vec![urdf, "--motion", "spline", "--rate", "5", "--period", "5"], "raise --rate"),
+        (vec![urdf, "--limits", "power.yaml"], "there is no coordinate `shoulder`"),
+        (vec!["weightless.yaml", "--limits", "limits.yaml"], "the limit of power of q1 needs the torque"),
+    ] {
+        let found = run(&folder, &[&["excite"][..], &arguments].concat());
+        assert_eq!(found.code, Some(2), "{arguments:?}: {}{}", found.out, found.err);
+        assert!(found.err.contains(said), "{arguments:?}: {}", found.err);
+    }
+}
