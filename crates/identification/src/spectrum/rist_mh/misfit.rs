@@ -11,10 +11,9 @@
 //! projected out of its rows first. k is 19/20 as for the parts of a log (`estimators::replicate_deviation`): a direction
 //! that one experiment alone shows keeps a value.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::verdict::LACKING;
+use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::Fit;
 
@@ -61,25 +60,11 @@ impl HarmonicData {
 }
 
 /// Deviations by clusters: triangles of the shared columns with what is left of the right-hand side.
-fn by_experiment(clusters: &[Triangle], x: &[f64]) -> Vec<f64> {
-    let p = x.len();
-    let square =
-        |t: &Triangle| DMatrix::from_fn(p, p, |a, b| (0..=a.min(b)).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>());
-    let mut whole = DMatrix::zeros(p, p);
-    let squares: Vec<DMatrix<f64>> = clusters.iter().map(square).collect();
-    squares.iter().for_each(|a| whole += a);
-    let count = clusters.len();
-    let mut variance = vec![0.0; p];
-    for (cluster, own) in clusters.iter().zip(&squares) {
-        // R_g' (z_g - R_g x)
-        let left: Vec<f64> =
-            (0..p).map(|i| cluster.at(i, p) - (i..p).map(|j| cluster.at(i, j) * x[j]).sum::<f64>()).collect();
-        let gradient = DVector::from_fn(p, |a, _| (0..=a).map(|i| cluster.at(i, a) * left[i]).sum::<f64>());
-        let Some(factor) = (&whole - own * OUT).cholesky() else { return vec![0.0; p] };
-        let step = factor.solve(&gradient);
-        variance.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s * s);
-    }
-    variance.iter().map(|v| (v * count.saturating_sub(1) as f64 / count.max(1) as f64).sqrt()).collect()
+fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
+    let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
+    let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
+    let variance = Whole::of_clusters(x.len(), &clusters).variance(&clusters, OUT, ROUNDING);
+    variance.iter().map(|v| (v * share).sqrt()).collect()
 }
 
 impl Fit {
