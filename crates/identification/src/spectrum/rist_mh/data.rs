@@ -1,8 +1,11 @@
 //! The data of RIST-MH: the spectra of every experiment and joint, and the choices open to the search.
 
+use crate::experiments::measured_motion::MeasuredMotion;
 use crate::experiments::paper_rows::EquationBlock;
+use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::NoiseLevels;
 use crate::spectrum::harmonics::{Band, JointSpectrum};
+use crate::spectrum::rist_mh::effects::Effect;
 
 /// The unknowns beside the parameters, and the choices of the search.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +24,8 @@ pub struct HarmonicOptions {
     pub weights: bool,
     /// Let the motion end otherwise than it began.
     pub ends: bool,
-    /// Estimate the remaining delay between current and position.
-    pub delay: bool,
+    /// Effects beside friction that are estimated with the rest.
+    pub effects: Vec<Effect>,
 }
 
 impl Default for HarmonicOptions {
@@ -35,7 +38,7 @@ impl Default for HarmonicOptions {
             drift: true,
             weights: true,
             ends: true,
-            delay: false,
+            effects: vec![],
         }
     }
 }
@@ -56,7 +59,11 @@ impl HarmonicOptions {
 }
 
 /// The spectra of the experiments, computed once.
-pub struct HarmonicData {
+#[derive(Clone)]
+pub struct HarmonicData<'a> {
+    pub(crate) regressor: &'a dyn Regressor,
+    /// Of each experiment, as measured; none of a sweep.
+    pub(crate) motions: Vec<Option<MeasuredMotion>>,
     pub(crate) p: usize,
     pub(crate) n: usize,
     pub(crate) spectra: Vec<JointSpectrum>,
@@ -64,4 +71,7 @@ pub struct HarmonicData {
     pub(crate) sweeps: Vec<EquationBlock>,
     pub(crate) noise: NoiseLevels,
     pub(crate) gain: Vec<f64>,
+    /// The effects that are in the fit, and their columns: `[spectrum][row][column]`, N m per unit.
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) effect_rows: Vec<Vec<Vec<f64>>>,
 }
