@@ -32,9 +32,10 @@ pub enum Defect {
 }
 
 /// Hz.
-const STIFF: f64 = 60.0;
-/// Damping of the springs, a share of the critical one.
+const STIFF: f64 = 100.0;
+/// Damping of springs, and of what meets behind a gap, lest it rattles; a share of the critical one.
 const DAMPING: f64 = 0.02;
+const BUMPER: f64 = 0.1;
 /// Of the inertia that the motor sees.
 const ROTOR: f64 = 0.2;
 
@@ -83,8 +84,7 @@ impl Defect {
         let has = |k: usize| joint.is_none_or(|j| j == k);
         // A feedforward whose parameters are wrong by a fifth, as in the scenarios.
         let mut random = Random::new(77);
-        let wrong: Vec<f64> =
-            arm.truth.iter().map(|x| x * if random.uniform() >= 0.5 { 1.2 } else { 0.8 }).collect();
+        let wrong: Vec<f64> = arm.truth.iter().map(|x| x * if random.uniform() >= 0.5 { 1.2 } else { 0.8 }).collect();
         let mut found = Vec::new();
         for trajectory in plan {
             let reference = trajectory.reference();
@@ -94,7 +94,7 @@ impl Defect {
                 _ => rigid(arm, &reference, &feedforward)?,
             };
             let Some(mut experiment) = SpectralExperiment::new(trajectory.clone(), &record) else { continue };
-            (0..arm.truth.len().min(arm.friction.len())).filter(|&k| has(k)).for_each(|k| self.log(arm, &mut experiment, k));
+            (0..arm.friction.len()).filter(|&k| has(k)).for_each(|k| self.log(arm, &mut experiment, k));
             found.push(experiment);
         }
         Ok(found)
@@ -141,10 +141,11 @@ impl Defect {
         };
         let stiffness: Vec<f64> = (0..n).map(|k| inertia(k) * (std::f64::consts::TAU * hz(k)).powi(2)).collect();
         let gap = |k: usize| if let Defect::Play(gap) = self { if has(k) { gap } else { 0.0 } } else { 0.0 };
+        let damping = if let Defect::Play(_) = self { BUMPER } else { DAMPING };
         let rotor: Vec<f64> = (0..n).map(|k| ROTOR * inertia(k)).collect();
         let dynamics = TwoMass {
             links: arm.dynamics,
-            damping: (0..n).map(|k| 2.0 * DAMPING * (stiffness[k] * rotor[k]).sqrt()).collect(),
+            damping: (0..n).map(|k| 2.0 * damping * (stiffness[k] * rotor[k]).sqrt()).collect(),
             gap: (0..n).map(gap).collect(),
             rotor,
             stiffness,

@@ -244,10 +244,9 @@ impl JointSpectrum {
         along(parameters) + along(&self.load)
     }
 
-    /// How far the joint moves, rad.
-    pub(crate) fn range(&self) -> f64 {
-        let ends = self.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)));
-        (ends.1 - ends.0).max(0.0)
+    /// Least and greatest position of the joint, rad.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        self.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)))
     }
 
     /// Root mean square velocity, rad/s.
@@ -259,9 +258,8 @@ impl JointSpectrum {
     /// into torque; without them only the torque's own noise counts.
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
         let torque = noise.current[self.joint] * gain;
-        let per_acceleration: f64 = parameters.map_or(0.0, |x| {
-            noise.position.iter().enumerate().map(|(l, s)| (self.felt(l, x) * s).powi(2)).sum()
-        });
+        let per_acceleration: f64 = parameters
+            .map_or(0.0, |x| noise.position.iter().enumerate().map(|(l, s)| (self.felt(l, x) * s).powi(2)).sum());
         let variance = |f: &f64| torque * torque + per_acceleration * (std::f64::consts::TAU * f).powi(4);
         self.frequency.iter().map(|f| (variance(f) / (2.0 * self.samples as f64)).sqrt()).collect()
     }

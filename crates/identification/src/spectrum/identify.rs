@@ -202,9 +202,11 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
         joints.join(", ")
     ));
     estimate.remarks.push(match &found.cause {
-        Some(cause) => cause_sentence(cause, regressor.coordinates()),
-        None => "the cause is not told: late torques, ripple, joints that bend and play each explain less than half of it"
-            .into(),
+        Some(cause) => cause_sentence(cause, regressor),
+        None => {
+            "the cause is not told: late torques, ripple, joints that bend and play each explain less than half of it"
+                .into()
+        }
     });
 }
 
@@ -241,7 +243,7 @@ fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
     }
     for size in &found.effects {
         text.push_str("; ");
-        text.push_str(&size_words(size, regressor.coordinates(), None, true));
+        text.push_str(&size_words(size, regressor, None, true));
     }
     text
 }
@@ -339,7 +341,8 @@ fn harmonic_residuals(
             // All that stands beside the parameters, as the fit has it.
             let end = found.ends.get(e).map_or(0.0, |x| ends[r][0] * x[0] + ends[r][1] * x[1]);
             let sizes = found.effects.iter().flat_map(|size| &size.values);
-            let effects = data.effect_rows.get(e).map_or(0.0, |rows| rows[r].iter().zip(sizes).map(|(c, x)| c * x).sum());
+            let effects =
+                data.effect_rows.get(e).map_or(0.0, |rows| rows[r].iter().zip(sizes).map(|(c, x)| c * x).sum());
             let y = gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f - end - effects;
             rows[s.joint].push((s.rows[r].clone(), y));
         }

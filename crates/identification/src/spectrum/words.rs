@@ -1,13 +1,22 @@
 //! Effects beside friction in words: what was found of them, and what to do about one that the model lacks.
 
 use crate::estimate::passport::significant;
+use crate::model::regressor::Regressor;
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::search::EffectSize;
 
 /// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
-pub fn size_words(size: &EffectSize, coordinates: &[String], frequency: Option<f64>, with_deviation: bool) -> String {
-    let name = |joint: usize| coordinates.get(joint).map_or("", String::as_str);
+pub fn size_words(
+    size: &EffectSize,
+    regressor: &dyn Regressor,
+    frequency: Option<f64>,
+    with_deviation: bool,
+) -> String {
+    let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
+    let unit = |joint: usize, slide: &'static str, turn: &'static str| {
+        if regressor.is_prismatic(joint) { slide } else { turn }
+    };
     let value = |i: usize| size.values.get(i).copied().unwrap_or(0.0);
     let deviation = size.deviations.first().copied().unwrap_or(0.0);
     let both = |scale: f64, decimals: usize| match with_deviation {
@@ -20,10 +29,11 @@ pub fn size_words(size: &EffectSize, coordinates: &[String], frequency: Option<f
             format!("the torques are {side} by {} ms", both(1e3, if with_deviation { 3 } else { 2 }))
         }
         Effect::Ripple { joint, periods } => format!(
-            "{} has ripple of {:.1} % and of {} N m with {periods} periods a turn",
+            "{} has ripple of {:.1} % and of {} {} with {periods} periods a turn",
             name(joint),
             100.0 * value(2).hypot(value(3)),
-            significant(value(0).hypot(value(1)))
+            significant(value(0).hypot(value(1))),
+            unit(joint, "N", "N m")
         ),
         Effect::Elastic { joint } => {
             let at = frequency.map_or(String::new(), |hz| format!(", {hz:.0} Hz with the motor held"));
@@ -33,15 +43,16 @@ pub fn size_words(size: &EffectSize, coordinates: &[String], frequency: Option<f
             } else {
                 String::new()
             };
-            format!("{} bends: {}{spread} N m/rad{at}", name(joint), significant(stiffness))
+            let unit = unit(joint, "N/m", "N m/rad");
+            format!("{} bends: {}{spread} {unit}{at}", name(joint), significant(stiffness))
         }
-        Effect::Play { joint } => format!("{} has play of {} mrad", name(joint), both(1e3, 2)),
+        Effect::Play { joint } => format!("{} has play of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad")),
     }
 }
 
 /// The words of the command line that put an effect among the columns.
-fn remedy(cause: &Cause, coordinates: &[String]) -> String {
-    let name = |joint: usize| coordinates.get(joint).map_or("", String::as_str);
+fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
+    let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
     let mut words: Vec<String> = Vec::new();
     for size in &cause.effects {
         let (flag, word) = match size.effect {
@@ -59,13 +70,13 @@ fn remedy(cause: &Cause, coordinates: &[String]) -> String {
 }
 
 /// What the model lacks, and the option that gives it.
-pub fn cause_sentence(cause: &Cause, coordinates: &[String]) -> String {
+pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
     let sizes = cause.effects.iter().zip(&cause.frequency);
-    let sizes: Vec<String> = sizes.map(|(size, hz)| size_words(size, coordinates, *hz, false)).collect();
+    let sizes: Vec<String> = sizes.map(|(size, hz)| size_words(size, regressor, *hz, false)).collect();
     format!(
         "{}: that explains {:.0} % of it; {} estimates it with the rest",
         sizes.join(", "),
         100.0 * cause.explained,
-        remedy(cause, coordinates)
+        remedy(cause, regressor)
     )
 }

@@ -12,12 +12,16 @@
 //! the rows are few. Its level is one in a thousand, and for ripple, of which as many periods are tried as a joint can
 //! show, one in a thousand of them all together [Bonferroni].
 //!
-//! A joint shows ripple of k periods a turn where its motion holds a whole one, k range(q) >= 2 pi, lest it be taken for
+//! A spring and a gap look alike where the torque is nearly one of two values, as that of a bang-bang motion is: play is told
+//! from the spring behind it where its gap is wider than what the spring yields, and not where it is narrower.
+//!
+//! A joint shows ripple of k periods a turn where its motions hold half of one, k range(q) >= pi, lest it be taken for
 //! gravity, and where the equations reach it, k rms(dq) <= 2 pi f for their highest frequency f.
 
 use crate::algebra::student::exceeded;
 use crate::algebra::vector::dot;
 use crate::estimate::passport::{Basis, square};
+use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::fit::Fit;
@@ -54,7 +58,7 @@ impl HarmonicData<'_> {
         let joints = 0..self.n;
         let mut candidates: Vec<Vec<Effect>> = vec![
             vec![Effect::Delay],
-            self.ripples(fit, options),
+            self.ripples(&fit.shape, options),
             joints.clone().map(|joint| Effect::Elastic { joint }).collect(),
             joints.map(|joint| Effect::Play { joint }).collect(),
         ];
@@ -79,7 +83,8 @@ impl HarmonicData<'_> {
         if !is_beyond || !explained.is_finite() {
             return None;
         }
-        let sizes: Vec<EffectSize> = data.effect_sizes(&with, &options).split_off(options.effects.len() - effects.len());
+        let sizes: Vec<EffectSize> =
+            data.effect_sizes(&with, &options).split_off(options.effects.len() - effects.len());
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_told = |(size, carried): (&EffectSize, &f64)| {
@@ -101,7 +106,8 @@ impl HarmonicData<'_> {
         let place = self.effects.iter().position(|e| *e == size.effect).unwrap_or(0);
         let first: usize = self.effects[..place].iter().map(|e| e.columns()).sum();
         let of = |(rows, deviation): (&Vec<Vec<f64>>, &Vec<f64>)| -> f64 {
-            let row = |(row, s): (&Vec<f64>, &f64)| (dot(&row[first..first + size.values.len()], &size.values) / s).powi(2);
+            let row =
+                |(row, s): (&Vec<f64>, &f64)| (dot(&row[first..first + size.values.len()], &size.values) / s).powi(2);
             rows.iter().zip(deviation).map(row).sum()
         };
         self.effect_rows.iter().zip(&fit.deviation).map(of).sum()
@@ -117,43 +123,74 @@ impl HarmonicData<'_> {
         (square.is_finite() && square > 0.0).then(|| square.sqrt() / std::f64::consts::TAU)
     }
 
-    /// Of each joint the ripple that explains most of what is left of it, where it is more than chance.
-    fn ripples(&self, fit: &Fit, options: &HarmonicOptions) -> Vec<Effect> {
+    /// The joints with ripple, and its periods a turn.
+    ///
+    /// Looked for beside the friction of equation (5) alone, lest drift and load take it up. The joint and the periods that
+    /// explain most go first; then each joint is looked at again beside the others.
+    fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
+        let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
+        let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };
+        let fit = Fit::new(self, &shape, &plain, self.deviations(None));
         let (mut rows, mut left) = (Vec::new(), Vec::new());
-        fit.each_equation(self, options, |_, row, known, y| {
+        fit.each_equation(self, &plain, |_, row, known, y| {
             left.push(y - known - dot(row, &fit.x));
             rows.push(row.to_vec());
         });
-        let columns = (0..fit.x.len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
-        let basis = Basis::of(columns);
-        let left = basis.without(left);
-        let freedom = rows.len() as f64 - fit.x.len() as f64;
-        let of_joint = |joint: usize| {
-            let tried = self.periods(joint, options);
-            let best = tried.clone().map(|k| (k, self.explained_by(joint, k as f64, fit, &basis, &left)));
-            let (periods, gain) = best.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-            let effect = Effect::Ripple { joint, periods: periods as f64 };
-            let m = effect.columns() as f64;
-            let f = gain / m / ((square(&left) - gain) / (freedom - m));
-            (exceeded(f, m, freedom - m) * (tried.count() as f64) < LEVEL).then_some(effect)
+        let columns: Vec<Vec<f64>> = (0..fit.x.len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect();
+        let mut found: Vec<Option<Wave>> = vec![None; self.n];
+        let look = |joint: usize, found: &[Option<Wave>]| {
+            let others = found.iter().enumerate().filter(|(k, _)| *k != joint).filter_map(|(_, wave)| wave.as_ref());
+            let others = others.flat_map(|wave| wave.columns.iter());
+            let basis = Basis::of(columns.iter().chain(others).cloned().collect());
+            self.wave(joint, &fit, options, &basis, &left)
         };
-        (0..self.n).filter_map(of_joint).collect()
+        for _ in 0..self.n {
+            let open = (0..self.n).filter(|&j| found[j].is_none());
+            let waves = open.filter_map(|j| Some((j, look(j, &found)?)));
+            let Some((joint, wave)) = waves.reduce(|a, b| if b.1.explained > a.1.explained { b } else { a }) else {
+                break;
+            };
+            found[joint] = Some(wave);
+        }
+        for joint in 0..self.n {
+            found[joint] = look(joint, &found);
+        }
+        let effect = |(joint, wave): (usize, &Wave)| Effect::Ripple { joint, periods: wave.periods as f64 };
+        found.iter().enumerate().filter_map(|(j, wave)| Some((j, wave.as_ref()?))).map(effect).collect()
+    }
+
+    /// The ripple of a joint that explains most of `left` beside the columns of `basis`; `None` where it may be chance.
+    fn wave(&self, joint: usize, fit: &Fit, options: &HarmonicOptions, basis: &Basis, left: &[f64]) -> Option<Wave> {
+        let left = basis.without(left.to_vec());
+        let tried = self.periods(joint, options);
+        let of = |periods: usize| {
+            let columns = self.wave_columns(joint, periods as f64, fit, left.len());
+            let own = Basis::of(columns.iter().map(|column| basis.without(column.clone())).collect());
+            Wave { periods, explained: square(&left) - square(&own.without(left.clone())), columns }
+        };
+        let best = tried.clone().map(of).reduce(|a, b| if b.explained > a.explained { b } else { a })?;
+        let m = best.columns.len() as f64;
+        let freedom = left.len() as f64 - basis.len() as f64 - m;
+        let f = best.explained / m / ((square(&left) - best.explained) / freedom);
+        (exceeded(f, m, freedom) * (tried.count() as f64) < LEVEL).then_some(best)
     }
 
     /// The periods a turn that the motion of a joint can show.
     fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::RangeInclusive<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
-        let range = of_joint().map(|s| s.range()).fold(0.0, f64::max);
+        let ends =
+            of_joint().map(|s| s.range()).fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let range = ends.1 - ends.0;
         let slowest = of_joint().map(|s| s.speed()).fold(f64::INFINITY, f64::min);
         let turn = std::f64::consts::TAU;
         let most = (turn * options.band.equations / slowest).min(MOST_PERIODS as f64);
-        let least = (turn / range).ceil().max(1.0);
+        let least = (0.5 * turn / range).ceil().max(1.0);
         if least <= most { least as usize..=most as usize } else { 1..=0 }
     }
 
-    /// Squares of `left` that ripple of a joint takes away beside the columns of `basis`.
-    fn explained_by(&self, joint: usize, periods: f64, fit: &Fit, basis: &Basis, left: &[f64]) -> f64 {
-        let mut columns = vec![vec![0.0; left.len()]; Effect::Ripple { joint, periods }.columns()];
+    /// The columns of ripple of a joint, weighted as the rows of the fit.
+    fn wave_columns(&self, joint: usize, periods: f64, fit: &Fit, rows: usize) -> Vec<Vec<f64>> {
+        let mut columns = vec![vec![0.0; rows]; Effect::Ripple { joint, periods }.columns()];
         let mut first = 0;
         for (s, deviation) in self.spectra.iter().zip(&fit.deviation) {
             if s.joint == joint {
@@ -163,7 +200,14 @@ impl HarmonicData<'_> {
             }
             first += s.rows.len();
         }
-        let own = Basis::of(columns.into_iter().map(|column| basis.without(column)).collect());
-        square(left) - square(&own.without(left.to_vec()))
+        columns
     }
+}
+
+/// Ripple of one joint, and the squares that it explains.
+#[derive(Clone)]
+struct Wave {
+    periods: usize,
+    explained: f64,
+    columns: Vec<Vec<f64>>,
 }

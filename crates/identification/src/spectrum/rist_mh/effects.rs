@@ -80,7 +80,9 @@ impl HarmonicData<'_> {
         if self.has_yielding() {
             // The links move with the motors again.
             for (experiment, motion) in self.motions.iter().enumerate() {
-                let Some(columns) = motion.as_ref().map(|motion| motion.regressor_columns(self.regressor)) else { continue };
+                let Some(columns) = motion.as_ref().map(|motion| motion.regressor_columns(self.regressor)) else {
+                    continue;
+                };
                 let of = self.spectra.iter_mut().filter(|s| s.experiment == experiment);
                 of.for_each(|s| s.take_columns(&columns[s.joint]));
             }
@@ -119,8 +121,7 @@ impl HarmonicData<'_> {
 
     fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &Fit) {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
-        let total: Vec<f64> =
-            (0..self.p).map(|c| fit.x[c] + first.load().get(c).copied().unwrap_or(0.0)).collect();
+        let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load().get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time(), first.kept_harmonics());
         let yields = self.yields(experiment, motor, &total, fit);
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
@@ -145,7 +146,8 @@ impl HarmonicData<'_> {
             let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
             slopes.push((*column, (0..self.n).map(slope).collect()));
         }
-        for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment) {
+        for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment)
+        {
             s.take_columns(&columns[s.joint]);
             for (column, slope) in &slopes {
                 let found = s.rows_of(std::slice::from_ref(&slope[s.joint]), 1);
