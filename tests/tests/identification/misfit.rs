@@ -16,7 +16,10 @@ use tests::benchmark::plans::golden_plan;
 use tests::benchmark::robots::r3;
 use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
-const DRAWS: usize = 10;
+/// Of each defect; ten of each stand in docs/benchmarks.md, and take minutes.
+const DRAWS: usize = 3;
+/// Of each scenario without one.
+const SOUND: usize = 10;
 const SEED: u64 = 5;
 
 fn estimate(arm: &BenchmarkArm, experiments: &[SpectralExperiment], effects: &[Effect]) -> HarmonicEstimate {
@@ -45,7 +48,7 @@ fn what_the_model_has_is_no_misfit() {
         let (name, sensing) = (scenario.name, scenario.sensing.clone());
         let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
         let exact = fixture.measured(None, 0);
-        for found in each_draw(DRAWS, 2, |draw| estimate(&arm, &measured(&exact, &arm, &sensing, SEED, draw), &[])) {
+        for found in each_draw(SOUND, 2, |draw| estimate(&arm, &measured(&exact, &arm, &sensing, SEED, draw), &[])) {
             assert!(!found.misfit.is_lacking() && found.cause.is_none(), "{name}: {:?}", found.misfit.joints);
         }
     }
@@ -71,7 +74,7 @@ fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync), most: f64)
         (named, held, error(&estimate(&arm, &experiments, &effects), arm.truth), sentence)
     });
     let sentences: Vec<_> = found.iter().map(|f| &f.3).collect();
-    assert!(found.iter().filter(|f| f.0).count() >= 8, "{defect:?}: {sentences:?}");
+    assert!(found.iter().filter(|f| f.0).count() == DRAWS, "{defect:?}: {sentences:?}");
     let (held, error) = (mean(found.iter().map(|f| f.1)), mean(found.iter().map(|f| f.2)));
     assert!(held >= 0.9, "{defect:?}: {held}");
     assert!(error <= most, "{defect:?}: {error} %");

@@ -10,7 +10,7 @@
 //! The share carries the decision. What a model lacks is no noise, and over some hundred rows F lets pass any column that
 //! resembles it a little; a cause that leaves half of the residual where it was is at most one of several. F protects where
 //! the rows are few. Its level is one in a thousand, and for ripple, of which as many periods are tried as a joint can
-//! show, one in a thousand of them all together [Bonferroni].
+//! show, one in a thousand of them all together (Bonferroni).
 //!
 //! A spring and a gap look alike where the torque is nearly one of two values, as that of a bang-bang motion is: play is told
 //! from the spring behind it where its gap is wider than what the spring yields, and not where it is narrower.
@@ -176,7 +176,7 @@ impl HarmonicData<'_> {
     }
 
     /// The periods a turn that the motion of a joint can show.
-    fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::RangeInclusive<usize> {
+    fn periods(&self, joint: usize, options: &HarmonicOptions) -> std::ops::Range<usize> {
         let of_joint = || self.spectra.iter().filter(|s| s.joint == joint);
         let ends =
             of_joint().map(|s| s.range()).fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
@@ -185,7 +185,7 @@ impl HarmonicData<'_> {
         let turn = std::f64::consts::TAU;
         let most = (turn * options.band.equations / slowest).min(MOST_PERIODS as f64);
         let least = (0.5 * turn / range).ceil().max(1.0);
-        if least <= most { least as usize..=most as usize } else { 1..=0 }
+        least as usize..(most as usize + 1).max(least as usize)
     }
 
     /// The columns of ripple of a joint, weighted as the rows of the fit.
