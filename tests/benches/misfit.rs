@@ -59,18 +59,13 @@ fn median(x: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
-    let draws: u64 = words.first().and_then(|a| a.parse().ok()).unwrap_or(10);
-    let seed: u64 = words.get(1).and_then(|a| a.parse().ok()).unwrap_or(1000);
-    let only = words.get(2).map_or("", String::as_str);
-    let robot = r3(true);
-    let arm = r3_arm("R3G", &robot);
+/// Name, defect, the joint that has it, and the effects that model it.
+fn cases() -> Vec<(&'static str, Defect, Option<usize>, Vec<Effect>)> {
     let all = |f: &dyn Fn(usize) -> Effect| (0..3).map(f).collect::<Vec<Effect>>();
     let ripple = all(&|joint| Effect::Ripple { joint, periods: 12.0 });
     let elastic = all(&|joint| Effect::Elastic { joint });
     let play = all(&|joint| Effect::Play { joint });
-    let cases = [
+    vec![
         ("late 1 ms", Defect::Late(1e-3), None, vec![Effect::Delay]),
         ("late 1.5 ms", Defect::Late(1.5e-3), None, vec![Effect::Delay]),
         ("gain ripple 2 %", Defect::GainRipple(0.02, 12.0), None, ripple.clone()),
@@ -83,9 +78,18 @@ fn main() {
         ("play 1 mrad", Defect::Play(1e-3), None, play.clone()),
         ("ripple 2 % of q2", Defect::Ripple(0.02, 12.0), Some(1), ripple[1..2].to_vec()),
         ("elastic 15 Hz of q2", Defect::Elastic(15.0), Some(1), elastic[1..2].to_vec()),
-    ];
+    ]
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let draws: u64 = words.first().and_then(|a| a.parse().ok()).unwrap_or(10);
+    let seed: u64 = words.get(1).and_then(|a| a.parse().ok()).unwrap_or(1000);
+    let only = words.get(2).map_or("", String::as_str);
+    let robot = r3(true);
+    let arm = r3_arm("R3G", &robot);
     println!("{:<20} lacking named |  chi^2   X %  cover (by experiments) | with: chi^2   X %  cover", "defect");
-    for (name, defect, joint, effects) in cases.into_iter().filter(|c| c.0.contains(only)) {
+    for (name, defect, joint, effects) in cases().into_iter().filter(|c| c.0.contains(only)) {
         let Ok(exact) = defect.experiments(&arm, &golden_plan(), joint) else {
             println!("{name:<20} not physical");
             continue;
@@ -115,13 +119,18 @@ fn main() {
         told.dedup();
         told.iter().take(1).for_each(|sentence| println!("    {sentence}"));
     }
-    for scenario in Scenario::all(&arm).into_iter().filter(|s| s.name.contains(only)) {
+    sound(&arm, draws, seed, only);
+}
+
+/// The scenarios without a defect.
+fn sound(arm: &BenchmarkArm, draws: u64, seed: u64, only: &str) {
+    for scenario in Scenario::all(arm).into_iter().filter(|s| s.name.contains(only)) {
         let (name, sensing) = (scenario.name, scenario.sensing.clone());
-        let Ok(fixture) = Fixture::new(&arm, scenario, &golden_plan()) else { continue };
+        let Ok(fixture) = Fixture::new(arm, scenario, &golden_plan()) else { continue };
         let exact = fixture.measured(None, 0);
         let (mut figures, mut named) = (Figures::default(), 0);
         for draw in 0..draws {
-            let found = estimate(&arm, &measured(&exact, &arm, &sensing, seed, draw), &[]);
+            let found = estimate(arm, &measured(&exact, arm, &sensing, seed, draw), &[]);
             named += usize::from(found.cause.is_some());
             figures.add(&found, arm.truth);
         }

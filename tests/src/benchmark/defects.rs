@@ -122,13 +122,7 @@ impl Defect {
         }
     }
 
-    fn two_mass(
-        self,
-        arm: &BenchmarkArm,
-        reference: &Reference,
-        mut feedforward: Vec<Vec<f64>>,
-        has: &dyn Fn(usize) -> bool,
-    ) -> Result<Record, Stop> {
+    fn masses<'a>(self, arm: &BenchmarkArm<'a>, has: &dyn Fn(usize) -> bool) -> TwoMass<'a> {
         let n = arm.drives.gain.len();
         // The controller was tuned to this inertia: Kp = J w^2, Kd = 1.6 J w.
         let inertia = |k: usize| {
@@ -143,13 +137,24 @@ impl Defect {
         let gap = |k: usize| if let Defect::Play(gap) = self { if has(k) { gap } else { 0.0 } } else { 0.0 };
         let damping = if let Defect::Play(_) = self { BUMPER } else { DAMPING };
         let rotor: Vec<f64> = (0..n).map(|k| ROTOR * inertia(k)).collect();
-        let dynamics = TwoMass {
+        TwoMass {
             links: arm.dynamics,
             damping: (0..n).map(|k| 2.0 * damping * (stiffness[k] * rotor[k]).sqrt()).collect(),
             gap: (0..n).map(gap).collect(),
             rotor,
             stiffness,
-        };
+        }
+    }
+
+    fn two_mass(
+        self,
+        arm: &BenchmarkArm,
+        reference: &Reference,
+        mut feedforward: Vec<Vec<f64>>,
+        has: &dyn Fn(usize) -> bool,
+    ) -> Result<Record, Stop> {
+        let n = arm.drives.gain.len();
+        let dynamics = self.masses(arm, has);
         let zeros = vec![0.0; n];
         let with = |x: &[f64], other: f64| x.iter().copied().chain(vec![other; n]).collect::<Vec<f64>>();
         let controller = Controller {

@@ -3,8 +3,7 @@
 use crate::estimate::passport::significant;
 use crate::model::regressor::Regressor;
 use crate::spectrum::rist_mh::cause::Cause;
-use crate::spectrum::rist_mh::effects::Effect;
-use crate::spectrum::rist_mh::search::EffectSize;
+use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 
 /// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
 pub fn size_words(

@@ -23,10 +23,9 @@ use crate::algebra::vector::dot;
 use crate::estimate::passport::{Basis, square};
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
-use crate::spectrum::rist_mh::effects::Effect;
+use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
-use crate::spectrum::rist_mh::search::EffectSize;
 
 /// Share of chi^2 per freedom that a cause must take away to be named: with half it explains more than all others do together.
 pub const NAMED: f64 = 0.5;

@@ -7,3 +7,4 @@ pub mod fit;
 pub mod gains;
 pub mod misfit;
 pub mod search;
+mod yielding;

@@ -27,7 +27,7 @@ use crate::spectrum::harmonics::{Band, JointSpectrum, joint_spectra, mean_period
 use crate::spectrum::paper::paper_rows;
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
-use crate::spectrum::rist_mh::effects::Effect;
+use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
@@ -63,17 +63,6 @@ pub struct HarmonicEstimate {
     pub cause: Option<Cause>,
     /// Each shape tried, with chi^2 + k ln(rows).
     pub criteria: Vec<(FrictionShape, f64)>,
-}
-
-/// What was found of an effect, in the order of its unknowns.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EffectSize {
-    /// The effect.
-    pub effect: Effect,
-    /// Its unknowns; a delay is beyond that of the band.
-    pub values: Vec<f64>,
-    /// Their standard deviations for the noise of the weights.
-    pub deviations: Vec<f64>,
 }
 
 impl HarmonicEstimate {
