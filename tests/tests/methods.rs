@@ -103,6 +103,8 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--order" => "2",
         "--decimate" => "3",
         "--delay" => "0.003",
+        "--ripple" => "q2=12",
+        "--elastic" | "--play" => "all",
         "--friction" => "viscous",
         "--weights" => "none",
         "--options" => "options.yaml",

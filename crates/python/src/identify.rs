@@ -8,6 +8,7 @@ use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
 use identification::spectrum::identify::SpectralMethod;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
+use identification::spectrum::rist_mh::effects::Effect;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::IdentifyRequest;
@@ -180,10 +181,9 @@ fn identify_experiments(
         options.band.equations = hz;
         options.band.motion = options.band.motion.max(2.0 * hz);
     }
-    options.delay = is_auto(given, "delay");
-    if !options.delay
-        && let Some(seconds) = given.get("delay", "'auto', or seconds")?
-    {
+    if is_auto(given, "delay") {
+        options.effects.push(Effect::Delay);
+    } else if let Some(seconds) = given.get("delay", "'auto', or seconds")? {
         options.band.delay = seconds;
     }
     let gains = gains(given, "gain", inner)?;

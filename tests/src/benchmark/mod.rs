@@ -5,6 +5,7 @@
 pub mod arms;
 pub mod candidates;
 pub mod dataset;
+pub mod defects;
 pub mod filtered_estimation;
 pub mod fleet;
 pub mod gain_monte_carlo;

@@ -217,7 +217,7 @@ impl<'a> Fixture<'a> {
                 position: self.scenario.sensing.position_noise.clone(),
                 current: noise.iter().zip(gain).map(|(s, g)| s / g).collect(),
             });
-            let data = HarmonicData::new(experiments, arm.regressor, gain, &levels, &options.band);
+            let mut data = HarmonicData::new(experiments, arm.regressor, gain, &levels, &options.band);
             data.estimate(options).map(|e| e.values().to_vec()).unwrap_or_default()
         };
         match method {

@@ -1,90 +1,43 @@
-//! What RIST-MH says of effects that its model does not have: late torques, ripple of a drive, joints that bend. Never of
-//! the friction and the noise that it has.
+//! What RIST-MH says of effects that its model does not have: late torques, ripple of a drive, joints that bend or have play.
+//! Never of the friction and the noise that it has.
+//!
+//! Its thresholds were chosen on other draws (`tests/benches/misfit.rs`, seed 1000) than those that are looked at here.
 
-use identification::algebra::random::Random;
-use identification::experiments::record::Record;
-use identification::simulate::closed_loop::Sensing;
+use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use identification::spectrum::rist_mh::effects::Effect;
 use identification::spectrum::rist_mh::search::HarmonicEstimate;
+use identification::spectrum::words::cause_sentence;
 use tests::benchmark::arms::r3_arm;
-use tests::benchmark::monte_carlo::Fixture;
+use tests::benchmark::defects::{Defect, measured};
+use tests::benchmark::monte_carlo::{Fixture, each_draw};
 use tests::benchmark::plans::golden_plan;
 use tests::benchmark::robots::r3;
 use tests::benchmark::scenario::{BenchmarkArm, Scenario};
 
-/// What is in the record and not in the model.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Effect {
-    None,
-    /// The torques are logged so many s late.
-    Late(f64),
-    /// The drive's gain goes up and down by this share, twelve times a turn.
-    Ripple(f64),
-    /// The position is that of the motor, before a spring of so many N m/rad.
-    Bent(f64),
-}
+/// Of each defect; ten of each stand in docs/benchmarks.md, and take minutes.
+const DRAWS: usize = 3;
+/// Of each scenario without one.
+const SOUND: usize = 10;
+const SEED: u64 = 5;
 
-impl Effect {
-    fn of(self, experiment: &SpectralExperiment, gain: &[f64], h: f64) -> SpectralExperiment {
-        let mut changed = experiment.clone();
-        let n = experiment.len();
-        for k in 0..gain.len() {
-            for i in 0..n {
-                match self {
-                    Effect::None => {}
-                    Effect::Late(seconds) => {
-                        // Whole periods: what comes in at the start went out at the end.
-                        let at = (i as f64 - seconds / h).rem_euclid(n as f64);
-                        let (low, share) = (at.floor() as usize % n, at.fract());
-                        let c = &experiment.current[k];
-                        changed.current[k][i] = (1.0 - share) * c[low] + share * c[(low + 1) % n];
-                    }
-                    Effect::Ripple(share) => changed.current[k][i] *= 1.0 + share * (12.0 * experiment.q[k][i]).sin(),
-                    Effect::Bent(stiffness) => {
-                        changed.q[k][i] += gain[k] * experiment.current[k][i] / stiffness;
-                    }
-                }
-            }
-        }
-        changed
-    }
-}
-
-/// The estimate of one draw.
-fn estimate(
-    arm: &BenchmarkArm,
-    fixture: &Fixture,
-    sensing: &Sensing,
-    draw: u64,
-    effect: Effect,
-    options: &HarmonicOptions,
-) -> HarmonicEstimate {
-    let h = arm.sample_time;
+fn estimate(arm: &BenchmarkArm, experiments: &[SpectralExperiment], effects: &[Effect]) -> HarmonicEstimate {
+    let noise = NoiseLevels::measured(experiments).unwrap();
+    let options = HarmonicOptions::default().with_effects(effects.to_vec());
     let gain = &arm.drives.gain;
-    let exact = fixture.measured(None, 0);
-    let mut random = Random::stream(5, draw);
-    let measured: Vec<SpectralExperiment> = exact
-        .iter()
-        .map(|e| {
-            let e = effect.of(e, gain, h);
-            let record = Record { sample_time: h, q: e.q.clone(), current: e.current.clone() };
-            let noisy = sensing.measure(&record, gain, &mut random);
-            SpectralExperiment { q: noisy.q, current: noisy.current, ..e }
-        })
-        .collect();
-    let noise = NoiseLevels::measured(&measured).unwrap();
-    HarmonicData::new(&measured, arm.regressor, gain, &noise, &options.band).estimate(options).unwrap()
+    HarmonicData::new(experiments, arm.regressor, gain, &noise, &options.band).estimate(&options).unwrap()
 }
 
-/// Share of the base parameters whose 95 % interval holds the truth: by the noise alone, and by what is to be believed.
-fn held(found: &HarmonicEstimate, truth: &[f64]) -> (f64, f64) {
-    let white = found.deviations();
-    let share = |sigma: &dyn Fn(usize) -> f64| {
-        let inside = (0..truth.len()).filter(|&i| (found.values()[i] - truth[i]).abs() <= 1.96 * sigma(i)).count();
-        inside as f64 / truth.len() as f64
-    };
-    (share(&|i| white[i]), share(&|i| white[i].max(found.misfit.by_experiment[i])))
+/// |X^ - X| / |X|, %.
+fn error(found: &HarmonicEstimate, truth: &[f64]) -> f64 {
+    let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let errors: Vec<f64> = found.values().iter().zip(truth).map(|(x, t)| x - t).collect();
+    100.0 * norm(&errors) / norm(truth)
+}
+
+fn mean(x: impl Iterator<Item = f64>) -> f64 {
+    x.sum::<f64>() / DRAWS as f64
 }
 
 #[test]
@@ -94,34 +47,111 @@ fn what_the_model_has_is_no_misfit() {
     for scenario in Scenario::all(&arm) {
         let (name, sensing) = (scenario.name, scenario.sensing.clone());
         let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
-        for draw in 0..3 {
-            let found = estimate(&arm, &fixture, &sensing, draw, Effect::None, &HarmonicOptions::default());
-            assert!(!found.misfit.is_lacking(), "{name}: {:?}", found.misfit.joints);
+        let exact = fixture.measured(None, 0);
+        for found in each_draw(SOUND, 2, |draw| estimate(&arm, &measured(&exact, &arm, &sensing, SEED, draw), &[])) {
+            assert!(!found.misfit.is_lacking() && found.cause.is_none(), "{name}: {:?}", found.misfit.joints);
         }
     }
 }
 
-#[test]
-fn what_it_lacks_is_named_and_widens_the_intervals() {
+/// The defect is said and named, the intervals hold without its columns, and the parameters are right with them.
+fn looked_at(defect: Defect, kind: &(dyn Fn(usize) -> Effect + Sync), most: f64) {
     let robot = r3(true);
     let arm = r3_arm("R3G", &robot);
-    let scenario = Scenario::all(&arm).into_iter().find(|s| s.name == "S1").unwrap();
-    let sensing = scenario.sensing.clone();
-    let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
-    for effect in [Effect::Late(1.5e-3), Effect::Ripple(0.02), Effect::Bent(2e4)] {
-        for draw in 0..3 {
-            let found = estimate(&arm, &fixture, &sensing, draw, effect, &HarmonicOptions::default());
-            let (white, believed) = held(&found, arm.truth);
-            assert!(found.misfit.is_lacking(), "{effect:?}: {:?}", found.misfit.joints);
-            // A joint that bends moves everything the same way in all experiments, which no replicate shows.
-            let least: f64 = if matches!(effect, Effect::Bent(_)) { 0.8 } else { 0.9 };
-            assert!(believed >= least.max(white), "{effect:?}: {white} {believed}");
-            if let Effect::Late(seconds) = effect {
-                let with = HarmonicOptions { delay: true, ..HarmonicOptions::default() };
-                let with = estimate(&arm, &fixture, &sensing, draw, effect, &with);
-                assert!(!with.misfit.is_lacking(), "{:?}", with.misfit.joints);
-                assert!(with.delay.is_some_and(|found| (found - seconds).abs() < 1e-4), "{:?}", with.delay);
-            }
-        }
-    }
+    let exact = defect.experiments(&arm, &golden_plan(), None).unwrap();
+    let found = each_draw(DRAWS, 2, |draw| {
+        let experiments = measured(&exact, &arm, &arm.sensing, SEED, draw);
+        let without = estimate(&arm, &experiments, &[]);
+        assert!(without.misfit.is_lacking(), "{defect:?}: {:?}", without.misfit.joints);
+        let is_kind = |e: &Effect| std::mem::discriminant(e) == std::mem::discriminant(&kind(0));
+        let named = without.cause.as_ref().is_some_and(|cause| cause.effects.iter().all(|e| is_kind(&e.effect)));
+        let sentence = without.cause.as_ref().map(|cause| cause_sentence(cause, arm.regressor));
+        let white = without.deviations();
+        let is_held = |&i: &usize| (without.values()[i] - arm.truth[i]).abs() <= 1.96 * without.lacked(i).max(white[i]);
+        let held = (0..arm.truth.len()).filter(is_held).count() as f64 / arm.truth.len() as f64;
+        let mut effects: Vec<Effect> = (0..3).map(kind).collect();
+        effects.dedup();
+        (named, held, error(&estimate(&arm, &experiments, &effects), arm.truth), sentence)
+    });
+    let sentences: Vec<_> = found.iter().map(|f| &f.3).collect();
+    assert!(found.iter().filter(|f| f.0).count() == DRAWS, "{defect:?}: {sentences:?}");
+    let (held, error) = (mean(found.iter().map(|f| f.1)), mean(found.iter().map(|f| f.2)));
+    assert!(held >= 0.9, "{defect:?}: {held}");
+    assert!(error <= most, "{defect:?}: {error} %");
+}
+
+#[test]
+fn late_torques_are_named() {
+    looked_at(Defect::Late(1e-3), &|_| Effect::Delay, 0.3);
+}
+
+#[test]
+fn ripple_is_named() {
+    let kind = |joint: usize| Effect::Ripple { joint, periods: 12.0 };
+    looked_at(Defect::GainRipple(0.02, 12.0), &kind, 0.3);
+    looked_at(Defect::Ripple(0.02, 12.0), &kind, 0.3);
+}
+
+#[test]
+fn joints_that_bend_are_named() {
+    looked_at(Defect::Elastic(25.0), &|joint| Effect::Elastic { joint }, 0.3);
+}
+
+/// As far as motor and link are apart at 12 Hz, equations up to 10 Hz err by twice what is asked of the others.
+#[test]
+fn soft_joints_are_named() {
+    looked_at(Defect::Elastic(12.0), &|joint| Effect::Elastic { joint }, 0.7);
+}
+
+/// A gap of one milliradian, which moves the parameters as much as joints of 30 Hz do.
+#[test]
+fn play_is_named() {
+    looked_at(Defect::Play(1e-3), &|joint| Effect::Play { joint }, 0.4);
+}
+
+/// The joint alone that has it is named, with its size.
+#[test]
+fn the_joint_is_named() {
+    let robot = r3(true);
+    let arm = r3_arm("R3G", &robot);
+    let sentence = |defect: Defect| {
+        let exact = defect.experiments(&arm, &golden_plan(), Some(1)).unwrap();
+        let found = estimate(&arm, &measured(&exact, &arm, &arm.sensing, SEED, 0), &[]);
+        found.cause.map_or(String::new(), |cause| cause_sentence(&cause, arm.regressor))
+    };
+    let ripple = sentence(Defect::Ripple(0.02, 12.0));
+    assert!(ripple.starts_with("q2 has ripple of 0.") && ripple.contains("--ripple q2=12 "), "{ripple}");
+    let elastic = sentence(Defect::Elastic(15.0));
+    assert!(elastic.starts_with("q2 bends: 2") && elastic.contains("--elastic q2 "), "{elastic}");
+}
+
+/// Where gains are estimated too, parameters and gains widen together.
+#[test]
+fn gains_widen_with_the_rest() {
+    let robot = r3(true);
+    let arm = r3_arm("R3G", &robot);
+    let known = [Gain::Free, Gain::Free, Gain::Known(1.0)];
+    let exact = Defect::GainRipple(0.05, 12.0).experiments(&arm, &golden_plan(), None).unwrap();
+    let found = each_draw(DRAWS, 2, |draw| {
+        let experiments = measured(&exact, &arm, &arm.sensing, SEED, draw);
+        let noise = NoiseLevels::measured(&experiments).unwrap();
+        let options = HarmonicOptions::default();
+        let mut data = HarmonicData::new(&experiments, arm.regressor, &[1.0; 3], &noise, &options.band);
+        let found = data.estimate_with_gains(&known, &options).unwrap();
+        let friction = found.friction.unwrap();
+        assert!(friction.misfit.is_lacking());
+        assert_eq!(friction.misfit.gains_by_experiment[2], 0.0);
+        let gains = &found.gains;
+        let errors = gains.parameters.iter().zip(arm.truth).chain(gains.gain[..2].iter().zip(&arm.drives.gain));
+        let errors: Vec<f64> = errors.map(|(x, truth)| (x - truth).abs()).collect();
+        let white: Vec<f64> = gains.deviation.iter().chain(&gains.gain_deviation[..2]).copied().collect();
+        let lacked: Vec<f64> = (0..arm.truth.len()).map(|i| friction.lacked(i)).collect();
+        let lacked = [&lacked[..], &friction.misfit.gains_by_experiment[..2]].concat();
+        let share = |sigma: &dyn Fn(usize) -> f64| {
+            (0..errors.len()).filter(|&i| errors[i] <= 1.96 * sigma(i)).count() as f64 / errors.len() as f64
+        };
+        (share(&|i| white[i]), share(&|i| white[i].max(lacked[i])))
+    });
+    let (white, believed) = (mean(found.iter().map(|f| f.0)), mean(found.iter().map(|f| f.1)));
+    assert!(believed >= 0.9 && believed > white, "{white} {believed}");
 }

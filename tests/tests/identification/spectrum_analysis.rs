@@ -12,6 +12,7 @@ use identification::model::friction::law::FrictionLaw;
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use identification::spectrum::rist_mh::effects::Effect;
 use tests::benchmark::arms::{NOISE, r3_arm, race_arm};
 use tests::benchmark::candidates::{r3_candidates, race_candidates};
 use tests::benchmark::gain_monte_carlo::GainComparison;
@@ -93,7 +94,7 @@ fn without_friction_and_noise_the_parameters_come_back() {
     let ideal = NoiseLevels { position: vec![1e-9; 3], current: vec![0.2 / 2.393, 0.15 / 0.87, 0.1] };
     // Without noise nothing is lost by keeping the corners of the motion.
     let band = Band { motion: 100.0, ..Band::default() };
-    let data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &ideal, &band);
+    let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &ideal, &band);
     let estimate = data.estimate(&HarmonicOptions { ends: true, ..HarmonicOptions::plain() }).unwrap();
     let f = fixture.figures(&[estimate.values()]);
     assert!(f.greatest_bias < 0.05, "{f:?}");
@@ -142,13 +143,13 @@ fn the_hold_delays_by_half_a_sample() {
     let experiments = fixture.measured(None, 0);
     let ideal = NoiseLevels { position: vec![1e-9; 3], current: vec![0.2 / 2.393, 0.15 / 0.87, 0.1] };
     let bias = |options: &HarmonicOptions| {
-        let data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &ideal, &options.band);
+        let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &ideal, &options.band);
         let estimate = data.estimate(options).unwrap();
-        (fixture.figures(&[estimate.values()]).bias, estimate.delay)
+        (fixture.figures(&[estimate.values()]).bias, estimate.delay())
     };
     let options = HarmonicOptions { ends: true, ..HarmonicOptions::plain() };
     let late = HarmonicOptions { band: Band { delay: 5e-4, ..Band::default() }, ..options.clone() };
-    let estimated = HarmonicOptions { delay: true, ..late.clone() };
+    let estimated = HarmonicOptions { effects: vec![Effect::Delay], ..late.clone() };
     let (right, wrong, mended) = (bias(&options), bias(&late), bias(&estimated));
     assert!(wrong.0 > 2.0 * right.0, "{right:?} {wrong:?}");
     assert!(mended.0 < 0.5 * wrong.0 && (mended.1.unwrap() + 5e-4).abs() < 5e-5, "{mended:?} {wrong:?}");
@@ -237,7 +238,7 @@ mod reconstruction {
         for draw in 0..draws {
             let experiments = fixture.measured(Some(draw), 9);
             let levels = NoiseLevels::measured(&experiments).unwrap();
-            let data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &levels, &Band::default());
+            let mut data = HarmonicData::new(&experiments, &robot, &arm.drives.gain, &levels, &Band::default());
             let estimate = data.estimate(&options).unwrap();
             for ((x, s), truth) in estimate.values().iter().zip(estimate.deviations()).zip(&robot.truth) {
                 covered += usize::from((x - truth).abs() < 1.96 * s);

@@ -82,6 +82,19 @@ pub struct Arguments {
     #[arg(long, value_name = "SECONDS", value_parser = delay, help_heading = SIGNALS)]
     pub delay: Option<Delay>,
 
+    /// rist-mh: estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
+    #[arg(long, value_name = "[COORDINATE=]PERIODS", value_delimiter = ',', help_heading = METHOD)]
+    pub ripple: Vec<String>,
+
+    /// rist-mh: estimate the springs of these coordinates, or of all; the encoders are at the motors. Its equations end at
+    /// 10 Hz then, unless --cutoff says otherwise
+    #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', help_heading = METHOD)]
+    pub elastic: Vec<String>,
+
+    /// rist-mh: the same of the play of joints
+    #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', help_heading = METHOD)]
+    pub play: Vec<String>,
+
     /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
     /// stribeck=V (V in rad/s), none, or auto: the set that best predicts what was left out [default:
     /// viscous,coulomb,offset]
@@ -222,7 +235,7 @@ impl Arguments {
                 "--series",
             ],
             Method::Rist => &["--plan", "--load"],
-            Method::RistMh => &["--plan", "--load", "--cutoff", "--delay"],
+            Method::RistMh => &["--plan", "--load", "--cutoff", "--delay", "--ripple", "--elastic", "--play"],
             Method::Iv | Method::Didim => &["--plan", "--cutoff", "--order", "--decimate", "--delay"],
         };
         let bodies = ["--consistent", "--write-urdf", "--write-mjcf", "--anyway"];
@@ -236,12 +249,15 @@ impl Arguments {
     }
 
     /// Flags that all methods heed are not here: --method, --gain, --options, --out and those of the model.
-    fn given(&self) -> [Given; 16] {
+    fn given(&self) -> [Given; 19] {
         [
             ("--plan", self.plan.is_some()),
             ("--load", self.load.is_some()),
             ("--cutoff", self.cutoff.is_some()),
             ("--delay", self.delay.is_some()),
+            ("--ripple", !self.ripple.is_empty()),
+            ("--elastic", !self.elastic.is_empty()),
+            ("--play", !self.play.is_empty()),
             ("--validate", !self.validate.is_empty()),
             ("--order", self.order.is_some()),
             ("--decimate", self.decimate.is_some()),

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use identification::estimate::options::Options;
 use identification::spectrum::identify::SpectralMethod;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
+use identification::spectrum::rist_mh::effects::Effect;
 use logs::ColumnNames;
-use rist::Estimate;
-use rist::experiments::ExperimentLogs;
+use rist::experiments::{ExperimentLogs, effects};
+use rist::{Estimate, Model};
 use serde_json::json;
 
 use super::arguments::{Arguments, Delay};
@@ -33,7 +34,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let plan = read_plan(plan, &model)?;
     let load = arguments.load.as_ref().map(|file| Ok::<_, Failure>((file.clone(), read_load(file)?))).transpose()?;
     let gains = gains(&arguments.gain, &model)?;
-    let options = options(arguments)?;
+    let options = options(arguments, &model)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
     at_work(format_args!("identifying from {}", directory.display()));
     let estimate = rist::identify_experiments(&model, &logs, method)?;
@@ -70,9 +71,10 @@ fn columns(path: &Path) -> Result<ColumnNames, Failure> {
     }
 }
 
-/// The band and the delay of RIST-MH; the paper's rows have neither.
-fn options(arguments: &Arguments) -> Result<HarmonicOptions, Failure> {
-    let mut options = HarmonicOptions::default();
+/// The band and the effects of RIST-MH; the paper's rows have neither.
+fn options(arguments: &Arguments, model: &Model) -> Result<HarmonicOptions, Failure> {
+    let effects = effects(model, &arguments.ripple, &arguments.elastic, &arguments.play)?;
+    let mut options = HarmonicOptions::default().with_effects(effects);
     if let Some(hz) = arguments.cutoff {
         if !(hz.is_finite() && hz > 0.0) {
             return Err(Failure::new(format_args!("--cutoff {hz}: a positive number of Hz is expected")));
@@ -82,7 +84,7 @@ fn options(arguments: &Arguments) -> Result<HarmonicOptions, Failure> {
     }
     match arguments.delay {
         Some(Delay::Seconds(seconds)) => options.band.delay = seconds,
-        Some(Delay::Auto) => options.delay = true,
+        Some(Delay::Auto) => options.effects.push(Effect::Delay),
         None => {}
     }
     Ok(options)

@@ -1,4 +1,4 @@
-//! Student's t distribution: how far an error reaches whose deviation is itself estimated.
+//! Student's t distribution: how far an error reaches whose deviation is itself estimated; and Fisher's F, for several.
 //!
 //! P(|T| > t) = I_x(nu/2, 1/2), x = nu / (nu + t^2) [Abramowitz, Stegun 1964, 26.7.1], with the incomplete beta function
 //! as a continued fraction [Abramowitz, Stegun 1964, 26.5.8].
@@ -32,6 +32,17 @@ pub fn reach(alpha: f64, freedom: f64) -> f64 {
         if two_sided(middle, freedom) > alpha { low = middle } else { high = middle }
     }
     high
+}
+
+/// The probability that F exceeds `f` for m and n degrees of freedom, I_x(n/2, m/2) with x = n / (n + m f)
+/// [Abramowitz, Stegun 1964, 26.6.2]; 1 where there is none.
+pub fn exceeded(f: f64, m: f64, n: f64) -> f64 {
+    if f.is_nan() || m.is_nan() || n.is_nan() || m <= 0.0 || n <= 0.0 || f <= 0.0 {
+        return 1.0;
+    }
+    let n = n.min(MOST_FREEDOM);
+    let above = (m * f).min(1e300);
+    incomplete_beta(0.5 * n, 0.5 * m, n / (n + above), above / (n + above))
 }
 
 /// I_x(a, b); `rest` is 1 - x, to the last digit where x is near 1.
@@ -80,6 +91,17 @@ mod tests {
     use super::*;
 
     /// One and two degrees of freedom have closed forms; many have the normal distribution.
+    /// Abramowitz, Stegun, table 26.9; and F(1, n) is t^2.
+    #[test]
+    fn f_is_that_of_the_tables() {
+        for (f, m, n, q) in [(3.10, 3.0, 20.0, 0.05), (4.94, 3.0, 20.0, 0.01), (2.53, 4.0, 60.0, 0.05)] {
+            // Three digits of the table.
+            assert!((exceeded(f, m, n) / q - 1.0).abs() < 0.02, "{f}: {}", exceeded(f, m, n));
+        }
+        assert!((exceeded(4.0, 1.0, 7.0) - two_sided(2.0, 7.0)).abs() < 1e-14);
+        assert_eq!((exceeded(f64::NAN, 1.0, 7.0), exceeded(3.0, 1.0, 0.0), exceeded(-1.0, 1.0, 7.0)), (1.0, 1.0, 1.0));
+    }
+
     #[test]
     fn closed_forms() {
         for t in [0.1, 0.9, 2.0, 7.5, 40.0] {

@@ -12,15 +12,15 @@
 //!
 //! | symbol | code | shape |
 //! |---|---|---|
-//! | A_g, s_g | `Products` | p x p, p |
+//! | A_g, s_g | `clusters::Cluster` | p x p, p |
 //! | G | `blocks` | |
 //!
 //! Not here: a correlation that reaches over the ends of blocks; `correlated_deviation` has it, from the rows.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
-
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
+use crate::estimators::clusters::{Cluster, Whole};
+use crate::rows::observation::weighted;
 
 /// Deviations by the jackknife.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,61 +37,18 @@ pub struct BlockDeviation {
 /// a condition number of a thousand are a hundred times stronger.
 const HELD: f64 = 1e-5;
 
-/// A_g and s_g.
-struct Products {
-    matrix: DMatrix<f64>,
-    score: DVector<f64>,
-}
-
-impl Products {
-    /// Of the rows of one block, a triangle a joint.
-    fn of(joints: &[Triangle], weights: &[f64], x: &[f64]) -> Products {
-        let p = x.len();
-        let mut products = Products { matrix: DMatrix::zeros(p, p), score: DVector::zeros(p) };
-        for (joint, weight) in joints.iter().zip(weights) {
-            let columns: Vec<usize> = joint.live().into_iter().filter(|&c| c < p).collect();
-            for k in 0..columns.len() {
-                let row = &columns[k..];
-                let i = columns[k];
-                let fitted: f64 = row.iter().map(|&c| joint.at(i, c) * x[c]).sum();
-                let left = weight * weight * (joint.at(i, p) - fitted);
-                for (a, &c) in row.iter().enumerate() {
-                    let entry = joint.at(i, c);
-                    products.score[c] += entry * left;
-                    for &d in &row[a..] {
-                        products.matrix[(c, d)] += weight * weight * entry * joint.at(i, d);
-                    }
-                }
-            }
-        }
-        products.matrix.fill_lower_triangle_with_upper_triangle();
-        products
-    }
-}
-
 /// Deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
 pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
     let p = solution.x.len();
     let with_rows = parts.iter().filter(|part| part.iter().any(|joint| joint.rows > 0));
-    let products: Vec<Products> = with_rows.map(|part| Products::of(part, weights, &solution.x)).collect();
-    let total = products.iter().fold(DMatrix::zeros(p, p), |sum, block| sum + &block.matrix);
-    let scale = total.diagonal().map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 1.0 });
-    let held = |matrix: &DMatrix<f64>| {
-        let entry = |i: usize, j: usize| scale[i] * matrix[(i, j)] * scale[j] + if i == j { HELD * HELD } else { 0.0 };
-        Cholesky::new(DMatrix::from_fn(p, p, entry))
-    };
-    let inverse = held(&total).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());
+    let clusters: Vec<Cluster> = with_rows.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
+    let whole = Whole::of_clusters(p, &clusters);
     let (mut variance, mut squares, mut blocks) = (vec![0.0; p], vec![0.0; p], 0);
-    for block in &products {
+    for (cluster, told) in clusters.iter().zip(whole.told(&clusters, HELD * HELD)) {
         // What is held is positive definite; numbers that are none are left out.
-        let Some(factor) = held(&(&total - &block.matrix)) else { continue };
-        let told = DMatrix::from_fn(p, p, |i, j| scale[i] * block.matrix[(i, j)] * scale[j]) * &inverse;
-        for c in 0..p {
-            let share = inverse.column(c).dot(&told.column(c)) / inverse[(c, c)];
-            squares[c] += share * share;
-        }
-        let moved = factor.solve(&block.score.component_mul(&scale)).component_mul(&scale);
-        variance.iter_mut().zip(moved.iter()).for_each(|(v, d)| *v += d * d);
+        let Some(moved) = whole.moved(cluster, 1.0, HELD * HELD) else { continue };
+        squares.iter_mut().zip(told).for_each(|(sum, share)| *sum += share * share);
+        variance.iter_mut().zip(moved).for_each(|(v, d)| *v += d * d);
         blocks += 1;
     }
     let share = if blocks > 1 { (blocks - 1) as f64 / blocks as f64 } else { 0.0 };
@@ -111,7 +68,7 @@ mod tests {
     use crate::algebra::student::reach;
     use crate::estimators::weighted::{Weights, fit};
     use crate::model::linear_model::Model;
-    use crate::rows::observation::{Observation, weighted};
+    use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
 
     /// The solution without a block, as it is found when the block is really left out.

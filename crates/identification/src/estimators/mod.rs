@@ -3,6 +3,7 @@
 pub mod barrier;
 pub mod block_deviation;
 pub mod closed_loop;
+pub(crate) mod clusters;
 pub mod consistent;
 pub mod correlated_deviation;
 pub mod drive_gains;

@@ -22,11 +22,10 @@
 //! the speed in another way over the whole range.
 
 use logs::Error;
-use nalgebra::{DMatrix, DVector};
 
 use crate::algebra::least_squares::Solution;
-use crate::algebra::triangle::Triangle;
 use crate::algebra::vector::dot;
+use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
 use crate::estimators::huber::Reweighted;
 use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, weighted};
@@ -38,9 +37,6 @@ const BANDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 /// k of the parts of the record, and of the bands.
 const PART: f64 = 0.95;
 const BAND: f64 = 0.5;
-
-/// Below this share of its diagonal, what is left of A is rounding.
-const ROUNDING: f64 = 1e-12;
 
 /// The deviations of the parameters by what they allow for; zero where the data determine nothing.
 #[derive(Clone, Debug)]
@@ -83,17 +79,17 @@ pub fn replicate_deviation<R: Records + ?Sized>(
     weights: &[f64],
     reweighted: Option<&Reweighted>,
 ) -> Result<ReplicateDeviation, Error> {
-    let whole = Whole::new(&weighted(&observation.joints(|_| true), weights));
+    let whole = Whole::of(&weighted(&observation.joints(|_| true), weights));
     // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
     let slope = reweighted.map_or(1.0, |found| found.slope);
     let root = |variance: Vec<f64>| variance.into_iter().map(|v| slope * v.sqrt()).collect::<Vec<f64>>();
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
     let count = parts.len() as f64;
-    let by_part = root(whole.variance(&parts, PART).into_iter().map(|v| v * (count - 1.0) / count).collect());
-    let sums = root(whole.variance(&parts, 0.0).into_iter().map(|v| v * count / (count - 1.0)).collect());
+    let by_part = root(whole.variance(&parts, PART, ROUNDING).into_iter().map(|v| v * (count - 1.0) / count).collect());
+    let sums = root(whole.variance(&parts, 0.0, ROUNDING).into_iter().map(|v| v * count / (count - 1.0)).collect());
     let weight = |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.weight(j, e));
-    let by_speed = root(whole.variance(&bands(model, records, observation, solution, &weight)?, BAND));
+    let by_speed = root(whole.variance(&bands(model, records, observation, solution, &weight)?, BAND, ROUNDING));
     let white = white_deviation(solution);
     let correlated = median_ratio(&sums, &white);
     Ok(ReplicateDeviation { white, by_part, by_speed, correlated })
@@ -102,43 +98,6 @@ pub fn replicate_deviation<R: Records + ?Sized>(
 /// s sqrt(A^-1_cc): what white noise alone would leave.
 pub fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
-}
-
-/// Rows that share one error.
-struct Cluster {
-    /// The columns that are not zero in them.
-    columns: Vec<usize>,
-    /// A row, its entries of these columns.
-    row: Vec<f64>,
-    /// A_g and W_g' e_g of these columns.
-    gram: DMatrix<f64>,
-    score: DVector<f64>,
-}
-
-impl Cluster {
-    fn new(columns: &[usize]) -> Cluster {
-        let m = columns.len();
-        Cluster { columns: columns.to_vec(), row: vec![0.0; m], gram: DMatrix::zeros(m, m), score: DVector::zeros(m) }
-    }
-
-    /// The rows behind a triangle: R'R and R'(z - R x).
-    fn of(rows: &Triangle, x: &[f64]) -> Cluster {
-        let p = rows.columns();
-        let r = upper(rows);
-        let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
-        Cluster { columns: (0..p).collect(), row: Vec::new(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
-    }
-
-    /// A row with its weight and its residual.
-    fn add(&mut self, row: &[f64], weight: f64, residual: f64) {
-        self.row.iter_mut().zip(&self.columns).for_each(|(entry, &column)| *entry = row[column]);
-        for (b, entry) in self.row.iter().enumerate() {
-            let weighed = weight * entry;
-            self.score[b] += weighed * residual;
-            let column = &mut self.gram.as_mut_slice()[b * self.row.len()..][..=b];
-            column.iter_mut().zip(&self.row).for_each(|(sum, other)| *sum += weighed * other);
-        }
-    }
 }
 
 /// One cluster for each joint and band of its speed.
@@ -163,55 +122,8 @@ fn bands<R: Records + ?Sized>(
             }
         });
     })?;
-    for cluster in &mut clusters {
-        cluster.gram.fill_lower_triangle_with_upper_triangle();
-    }
+    clusters.iter_mut().for_each(Cluster::complete);
     Ok(clusters)
-}
-
-fn upper(rows: &Triangle) -> DMatrix<f64> {
-    let p = rows.columns();
-    DMatrix::from_fn(p, p, |i, j| if i <= j { rows.at(i, j) } else { 0.0 })
-}
-
-/// A of all rows, its columns scaled to unit norm.
-struct Whole {
-    scale: Vec<f64>,
-    gram: DMatrix<f64>,
-}
-
-impl Whole {
-    fn new(rows: &Triangle) -> Whole {
-        let p = rows.columns();
-        let norm = |c: usize| rows.column_norm(c);
-        let scale: Vec<f64> = (0..p).map(|c| if norm(c) > 0.0 { 1.0 / norm(c) } else { 0.0 }).collect();
-        let r = upper(rows);
-        let r = DMatrix::from_fn(p, p, |i, j| r[(i, j)] * scale[j]);
-        Whole { gram: r.tr_mul(&r), scale }
-    }
-
-    /// sum_g S_g^2, one a parameter.
-    fn variance(&self, clusters: &[Cluster], share: f64) -> Vec<f64> {
-        let p = self.scale.len();
-        let mut variance = vec![0.0; p];
-        for cluster in clusters {
-            let (mut left, mut score) = (self.gram.clone(), DVector::zeros(p));
-            for (b, &column) in cluster.columns.iter().enumerate() {
-                score[column] = self.scale[column] * cluster.score[b];
-                for (a, &row) in cluster.columns.iter().enumerate() {
-                    left[(row, column)] -= share * self.scale[row] * self.scale[column] * cluster.gram[(a, b)];
-                }
-            }
-            // What the data leave open keeps its value.
-            (0..p).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { ROUNDING } else { 1.0 });
-            // It fails where there are no numbers; then there is nothing to add.
-            let Some(found) = left.cholesky().map(|factor| factor.solve(&score)) else { continue };
-            for c in 0..p {
-                variance[c] += (self.scale[c] * found[c]).powi(2);
-            }
-        }
-        variance
-    }
 }
 
 #[cfg(test)]

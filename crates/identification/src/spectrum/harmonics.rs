@@ -42,7 +42,10 @@ pub struct JointSpectrum {
     pub acceleration: Vec<Vec<f64>>,
     bins: Bins,
     sample_time: f64,
-    /// Velocity, acceleration and current over one mean period: rad/s, rad/s^2, the unit of the current.
+    /// Highest harmonic of the motion.
+    kept: usize,
+    /// Position, velocity, acceleration and current over one mean period: rad, rad/s, rad/s^2, the unit of the current.
+    q: Vec<f64>,
     dq: Vec<f64>,
     ddq: Vec<f64>,
     drive: Vec<f64>,
@@ -65,25 +68,35 @@ impl Default for Band {
     }
 }
 
-/// The spectra of the moving joints of a periodic experiment; none for a sweep.
+/// The mean period of an experiment, kept up to the highest harmonic of the motion; `None` for a sweep.
+pub fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<MeasuredMotion> {
+    let period = experiment.period()?;
+    let h = experiment.trajectory.sample_time;
+    let highest = harmonics(band.motion.max(band.equations), period, h);
+    Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
+}
+
+/// Number of whole harmonics up to the frequency `f` that samples tell.
+fn harmonics(f: f64, period: usize, h: f64) -> usize {
+    // 1e-9 forgives a product that is an integer but for rounding.
+    ((f * (period as f64 * h) + 1e-9) as usize).min(period.saturating_sub(1) / 2)
+}
+
+/// The spectra of the moving joints of a periodic experiment; none for a sweep. `motion`: its [`mean_period`].
 pub fn joint_spectra(
     index: usize,
     experiment: &SpectralExperiment,
+    motion: &MeasuredMotion,
     regressor: &dyn Regressor,
     band: &Band,
 ) -> Vec<JointSpectrum> {
     let Some(period) = experiment.period() else { return vec![] };
     let h = experiment.trajectory.sample_time;
     let seconds = period as f64 * h;
-    // 1e-9 forgives a product that is an integer but for rounding.
-    let harmonics = |f: f64| ((f * seconds + 1e-9) as usize).min(period.saturating_sub(1) / 2);
-    let highest = harmonics(band.equations);
-    let motion =
-        MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, harmonics(band.motion.max(band.equations)));
+    let highest = harmonics(band.equations, period, h);
     let current = folded(&experiment.current, period);
     let columns = motion.regressor_columns(regressor);
     let bins = Bins::new(period);
-    let coefficient = |x: &[f64], k: usize| bins.of(x, k) / period as f64;
     let acceleration = acceleration_columns(regressor, &experiment.trajectory.centre);
     let mut spectra = Vec::new();
     for j in experiment.trajectory.moving() {
@@ -99,62 +112,100 @@ pub fn joint_spectra(
             acceleration: acceleration[j].clone(),
             bins: bins.clone(),
             sample_time: h,
+            kept: harmonics(band.motion.max(band.equations), period, h),
+            q: motion.q[j].clone(),
             dq: motion.dq[j].clone(),
             ddq: motion.ddq[j].clone(),
-            drive: harmonic_derivatives(&current[j], h, harmonics(band.motion))[0].clone(),
+            drive: harmonic_derivatives(&current[j], h, harmonics(band.motion, period, h))[0].clone(),
         };
         for k in 0..=highest {
             let f = k as f64 / seconds;
             let turn = Complex::cis(std::f64::consts::TAU * f * band.delay);
-            let d: Vec<Complex<f64>> = columns[j].iter().map(|c| coefficient(c, k) * hold(f * h, 1)).collect();
-            s.push(f, &d, coefficient(&current[j], k) * turn);
+            s.push(f, bins.of(&current[j], k) / period as f64 * turn);
         }
+        s.take_columns(&columns[j]);
         spectra.push(s);
     }
     spectra
 }
 
 impl JointSpectrum {
-    fn push(&mut self, f: f64, d: &[Complex<f64>], current: Complex<f64>) {
-        let mut quadrature = |part: &dyn Fn(&Complex<f64>) -> f64| {
-            self.frequency.push(f);
-            let row: Vec<f64> = d.iter().map(part).collect();
-            self.known.push(row.iter().zip(&self.load).map(|(d, x)| d * x).sum());
-            self.rows.push(row);
-            self.current.push(part(&current));
-        };
-        if f == 0.0 {
-            quadrature(&|c| c.re * std::f64::consts::FRAC_1_SQRT_2);
-        } else {
-            quadrature(&|c| c.re);
-            quadrature(&|c| c.im);
+    fn push(&mut self, f: f64, current: Complex<f64>) {
+        let count = self.frequency.len();
+        self.current.extend(quadratures(f, current));
+        self.frequency.resize(count + quadratures(f, current).count(), f);
+    }
+
+    /// Takes the regressor's columns of this joint over one period, N m per unit, as the rows.
+    pub(crate) fn take_columns(&mut self, columns: &[Vec<f64>]) {
+        self.rows = self.rows_of(columns, 1);
+        let load = |row: &Vec<f64>| row.iter().zip(&self.load).map(|(d, x)| d * x).sum();
+        self.known = self.rows.iter().map(load).collect();
+    }
+
+    /// Series over one period in the order of the rows, `[row][series]`. `power` 1: of torques at the samples, 2: of means
+    /// over their cells.
+    pub(crate) fn rows_of(&self, series: &[Vec<f64>], power: i32) -> Vec<Vec<f64>> {
+        self.spectrum_of(series, |f| hold(f * self.sample_time, power))
+    }
+
+    fn spectrum_of(&self, series: &[Vec<f64>], factor: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
+        let count = self.dq.len() as f64;
+        let period = count * self.sample_time;
+        let mut rows = vec![Vec::with_capacity(series.len()); self.frequency.len()];
+        for series in series {
+            let mut r = 0;
+            while r < rows.len() {
+                let f = self.frequency[r];
+                let at = self.bins.of(series, (f * period).round() as usize) / count * factor(f);
+                for x in quadratures(f, at) {
+                    rows[r].push(x);
+                    r += 1;
+                }
+            }
         }
+        rows
+    }
+
+    /// Contribution of the load to the parameters; empty without one.
+    pub(crate) fn load(&self) -> &[f64] {
+        &self.load
+    }
+
+    pub(crate) fn sample_time(&self) -> f64 {
+        self.sample_time
+    }
+
+    /// Highest harmonic that is kept of the motion.
+    pub(crate) fn kept_harmonics(&self) -> usize {
+        self.kept
+    }
+
+    /// Current over one mean period, in the unit of the record.
+    pub(crate) fn drive(&self) -> &[f64] {
+        &self.drive
+    }
+
+    /// The friction columns over one mean period.
+    pub(crate) fn friction_series(&self, shape: &FrictionShape, gain: f64) -> Vec<Vec<f64>> {
+        let drive: Vec<f64> = self.drive.iter().map(|c| c * gain).collect();
+        shape.fill(&self.dq, &self.ddq, &drive, self.sample_time)
+    }
+
+    /// Rows of ripple with `periods` a turn: cos and sin as torques, N m per N m, then as shares of the torque, N m.
+    pub(crate) fn ripple_rows(&self, periods: f64, gain: f64) -> Vec<Vec<f64>> {
+        let (sin, cos): (Vec<f64>, Vec<f64>) = self.q.iter().map(|q| (periods * q).sin_cos()).unzip();
+        let of_torque = |wave: &[f64]| wave.iter().zip(&self.drive).map(|(w, c)| -w * c * gain).collect();
+        let shares: Vec<Vec<f64>> = vec![of_torque(&cos), of_torque(&sin)];
+        let mut rows = self.rows_of(&[cos, sin], 1);
+        // The torque of the record needs no correction for the hold.
+        rows.iter_mut().zip(self.spectrum_of(&shares, |_| 1.0)).for_each(|(row, shares)| row.extend(shares));
+        rows
     }
 
     /// Rows of the friction columns, in the order of `rows`. `gain`: N m per unit of current.
     pub fn friction_rows(&self, shape: &FrictionShape, gain: f64) -> Vec<Vec<f64>> {
-        let drive: Vec<f64> = self.drive.iter().map(|c| c * gain).collect();
-        let columns = shape.fill(&self.dq, &self.ddq, &drive, self.sample_time);
-        let count = self.dq.len() as f64;
-        let period = count * self.sample_time;
-        let mut rows = Vec::with_capacity(self.rows.len());
-        let mut harmonic = usize::MAX;
-        let mut at: Vec<Complex<f64>> = vec![];
-        for &f in &self.frequency {
-            let k = (f * period).round() as usize;
-            let second = k == harmonic;
-            if !second {
-                let held = hold(f * self.sample_time, 2);
-                at = columns.iter().map(|c| self.bins.of(c, k) / count * held).collect();
-                harmonic = k;
-            }
-            rows.push(match (k, second) {
-                (0, _) => at.iter().map(|c| c.re * std::f64::consts::FRAC_1_SQRT_2).collect(),
-                (_, false) => at.iter().map(|c| c.re).collect(),
-                (_, true) => at.iter().map(|c| c.im).collect(),
-            });
-        }
-        rows
+        self.rows_of(&self.friction_series(shape, gain), 2)
     }
 
     /// d current / d delay of each row, per second: a turn of every coefficient.
@@ -182,18 +233,42 @@ impl JointSpectrum {
             .collect()
     }
 
+    /// The inertia that the joint feels at the centre of the motion, kg m^2, a load included.
+    pub(crate) fn inertia(&self, parameters: &[f64]) -> f64 {
+        self.felt(self.joint, parameters)
+    }
+
+    /// Torque of this joint per acceleration of joint l.
+    fn felt(&self, l: usize, parameters: &[f64]) -> f64 {
+        let along = |x: &[f64]| self.acceleration[l].iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
+        along(parameters) + along(&self.load)
+    }
+
+    /// Least and greatest position of the joint, rad.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        self.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)))
+    }
+
+    /// Root mean square velocity, rad/s.
+    pub(crate) fn speed(&self) -> f64 {
+        (self.dq.iter().map(|v| v * v).sum::<f64>() / self.dq.len().max(1) as f64).sqrt()
+    }
+
     /// Standard deviation of each row, N m. `parameters` (where known) turn the noise of the position
     /// into torque; without them only the torque's own noise counts.
     pub fn deviation(&self, noise: &NoiseLevels, gain: f64, parameters: Option<&[f64]>) -> Vec<f64> {
         let torque = noise.current[self.joint] * gain;
-        let per_acceleration: f64 = parameters.map_or(0.0, |x| {
-            let along = |y: &Vec<f64>, x: &[f64]| y.iter().zip(x).map(|(y, x)| y * x).sum::<f64>();
-            let inertia = |y: &Vec<f64>| along(y, x) + along(y, &self.load);
-            self.acceleration.iter().zip(&noise.position).map(|(y, s)| (inertia(y) * s).powi(2)).sum()
-        });
+        let per_acceleration: f64 = parameters
+            .map_or(0.0, |x| noise.position.iter().enumerate().map(|(l, s)| (self.felt(l, x) * s).powi(2)).sum());
         let variance = |f: &f64| torque * torque + per_acceleration * (std::f64::consts::TAU * f).powi(4);
         self.frequency.iter().map(|f| (variance(f) / (2.0 * self.samples as f64)).sqrt()).collect()
     }
+}
+
+/// The rows of one frequency: real and imaginary part, at zero the real part over sqrt 2.
+fn quadratures(f: f64, c: Complex<f64>) -> impl Iterator<Item = f64> {
+    let (first, second) = if f == 0.0 { (c.re * std::f64::consts::FRAC_1_SQRT_2, None) } else { (c.re, Some(c.im)) };
+    std::iter::once(first).chain(second)
 }
 
 /// cos x / sinc^power x for x = pi `cycles`, `cycles` a sample.

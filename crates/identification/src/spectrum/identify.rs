@@ -19,8 +19,8 @@ use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
-use crate::spectrum::rist_mh::misfit::Misfit;
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
+use crate::spectrum::words::{cause_sentence, size_words};
 
 /// The equations that are used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,13 +77,16 @@ pub fn identify_spectrum(
             let mut data = HarmonicData::new(experiments, regressor, &one, &noise, &options.band);
             let found = data.estimate_with_gains(gains, options)?;
             with_gains(&mut estimate, regressor, &found.gains);
+            if let Some(friction) = &found.friction {
+                widen_with_gains(&mut estimate, friction);
+            }
             if found.rounds.is_none() {
                 estimate.remarks.push("the choice of the friction did not settle with the gains".into());
             }
             if let Some(friction) = found.friction {
                 harmonic_residuals(&mut estimate, regressor, &data, &friction);
-                estimate.remarks.push(describe(&friction));
-                judge(&mut estimate, regressor, &friction.misfit, false);
+                estimate.remarks.push(describe(&friction, regressor));
+                judge(&mut estimate, regressor, &friction);
             }
         }
     }
@@ -151,7 +154,7 @@ fn with_harmonics(
     noise: &NoiseLevels,
     options: &HarmonicOptions,
 ) -> Result<(), Error> {
-    let data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
+    let mut data = HarmonicData::new(experiments, regressor, gain, noise, &options.band);
     let found = data.estimate(options).ok_or_else(|| Error::new("the experiments give no equation"))?;
     let p = found.parameters;
     let mut push = |parameter: Parameter, i: usize| {
@@ -159,7 +162,7 @@ fn with_harmonics(
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
         // Where the model lacks something, what it lacks is in the value too.
         estimate.parameters.push(match found.misfit.is_lacking() {
-            true => one.widened_beyond_white(found.misfit.by_experiment[i]),
+            true => one.widened_beyond_white(found.lacked(i)),
             false => one,
         });
     };
@@ -174,17 +177,15 @@ fn with_harmonics(
     estimate.condition_number = found.solution.condition_number;
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
     harmonic_residuals(estimate, regressor, &data, &found);
-    estimate.remarks.push(describe(&found));
-    judge(estimate, regressor, &found.misfit, true);
-    if found.misfit.is_lacking() && !options.delay {
-        estimate.remarks.extend(lateness(&data, &found, options));
-    }
+    estimate.remarks.push(describe(&found, regressor));
+    judge(estimate, regressor, &found);
     remark_unidentifiable(estimate);
     Ok(())
 }
 
-/// Says what chi^2 is against the measured noise, and of which joints it speaks; `is_widened`: the deviations allow for it.
-fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit, is_widened: bool) {
+/// Says what chi^2 is against the measured noise, of which joints it speaks, and what the cause is.
+fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEstimate) {
+    let misfit = &found.misfit;
     if !misfit.total.is_finite() {
         return;
     }
@@ -196,33 +197,34 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, misfit: &Misfit, is
     let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
     estimate.remarks.push(format!(
         "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives less than 1 \
-         ({}); such are flexible joints, play, ripple, late torques and other friction, for which the deviations {}",
+         ({}); the deviations allow for it",
         misfit.total,
-        joints.join(", "),
-        if is_widened { "allow" } else { "do not allow where gains are estimated" }
+        joints.join(", ")
     ));
+    estimate.remarks.push(match &found.cause {
+        Some(cause) => cause_sentence(cause, regressor),
+        None => {
+            "the cause is not told: late torques, ripple, joints that bend and play each explain less than half of it"
+                .into()
+        }
+    });
 }
 
-/// Share of what is left that a delay of the torques must take away to be named.
-const NAMED: f64 = 0.5;
-
-/// Whether late torques are what the model lacks.
-fn lateness(data: &HarmonicData, found: &HarmonicEstimate, options: &HarmonicOptions) -> Option<String> {
-    let with = data.estimate(&HarmonicOptions { delay: true, ..options.clone() })?;
-    let explained = 1.0 - with.misfit.total / found.misfit.total;
-    let seconds = with.delay.filter(|_| explained > NAMED)?;
-    let side = if seconds > 0.0 { "late" } else { "early" };
-    Some(format!(
-        "torques that are {:.2} ms {side} would explain {:.0} % of it: --delay auto estimates that with the rest",
-        1e3 * seconds.abs(),
-        100.0 * explained
-    ))
+/// Widens parameters and gains, in the order of [`with_gains`], where the model lacks something.
+fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
+    if !found.misfit.is_lacking() {
+        return;
+    }
+    let lacked = (0..found.parameters).map(|i| found.lacked(i));
+    let all = lacked.chain(found.misfit.gains_by_experiment.iter().copied());
+    let parameters = std::mem::take(&mut estimate.parameters);
+    estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
 /// Friction of warm and cold drives differs by less.
 const DRIFTS: f64 = 0.3;
 
-fn describe(found: &HarmonicEstimate) -> String {
+fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
     let mut text = format!("friction of equation (5), its sign turning over {} rad/s", found.shape.rest_velocity);
     if found.shape.load {
         text.push_str(", growing with the load");
@@ -239,10 +241,9 @@ fn describe(found: &HarmonicEstimate) -> String {
     } else if found.drift_spread > 0.0 {
         text.push_str(&format!(", drifting by {percent:.1} % between experiments"));
     }
-    if let Some(seconds) = found.delay {
-        let last = found.solution.x.len() - 1;
-        let sigma = found.solution.inverse[(last, last)].max(0.0).sqrt();
-        text.push_str(&format!("; the torques are late by {:.3} +- {:.3} ms", 1e3 * seconds, 1e3 * sigma));
+    for size in &found.effects {
+        text.push_str("; ");
+        text.push_str(&size_words(size, regressor, None, true));
     }
     text
 }
@@ -334,13 +335,15 @@ fn harmonic_residuals(
     let mut rows: Vec<Vec<(Vec<f64>, f64)>> = vec![vec![]; gain.len()];
     for (e, s) in data.spectra().iter().enumerate() {
         let friction = s.friction_rows(&found.shape, gain[s.joint]);
-        let (ends, delays) = (s.end_columns(), s.delay_column());
+        let ends = s.end_columns();
         for r in 0..s.rows.len() {
             let f: f64 = friction[r].iter().zip(found.friction(s.joint)).map(|(c, f)| c * f).sum();
             // All that stands beside the parameters, as the fit has it.
             let end = found.ends.get(e).map_or(0.0, |x| ends[r][0] * x[0] + ends[r][1] * x[1]);
-            let late = found.delay.map_or(0.0, |seconds| gain[s.joint] * delays[r] * seconds);
-            let y = gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f - end + late;
+            let sizes = found.effects.iter().flat_map(|size| &size.values);
+            let effects =
+                data.effect_rows.get(e).map_or(0.0, |rows| rows[r].iter().zip(sizes).map(|(c, x)| c * x).sum());
+            let y = gain[s.joint] * s.current[r] - s.known[r] - drift(e) * f - end - effects;
             rows[s.joint].push((s.rows[r].clone(), y));
         }
     }

@@ -6,3 +6,4 @@ pub mod identify;
 pub mod paper;
 pub mod rist_mh;
 pub mod validate;
+pub mod words;

@@ -28,6 +28,11 @@ impl Basis {
         basis
     }
 
+    /// Number of independent columns.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
     /// What the columns leave of a signal.
     pub fn without(&self, mut signal: Vec<f64>) -> Vec<f64> {
         for column in &self.0 {

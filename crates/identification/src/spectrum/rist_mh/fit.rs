@@ -78,6 +78,11 @@ impl Fit {
         self.spread >= LEAST_SPREAD
     }
 
+    /// 1 + u of a spectrum.
+    pub(crate) fn scale(&self, spectrum: usize) -> f64 {
+        1.0 + self.drift[spectrum]
+    }
+
     /// s; zero where there is no drift.
     pub fn drift_spread(&self) -> f64 {
         if self.has_drift() { self.spread } else { 0.0 }
@@ -111,21 +116,19 @@ impl Fit {
     pub fn squares_by(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<f64> {
         let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
-        let first_end = unknowns.saturating_sub(usize::from(options.delay) + 2 * data.spectra.len());
+        let first_effect = unknowns - data.effect_columns();
+        let first_end = first_effect.saturating_sub(2 * data.spectra.len());
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let of = |(e, s): (usize, &JointSpectrum)| {
             let friction = &self.x[p + s.joint * m..p + (s.joint + 1) * m];
             let ends = s.end_columns();
-            let delays = if options.delay { s.delay_column() } else { vec![] };
             let square = |r: usize| {
                 let mut model = s.known[r] + dot(&s.rows[r], &self.x[..p]);
                 model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
                 if options.ends {
                     model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
                 }
-                if options.delay {
-                    model -= data.gain[s.joint] * delays[r] * self.x[unknowns - 1];
-                }
+                model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[first_effect..]));
                 ((data.gain[s.joint] * s.current[r] - model) / deviation[e][r]).powi(2)
             };
             (0..s.rows.len()).map(square).sum()
@@ -136,7 +139,7 @@ impl Fit {
     fn unknowns(&self, data: &HarmonicData, options: &HarmonicOptions) -> usize {
         let drifts = if self.has_drift() { self.drift.len() } else { 0 };
         let ends = if options.ends { 2 * data.spectra.len() } else { 0 };
-        data.p + data.n * self.shape.columns() + drifts + ends + usize::from(options.delay)
+        data.p + data.n * self.shape.columns() + drifts + ends + data.effect_columns()
     }
 
     /// The linearised, weighted rows about the present friction and drift.
@@ -158,7 +161,7 @@ impl Fit {
     ) {
         let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
-        let first_drift = p + data.n * m;
+        let (first_drift, first_effect) = (p + data.n * m, unknowns - data.effect_columns());
         let mut row = vec![0.0; unknowns];
         let mut push = |owner: Owner, row: &mut Vec<f64>, known: f64, y: f64| {
             take(owner, row, known, y);
@@ -168,7 +171,6 @@ impl Fit {
             let gain = data.gain[s.joint];
             let first = p + s.joint * m;
             let ends = s.end_columns();
-            let delay = if options.delay { s.delay_column() } else { vec![] };
             for r in 0..s.rows.len() {
                 let w = 1.0 / self.deviation[e][r];
                 let c = &self.friction[e][r];
@@ -182,12 +184,12 @@ impl Fit {
                     y += self.drift[e] * now;
                 }
                 if options.ends {
-                    let first = unknowns - usize::from(options.delay) - 2 * data.spectra.len() + 2 * e;
+                    let first = first_effect - 2 * data.spectra.len() + 2 * e;
                     row[first] = w * ends[r][0];
                     row[first + 1] = w * ends[r][1];
                 }
-                if options.delay {
-                    row[unknowns - 1] = -w * gain * delay[r];
+                if let Some(rows) = data.effect_rows.get(e) {
+                    row[first_effect..].iter_mut().zip(&rows[r]).for_each(|(x, c)| *x = w * c);
                 }
                 push(Owner { joint: s.joint, cluster: e }, &mut row, w * s.known[r], w * y);
             }

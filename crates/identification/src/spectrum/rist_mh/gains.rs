@@ -35,7 +35,7 @@ pub struct HarmonicGains {
 /// Largest number of choices of the friction.
 const ROUNDS: usize = 8;
 
-impl HarmonicData {
+impl HarmonicData<'_> {
     /// Estimates the gains where not all are known; the data have them afterwards.
     ///
     /// Fails as [`drive_gains`] does.
@@ -52,14 +52,18 @@ impl HarmonicData {
                 break;
             }
             self.gain = found.gains.gain.clone();
-            let Some((fit, criteria)) = self.best_fit(options) else { break };
+            let Some((fit, criteria)) = self.fitted(options) else { break };
             let equations = fit.current_equations(self, options);
             let gains = drive_gains(&equations, known)?;
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);
-            let friction = Some(self.finished(&fit, options, criteria));
-            found = HarmonicGains { gains, equations, friction, rounds: is_settled.then_some(round + 1) };
+            let mut friction = self.finished(&fit, options, criteria, known);
+            if is_settled || round + 1 == ROUNDS {
+                self.explain(&mut friction, &fit, options);
+            }
+            let rounds = is_settled.then_some(round + 1);
+            found = HarmonicGains { gains, equations, friction: Some(friction), rounds };
             if is_settled {
                 break;
             }

@@ -11,10 +11,10 @@
 //! projected out of its rows first. k is 19/20 as for the parts of a log (`estimators::replicate_deviation`): a direction
 //! that one experiment alone shows keeps a value.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::verdict::LACKING;
+use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
+use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::Fit;
 
@@ -28,9 +28,15 @@ pub struct Misfit {
     pub joints: Vec<f64>,
     /// The same of all joints.
     pub total: f64,
+    /// chi^2 of all rows.
+    pub chi_square: f64,
+    /// Their degrees of freedom.
+    pub freedom: f64,
     /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few; empty
     /// where the model lacks nothing.
     pub by_experiment: Vec<f64>,
+    /// The same of the drive gains that are estimated, N m per unit of current, one a joint; zero of known ones.
+    pub gains_by_experiment: Vec<f64>,
 }
 
 impl Misfit {
@@ -40,67 +46,92 @@ impl Misfit {
     }
 }
 
-impl HarmonicData {
-    /// Of a finished fit.
-    pub(crate) fn misfit(&self, fit: &Fit, options: &HarmonicOptions) -> Misfit {
+impl HarmonicData<'_> {
+    /// Of a finished fit; `gains`: empty where all are known.
+    pub(crate) fn misfit(&self, fit: &Fit, options: &HarmonicOptions, gains: &[Gain]) -> Misfit {
+        let mut misfit = self.squares_left(fit, options);
+        if misfit.is_lacking() {
+            let mut x = fit.shared(self);
+            let shared = x.len();
+            // The gains are linearised about themselves.
+            x.extend(gains.iter().filter(|g| is_unknown(g)).map(|_| 0.0));
+            let mut found = by_experiment(&fit.clusters(self, options, gains), &x);
+            let mut of_gains = found.split_off(shared).into_iter();
+            let next = |g: &Gain| if is_unknown(g) { of_gains.next().unwrap_or(0.0) } else { 0.0 };
+            misfit.gains_by_experiment = gains.iter().map(next).collect();
+            misfit.by_experiment = found;
+        }
+        misfit
+    }
+
+    /// chi^2 alone, without deviations.
+    pub(crate) fn squares_left(&self, fit: &Fit, options: &HarmonicOptions) -> Misfit {
         let noise = self.deviations(Some(&fit.x[..self.p]));
         let squares = fit.squares_by(self, options, &noise);
         let share = fit.free_share();
         let rows = |is_of: &dyn Fn(usize) -> bool| {
             let of = || self.spectra.iter().zip(&squares).filter(|(s, _)| is_of(s.joint));
             let count: usize = of().map(|(s, _)| s.rows.len()).sum();
-            of().map(|(_, q)| q).sum::<f64>() / (count as f64 * share).max(1.0)
+            (of().map(|(_, q)| q).sum::<f64>(), (count as f64 * share).max(1.0))
         };
-        let joints = (0..self.n).map(|j| rows(&|joint| joint == j)).collect();
-        let mut misfit = Misfit { joints, total: rows(&|_| true), by_experiment: Vec::new() };
-        if misfit.is_lacking() {
-            misfit.by_experiment = by_experiment(&fit.clusters(self, options), &fit.shared(self, options));
-        }
-        misfit
+        let ratio = |(squares, freedom): (f64, f64)| squares / freedom;
+        let joints = (0..self.n).map(|j| ratio(rows(&|joint| joint == j))).collect();
+        let (chi_square, freedom) = rows(&|_| true);
+        let total = chi_square / freedom;
+        Misfit { joints, total, chi_square, freedom, by_experiment: vec![], gains_by_experiment: vec![] }
     }
+}
+
+fn is_unknown(gain: &Gain) -> bool {
+    !matches!(gain, Gain::Known(_))
 }
 
 /// Deviations by clusters: triangles of the shared columns with what is left of the right-hand side.
-fn by_experiment(clusters: &[Triangle], x: &[f64]) -> Vec<f64> {
-    let p = x.len();
-    let square =
-        |t: &Triangle| DMatrix::from_fn(p, p, |a, b| (0..=a.min(b)).map(|i| t.at(i, a) * t.at(i, b)).sum::<f64>());
-    let mut whole = DMatrix::zeros(p, p);
-    let squares: Vec<DMatrix<f64>> = clusters.iter().map(square).collect();
-    squares.iter().for_each(|a| whole += a);
-    let count = clusters.len();
-    let mut variance = vec![0.0; p];
-    for (cluster, own) in clusters.iter().zip(&squares) {
-        // R_g' (z_g - R_g x)
-        let left: Vec<f64> =
-            (0..p).map(|i| cluster.at(i, p) - (i..p).map(|j| cluster.at(i, j) * x[j]).sum::<f64>()).collect();
-        let gradient = DVector::from_fn(p, |a, _| (0..=a).map(|i| cluster.at(i, a) * left[i]).sum::<f64>());
-        let Some(factor) = (&whole - own * OUT).cholesky() else { return vec![0.0; p] };
-        let step = factor.solve(&gradient);
-        variance.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s * s);
-    }
-    variance.iter().map(|v| (v * count.saturating_sub(1) as f64 / count.max(1) as f64).sqrt()).collect()
+fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
+    let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
+    let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
+    let variance = Whole::of_clusters(x.len(), &clusters).variance(&clusters, OUT, ROUNDING);
+    variance.iter().map(|v| (v * share).sqrt()).collect()
 }
 
 impl Fit {
-    /// Columns that experiments share: parameters, friction, and the delay where it is estimated.
-    fn shared_columns(&self, data: &HarmonicData, options: &HarmonicOptions, unknowns: usize) -> Vec<usize> {
+    /// Columns that experiments share: parameters, friction and effects.
+    fn shared_columns(&self, data: &HarmonicData, unknowns: usize) -> Vec<usize> {
         let friction = data.n * self.shape.columns();
-        (0..data.p + friction).chain(options.delay.then(|| unknowns - 1)).collect()
+        (0..data.p + friction).chain(unknowns - data.effect_columns()..unknowns).collect()
     }
 
     /// The unknowns of these columns.
-    fn shared(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<f64> {
-        self.shared_columns(data, options, self.x.len()).iter().map(|&c| self.x[c]).collect()
+    fn shared(&self, data: &HarmonicData) -> Vec<f64> {
+        self.shared_columns(data, self.x.len()).iter().map(|&c| self.x[c]).collect()
     }
 
-    /// The triangle of each spectrum in the shared columns, its own ones projected out; then those of the gravity rows.
-    fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions) -> Vec<Triangle> {
+    /// The triangle of each spectrum in the shared columns, its own ones projected out; then those of the gravity rows,
+    /// and those of gains that are expected.
+    ///
+    /// A gain that is estimated is a column behind them, of k_j: in currents a row is w k (I - m / k), m the torque of the
+    /// model, and m is k I but for what is left.
+    fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
-        let shared = self.shared_columns(data, options, unknowns);
+        let free: Vec<usize> = (0..gains.len()).filter(|&j| is_unknown(&gains[j])).collect();
+        let mut shared = self.shared_columns(data, unknowns);
         let of_others: Vec<usize> = (0..unknowns).filter(|c| !shared.contains(c)).collect();
+        shared.extend(unknowns..unknowns + free.len());
         let mut rows = vec![Vec::new(); data.spectra.len() + data.sweeps.len()];
-        self.each_equation(data, options, |owner, row, known, y| rows[owner.cluster].push((row.to_vec(), y - known)));
+        self.each_equation(data, options, |owner, row, known, y| {
+            let mut row = row.to_vec();
+            row.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
+            rows[owner.cluster].push((row, y - known));
+        });
+        let expected = free.iter().enumerate().filter_map(|(at, &j)| match gains[j] {
+            Gain::Expected(_, deviation) => {
+                let mut row = vec![0.0; unknowns + free.len()];
+                row[unknowns + at] = 1.0 / deviation;
+                Some(vec![(row, 0.0)])
+            }
+            _ => None,
+        });
+        let rows: Vec<_> = rows.into_iter().chain(expected).collect();
         rows.iter().map(|rows| projected(rows, &of_others, &shared)).collect()
     }
 }

@@ -1,7 +1,10 @@
 //! RIST-MH: least squares on all harmonics, with friction as nuisance.
 
+pub mod cause;
 pub mod data;
+pub mod effects;
 pub mod fit;
 pub mod gains;
 pub mod misfit;
 pub mod search;
+mod yielding;

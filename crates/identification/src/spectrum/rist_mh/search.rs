@@ -19,19 +19,26 @@
 //! orthogonality is not needed here: friction is in the model, and its many harmonics tell it apart.
 
 use crate::algebra::least_squares::{Solution, solve};
+use crate::estimators::drive_gains::likelihood::Gain;
 use crate::model::friction::periodic::FrictionShape;
 use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
-use crate::spectrum::harmonics::{Band, JointSpectrum, joint_spectra};
+use crate::spectrum::harmonics::{Band, JointSpectrum, joint_spectra, mean_period};
 use crate::spectrum::paper::paper_rows;
+use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
+
+/// How often springs and gaps are followed at most, and the relative change of their sizes at which nothing printed moves.
+const YIELDINGS: usize = 12;
+const SETTLED: f64 = 1e-4;
 
 /// Parameters, friction and how well they explain the record.
 #[derive(Clone, Debug)]
 pub struct HarmonicEstimate {
-    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, ends, delay; `inverse` is the
+    /// Unknowns in the order parameters, friction of joint 0, 1, ..., drifts, ends, effects; `inverse` is the
     /// covariance for the noise of the weights.
     pub solution: Solution,
     /// Number of base parameters, the first of the unknowns.
@@ -42,8 +49,8 @@ pub struct HarmonicEstimate {
     pub drift: Vec<(usize, usize, f64)>,
     /// The spread s of the drift.
     pub drift_spread: f64,
-    /// Delay beyond that of the band, s.
-    pub delay: Option<f64>,
+    /// The effects that were estimated, the last of the unknowns.
+    pub effects: Vec<EffectSize>,
     /// Of each spectrum the two unknowns of a motion that ends otherwise than it began; empty where they are none.
     pub ends: Vec<[f64; 2]>,
     /// Sum of squares of the weighted residuals.
@@ -52,11 +59,19 @@ pub struct HarmonicEstimate {
     pub freedom: usize,
     /// Against the noise that was measured, whatever the weights are.
     pub misfit: Misfit,
+    /// What the model most likely lacks, where it lacks something and one effect explains it.
+    pub cause: Option<Cause>,
     /// Each shape tried, with chi^2 + k ln(rows).
     pub criteria: Vec<(FrictionShape, f64)>,
 }
 
 impl HarmonicEstimate {
+    /// Delay beyond that of the band, s, where it was estimated.
+    pub fn delay(&self) -> Option<f64> {
+        let found = self.effects.iter().find(|e| e.effect == Effect::Delay)?;
+        found.values.first().copied()
+    }
+
     /// The base parameters.
     pub fn values(&self) -> &[f64] {
         &self.solution.x[..self.parameters]
@@ -67,6 +82,13 @@ impl HarmonicEstimate {
         (0..self.parameters).map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
+    /// Deviation of parameter or friction coefficient i by what the model lacks: the experiments as replicates, and by how
+    /// much a cause that is named would move it; zero where the model lacks nothing.
+    pub fn lacked(&self, i: usize) -> f64 {
+        let by_experiment = self.misfit.by_experiment.get(i).copied().unwrap_or(0.0);
+        by_experiment.hypot(self.cause.as_ref().and_then(|cause| cause.shift.get(i).copied()).unwrap_or(0.0))
+    }
+
     /// Friction coefficients of a joint, in the order of the shape's columns.
     pub fn friction(&self, joint: usize) -> &[f64] {
         let m = self.shape.columns();
@@ -74,21 +96,29 @@ impl HarmonicEstimate {
     }
 }
 
-impl HarmonicData {
+impl<'a> HarmonicData<'a> {
     /// `gain`: N m per unit of the record's currents; `noise`: a sample.
     pub fn new(
         experiments: &[SpectralExperiment],
-        regressor: &dyn Regressor,
+        regressor: &'a dyn Regressor,
         gain: &[f64],
         noise: &NoiseLevels,
         band: &Band,
-    ) -> HarmonicData {
-        let spectra = experiments.iter().enumerate().flat_map(|(i, e)| joint_spectra(i, e, regressor, band)).collect();
+    ) -> HarmonicData<'a> {
+        let motions: Vec<_> = experiments.iter().map(|e| mean_period(e, band)).collect();
+        let of = |(i, (e, motion)): (usize, (&SpectralExperiment, &Option<_>))| {
+            motion.as_ref().map_or(vec![], |motion| joint_spectra(i, e, motion, regressor, band))
+        };
+        let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = experiments.iter().filter(|e| e.period().is_none());
         HarmonicData {
             p: regressor.parameters().len(),
             n: gain.len(),
+            regressor,
+            motions,
+            effects: vec![],
+            effect_rows: vec![],
             spectra,
             sweeps: sweeps.map(|e| paper_rows(e, regressor, &one, &noise.current)).collect(),
             noise: noise.clone(),
@@ -105,9 +135,51 @@ impl HarmonicData {
     ///
     /// The rest velocity is chosen for equation (5), then the further terms, then the rest velocity
     /// again if there are any.
-    pub fn estimate(&self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
-        let (best, criteria) = self.best_fit(options)?;
-        Some(self.finished(&best, options, criteria))
+    ///
+    /// The data have the columns of the effects afterwards, and the motion of links behind springs and gaps. Those are
+    /// followed with the first shape of friction until they settle, and the shape is chosen again there.
+    pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
+        let (best, criteria) = self.fitted(options)?;
+        let mut found = self.finished(&best, options, criteria, &[]);
+        self.explain(&mut found, &best, options);
+        Some(found)
+    }
+
+    /// Looks for the cause where the model lacks something.
+    pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &Fit, options: &HarmonicOptions) {
+        if found.misfit.is_lacking() {
+            found.cause = self.cause(fit, &found.misfit, options);
+        }
+    }
+
+    pub(crate) fn fitted(&mut self, options: &HarmonicOptions) -> Option<(Fit, Vec<(FrictionShape, f64)>)> {
+        self.lay(&options.effects);
+        let (mut best, mut criteria) = self.best_fit(options)?;
+        if self.has_yielding() {
+            for again in [true, false] {
+                self.settle(&mut best, options);
+                if again {
+                    (best, criteria) = self.best_fit(options)?;
+                }
+            }
+        }
+        Some((best, criteria))
+    }
+
+    /// Follows springs and gaps until the fit no longer changes them.
+    fn settle(&mut self, fit: &mut Fit, options: &HarmonicOptions) {
+        let sizes = |fit: &Fit, columns: usize| fit.x[fit.x.len() - columns..].to_vec();
+        let columns = self.effect_columns();
+        for _ in 0..YIELDINGS {
+            let before = sizes(fit, columns);
+            self.yield_by(fit);
+            let deviation = if options.weights { fit.calibrated(self) } else { fit.deviation.clone() };
+            *fit = Fit::new(self, &fit.shape, options, deviation);
+            let is_settled = |(a, b): (&f64, &f64)| (a - b).abs() <= SETTLED * b.abs();
+            if sizes(fit, columns).iter().zip(&before).all(is_settled) {
+                break;
+            }
+        }
     }
 
     /// The fit with the best of the shapes, its weights calibrated, and the worth of each shape that was tried.
@@ -166,13 +238,14 @@ impl HarmonicData {
         best: &Fit,
         options: &HarmonicOptions,
         criteria: Vec<(FrictionShape, f64)>,
+        gains: &[Gain],
     ) -> HarmonicEstimate {
         let solution = solve(&best.triangle(self, options));
         let first_drift = self.p + self.n * best.shape.columns();
         let drift = |(i, s): (usize, &JointSpectrum)| (s.experiment, s.joint, solution.x[first_drift + i]);
         let with_drift = best.has_drift();
-        let delay = options.delay.then(|| solution.x.last().copied().unwrap_or(0.0));
-        let first_end = solution.x.len().saturating_sub(usize::from(options.delay) + 2 * self.spectra.len());
+        let first_effect = solution.x.len() - self.effect_columns();
+        let first_end = first_effect.saturating_sub(2 * self.spectra.len());
         let ends = |i: usize| [solution.x[first_end + 2 * i], solution.x[first_end + 2 * i + 1]];
         HarmonicEstimate {
             ends: if options.ends { (0..self.spectra.len()).map(ends).collect() } else { vec![] },
@@ -180,13 +253,31 @@ impl HarmonicData {
             shape: best.shape,
             drift: if with_drift { self.spectra.iter().enumerate().map(drift).collect() } else { vec![] },
             drift_spread: best.drift_spread(),
-            delay,
-            misfit: self.misfit(best, options),
+            effects: self.sizes(&solution, first_effect),
+            misfit: self.misfit(best, options, gains),
+            cause: None,
             chi_square: best.chi_square,
             freedom: best.rows.saturating_sub(solution.rank),
             criteria,
             solution,
         }
+    }
+
+    /// The effects of a fit.
+    pub(crate) fn effect_sizes(&self, fit: &Fit, options: &HarmonicOptions) -> Vec<EffectSize> {
+        let solution = solve(&fit.triangle(self, options));
+        self.sizes(&solution, solution.x.len() - self.effect_columns())
+    }
+
+    fn sizes(&self, solution: &Solution, mut first: usize) -> Vec<EffectSize> {
+        let mut sizes = Vec::new();
+        for &effect in &self.effects {
+            let at = first..first + effect.columns();
+            first = at.end;
+            let deviations = at.clone().map(|i| solution.inverse[(i, i)].max(0.0).sqrt()).collect();
+            sizes.push(EffectSize { effect, values: solution.x[at].to_vec(), deviations });
+        }
+        sizes
     }
 
     pub(crate) fn deviations(&self, parameters: Option<&[f64]>) -> Vec<Vec<f64>> {

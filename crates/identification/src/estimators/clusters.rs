@@ -1,0 +1,146 @@
+//! What the parameters owe to rows that share one error: the one step behind all deviations by replicates.
+//!
+//! With A = W'W of all rows, the rows weighted, and A_g, W_g' e_g of the rows of cluster g,
+//!   S_g = (A - k A_g)^-1 W_g' e_g
+//! is by how much x - X moves with the error of that cluster. k = 1 leaves the cluster out: x - S_g is the fit without it,
+//! and (G - 1)/G sum_g S_g^2 the jackknife [Miller 1974]. A smaller k undoes part of what the fit has hidden of the error
+//! [Liang, Zeger 1986; Bell, McCaffrey 2002].
+//!
+//! | who | clusters | k |
+//! |---|---|---|
+//! | `replicate_deviation` | parts of a record; bands of speed | 19/20; 1/2 |
+//! | `block_deviation` | logs, or blocks of one | 1 |
+//! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::algebra::triangle::Triangle;
+
+/// Below this share of its diagonal, what is left of A is rounding.
+pub(crate) const ROUNDING: f64 = 1e-12;
+
+/// Rows that share one error.
+pub(crate) struct Cluster {
+    /// The columns that are not zero in them.
+    columns: Vec<usize>,
+    /// A row, its entries of these columns.
+    row: Vec<f64>,
+    /// A_g and W_g' e_g of these columns.
+    gram: DMatrix<f64>,
+    score: DVector<f64>,
+}
+
+impl Cluster {
+    /// Without rows yet; see [`Cluster::add`].
+    pub fn new(columns: &[usize]) -> Cluster {
+        let m = columns.len();
+        Cluster { columns: columns.to_vec(), row: vec![0.0; m], gram: DMatrix::zeros(m, m), score: DVector::zeros(m) }
+    }
+
+    /// The rows behind a triangle, of which the first columns are the unknowns: R'R and R'(z - R x).
+    pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
+        let p = rows.columns();
+        let r = upper(rows);
+        let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
+        Cluster { columns: (0..p).collect(), row: Vec::new(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
+    }
+
+    /// A row with its weight and its residual; [`Cluster::complete`] ends it.
+    pub fn add(&mut self, row: &[f64], weight: f64, residual: f64) {
+        self.row.iter_mut().zip(&self.columns).for_each(|(entry, &column)| *entry = row[column]);
+        for (b, entry) in self.row.iter().enumerate() {
+            let weighed = weight * entry;
+            self.score[b] += weighed * residual;
+            let column = &mut self.gram.as_mut_slice()[b * self.row.len()..][..=b];
+            column.iter_mut().zip(&self.row).for_each(|(sum, other)| *sum += weighed * other);
+        }
+    }
+
+    /// The lower half of A_g, which rows do not fill.
+    pub fn complete(&mut self) {
+        self.gram.fill_lower_triangle_with_upper_triangle();
+    }
+}
+
+fn upper(rows: &Triangle) -> DMatrix<f64> {
+    let p = rows.columns();
+    DMatrix::from_fn(p, p, |i, j| if i <= j { rows.at(i, j) } else { 0.0 })
+}
+
+/// A of all rows, its columns scaled to unit norm.
+pub(crate) struct Whole {
+    scale: Vec<f64>,
+    gram: DMatrix<f64>,
+}
+
+impl Whole {
+    /// Of the rows behind a triangle.
+    pub fn of(rows: &Triangle) -> Whole {
+        let r = upper(rows);
+        let norms = (0..rows.columns()).map(|c| rows.column_norm(c));
+        Whole::scaled(r.tr_mul(&r), norms.collect())
+    }
+
+    /// Of clusters that hold all rows.
+    pub fn of_clusters(p: usize, clusters: &[Cluster]) -> Whole {
+        let mut gram = DMatrix::<f64>::zeros(p, p);
+        for cluster in clusters {
+            for (b, &column) in cluster.columns.iter().enumerate() {
+                cluster.columns.iter().enumerate().for_each(|(a, &row)| gram[(row, column)] += cluster.gram[(a, b)]);
+            }
+        }
+        let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
+        Whole::scaled(gram, norms)
+    }
+
+    fn scaled(gram: DMatrix<f64>, norms: Vec<f64>) -> Whole {
+        let scale: Vec<f64> = norms.iter().map(|&n| if n > 0.0 { 1.0 / n } else { 0.0 }).collect();
+        let p = scale.len();
+        Whole { gram: DMatrix::from_fn(p, p, |i, j| scale[i] * gram[(i, j)] * scale[j]), scale }
+    }
+
+    /// A - k A_g with `held` on its scaled diagonal, factored; `None` where that is not positive definite, or no number.
+    fn without(&self, out: Option<(&Cluster, f64)>, held: f64) -> Option<Cholesky<f64, Dyn>> {
+        let mut left = self.gram.clone();
+        if let Some((cluster, share)) = out {
+            for (b, &column) in cluster.columns.iter().enumerate() {
+                for (a, &row) in cluster.columns.iter().enumerate() {
+                    left[(row, column)] -= share * self.scale[row] * self.scale[column] * cluster.gram[(a, b)];
+                }
+            }
+        }
+        // What the data leave open keeps its value.
+        (0..self.scale.len()).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { held } else { 1.0 });
+        left.cholesky()
+    }
+
+    /// S_g of a cluster of which the share k is taken out; `None` as for [`Whole::without`].
+    pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
+        let mut score = DVector::zeros(self.scale.len());
+        for (b, &column) in cluster.columns.iter().enumerate() {
+            score[column] = self.scale[column] * cluster.score[b];
+        }
+        let found = self.without(Some((cluster, share)), held)?.solve(&score);
+        Some(self.scale.iter().zip(found.iter()).map(|(scale, x)| scale * x).collect())
+    }
+
+    /// sum_g S_g^2, one a parameter; a cluster that gives no numbers adds nothing.
+    pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
+        let mut variance = vec![0.0; self.scale.len()];
+        for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
+            variance.iter_mut().zip(moved).for_each(|(v, s)| *v += s * s);
+        }
+        variance
+    }
+
+    /// Share of each cluster in what tells each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc; clusters of all columns.
+    pub fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
+        let p = self.scale.len();
+        let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());
+        clusters.iter().map(move |cluster| {
+            let entry = |i: usize, j: usize| self.scale[i] * cluster.gram[(i, j)] * self.scale[j];
+            let told = DMatrix::from_fn(p, p, entry) * &inverse;
+            (0..p).map(|c| inverse.column(c).dot(&told.column(c)) / inverse[(c, c)]).collect()
+        })
+    }
+}

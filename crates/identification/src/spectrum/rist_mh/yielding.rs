@@ -1,0 +1,171 @@
+//! The columns of the effects beside friction, and the motion of links behind springs and gaps.
+//!
+//! Delay and ripple are linear. Behind springs and gaps Y(q) X is linearised about the present size u of each,
+//!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
+//! e_k is what the joint yields a unit of u, s a small step, and the fit is repeated until u' is u (`search`). tau_k is the
+//! torque behind the motor's friction: that of the drive less the friction of the fit where the joint moves, Y_k(q) X where
+//! it is held, for there friction hides it. A spring must carry all of the model's torque: the inertia of a rotor that is
+//! estimated too stands behind it here, and does not in the robot.
+
+use crate::experiments::measured_motion::MeasuredMotion;
+use crate::spectrum::harmonics::JointSpectrum;
+use crate::spectrum::rist_mh::data::HarmonicData;
+use crate::spectrum::rist_mh::effects::Effect;
+use crate::spectrum::rist_mh::fit::Fit;
+
+/// What a joint yields at most by the step of a difference, rad: far above rounding, and far below what bends a column.
+const STEP: f64 = 1e-5;
+
+/// Torque over which a link crosses its gap, over the root mean square torque.
+const CROSSING: f64 = 0.1;
+
+impl HarmonicData<'_> {
+    /// Number of columns of all effects.
+    pub(crate) fn effect_columns(&self) -> usize {
+        self.effects.iter().map(|e| e.columns()).sum()
+    }
+
+    /// Whether links move otherwise than the motors.
+    pub(crate) fn has_yielding(&self) -> bool {
+        self.effects.iter().any(|e| e.yielding().is_some())
+    }
+
+    /// Takes up the effects: columns of the record. Those of springs and gaps stay zero until [`HarmonicData::yield_by`].
+    pub(crate) fn lay(&mut self, effects: &[Effect]) {
+        if self.has_yielding() {
+            // The links move with the motors again.
+            for (experiment, motion) in self.motions.iter().enumerate() {
+                let Some(columns) = motion.as_ref().map(|motion| motion.regressor_columns(self.regressor)) else {
+                    continue;
+                };
+                let of = self.spectra.iter_mut().filter(|s| s.experiment == experiment);
+                of.for_each(|s| s.take_columns(&columns[s.joint]));
+            }
+        }
+        self.effects = effects.to_vec();
+        self.effect_rows = self.spectra.iter().map(|s| self.record_columns(s)).collect();
+    }
+
+    /// `[row][column]` of a spectrum.
+    fn record_columns(&self, s: &JointSpectrum) -> Vec<Vec<f64>> {
+        let gain = self.gain[s.joint];
+        let mut rows = vec![Vec::with_capacity(self.effect_columns()); s.rows.len()];
+        for effect in &self.effects {
+            match *effect {
+                Effect::Delay => rows.iter_mut().zip(s.delay_column()).for_each(|(row, d)| row.push(-gain * d)),
+                Effect::Ripple { joint, periods } if joint == s.joint => {
+                    rows.iter_mut().zip(s.ripple_rows(periods, gain)).for_each(|(row, c)| row.extend(c));
+                }
+                other => rows.iter_mut().for_each(|row| row.resize(row.len() + other.columns(), 0.0)),
+            }
+        }
+        rows
+    }
+
+    /// Moves the links by what the fit says of springs and gaps, and linearises their columns there.
+    pub(crate) fn yield_by(&mut self, fit: &Fit) {
+        let sizes = fit.x[fit.x.len() - self.effect_columns()..].to_vec();
+        let motions = std::mem::take(&mut self.motions);
+        for (experiment, motion) in motions.iter().enumerate() {
+            if let Some(motion) = motion {
+                self.yield_experiment(experiment, motion, &sizes, fit);
+            }
+        }
+        self.motions = motions;
+    }
+
+    fn yield_experiment(&mut self, experiment: usize, motor: &MeasuredMotion, sizes: &[f64], fit: &Fit) {
+        let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
+        let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load().get(c).copied().unwrap_or(0.0)).collect();
+        let (h, highest) = (first.sample_time(), first.kept_harmonics());
+        let yields = self.yields(experiment, motor, &total, fit);
+        let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
+            let mut q = from.q.clone();
+            for (column, joint, e) in &yields {
+                q[*joint].iter_mut().zip(e).for_each(|(q, e)| *q -= by(*column) * e);
+            }
+            MeasuredMotion::by_harmonics(&q, h, highest)
+        };
+        let links = moved(&|column| sizes[column], motor);
+        let columns = links.regressor_columns(self.regressor);
+        let torque = |columns: &[Vec<f64>]| -> Vec<f64> {
+            (0..links.len()).map(|i| columns.iter().zip(&total).map(|(c, x)| c[i] * x).sum()).collect()
+        };
+        let at: Vec<Vec<f64>> = columns.iter().map(|c| torque(c)).collect();
+        let mut slopes: Vec<(usize, Vec<Vec<f64>>)> = Vec::new();
+        for (column, _, e) in &yields {
+            let largest = e.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+            let step = STEP / largest.max(f64::MIN_POSITIVE);
+            let stepped = moved(&|c| if c == *column { step } else { 0.0 }, &links);
+            let there = stepped.regressor_columns(self.regressor);
+            let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
+            slopes.push((*column, (0..self.n).map(slope).collect()));
+        }
+        for (s, rows) in self.spectra.iter_mut().zip(&mut self.effect_rows).filter(|(s, _)| s.experiment == experiment)
+        {
+            s.take_columns(&columns[s.joint]);
+            for (column, slope) in &slopes {
+                let found = s.rows_of(std::slice::from_ref(&slope[s.joint]), 1);
+                for (r, found) in found.iter().enumerate() {
+                    rows[r][*column] = found[0];
+                    s.known[r] -= found[0] * sizes[*column];
+                }
+            }
+        }
+    }
+
+    /// Of each spring and gap: its column, its joint, and what the joint yields a unit of its size at every instant.
+    fn yields(
+        &self,
+        experiment: usize,
+        motor: &MeasuredMotion,
+        total: &[f64],
+        fit: &Fit,
+    ) -> Vec<(usize, usize, Vec<f64>)> {
+        let mut found = Vec::new();
+        let mut column = 0;
+        let mut rigid = None;
+        for effect in &self.effects {
+            if let Some(joint) = effect.yielding() {
+                let spectrum = self.spectra.iter().position(|s| s.experiment == experiment && s.joint == joint);
+                let torque = match spectrum {
+                    Some(e) => fit.behind_friction(&self.spectra[e], e, self),
+                    None => {
+                        let columns = rigid.get_or_insert_with(|| motor.regressor_columns(self.regressor));
+                        let of = |i: usize| columns[joint].iter().zip(total).map(|(c, x)| c[i] * x).sum();
+                        (0..motor.len()).map(of).collect()
+                    }
+                };
+                let e = match effect {
+                    Effect::Play { .. } => sides(&torque),
+                    _ => torque,
+                };
+                found.push((column, joint, e));
+            }
+            column += effect.columns();
+        }
+        found
+    }
+}
+
+/// Half the side at which the torque holds the link, -1/2 .. 1/2.
+fn sides(torque: &[f64]) -> Vec<f64> {
+    let square = torque.iter().map(|t| t * t).sum::<f64>() / torque.len().max(1) as f64;
+    let width = CROSSING * square.sqrt();
+    torque.iter().map(|t| if width > 0.0 { 0.5 * (t / width).tanh() } else { 0.0 }).collect()
+}
+
+impl Fit {
+    /// The torque of a drive less the friction of its joint, N m, at every instant of the mean period.
+    fn behind_friction(&self, s: &JointSpectrum, spectrum: usize, data: &HarmonicData) -> Vec<f64> {
+        let gain = data.gain[s.joint];
+        let m = self.shape.columns();
+        let friction = &self.x[data.p + s.joint * m..data.p + (s.joint + 1) * m];
+        let scale = self.scale(spectrum);
+        let columns = s.friction_series(&self.shape, gain);
+        let of = |(i, c): (usize, &f64)| {
+            gain * c - scale * columns.iter().zip(friction).map(|(column, f)| column[i] * f).sum::<f64>()
+        };
+        s.drive().iter().enumerate().map(of).collect()
+    }
+}

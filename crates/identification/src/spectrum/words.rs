@@ -1,0 +1,81 @@
+//! Effects beside friction in words: what was found of them, and what to do about one that the model lacks.
+
+use crate::estimate::passport::significant;
+use crate::model::regressor::Regressor;
+use crate::spectrum::rist_mh::cause::Cause;
+use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
+
+/// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
+pub fn size_words(
+    size: &EffectSize,
+    regressor: &dyn Regressor,
+    frequency: Option<f64>,
+    with_deviation: bool,
+) -> String {
+    let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
+    let unit = |joint: usize, slide: &'static str, turn: &'static str| {
+        if regressor.is_prismatic(joint) { slide } else { turn }
+    };
+    let value = |i: usize| size.values.get(i).copied().unwrap_or(0.0);
+    let deviation = size.deviations.first().copied().unwrap_or(0.0);
+    let both = |scale: f64, decimals: usize| match with_deviation {
+        true => format!("{:.decimals$} +- {:.decimals$}", scale * value(0).abs(), scale * deviation),
+        false => format!("{:.decimals$}", scale * value(0).abs()),
+    };
+    match size.effect {
+        Effect::Delay => {
+            let side = if value(0) < 0.0 { "early" } else { "late" };
+            format!("the torques are {side} by {} ms", both(1e3, if with_deviation { 3 } else { 2 }))
+        }
+        Effect::Ripple { joint, periods } => format!(
+            "{} has ripple of {:.1} % and of {} {} with {periods} periods a turn",
+            name(joint),
+            100.0 * value(2).hypot(value(3)),
+            significant(value(0).hypot(value(1))),
+            unit(joint, "N", "N m")
+        ),
+        Effect::Elastic { joint } => {
+            let at = frequency.map_or(String::new(), |hz| format!(", {hz:.0} Hz with the motor held"));
+            let stiffness = 1.0 / value(0);
+            let spread = if with_deviation {
+                format!(" +- {}", significant(deviation / value(0).powi(2)))
+            } else {
+                String::new()
+            };
+            let unit = unit(joint, "N/m", "N m/rad");
+            format!("{} bends: {}{spread} {unit}{at}", name(joint), significant(stiffness))
+        }
+        Effect::Play { joint } => format!("{} has play of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad")),
+    }
+}
+
+/// The words of the command line that put an effect among the columns.
+fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
+    let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
+    let mut words: Vec<String> = Vec::new();
+    for size in &cause.effects {
+        let (flag, word) = match size.effect {
+            Effect::Delay => ("--delay", "auto".to_string()),
+            Effect::Ripple { joint, periods } => ("--ripple", format!("{}={periods}", name(joint))),
+            Effect::Elastic { joint } => ("--elastic", name(joint).to_string()),
+            Effect::Play { joint } => ("--play", name(joint).to_string()),
+        };
+        match words.first_mut() {
+            Some(first) => first.push_str(&format!(",{word}")),
+            None => words.push(format!("{flag} {word}")),
+        }
+    }
+    words.concat()
+}
+
+/// What the model lacks, and the option that gives it.
+pub fn cause_sentence(cause: &Cause, regressor: &dyn Regressor) -> String {
+    let sizes = cause.effects.iter().zip(&cause.frequency);
+    let sizes: Vec<String> = sizes.map(|(size, hz)| size_words(size, regressor, *hz, false)).collect();
+    format!(
+        "{}: that explains {:.0} % of it; {} estimates it with the rest",
+        sizes.join(", "),
+        100.0 * cause.explained,
+        remedy(cause, regressor)
+    )
+}

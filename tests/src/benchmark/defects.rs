@@ -1,0 +1,229 @@
+//! R3G and its like with what their models do not have: drives that ripple, joints that bend or have play, late torques.
+//!
+//! Joints that bend are simulated in closed loop as two masses each,
+//!   J theta'' = kt I - G(theta') - tau,   M(q) q'' + h(q, q') = tau,   tau = K s + D s',
+//! s = theta - q less the gap where there is play, zero within it. The encoder is at the motor. The torque J theta'' of the
+//! rotor is given: it is taken off the record.
+
+use identification::algebra::fourier::circular_differences;
+use identification::algebra::random::Random;
+use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
+use identification::experiments::record::Record;
+use identification::model::friction::law::FrictionLaw;
+use identification::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
+use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
+use identification::spectrum::experiment::SpectralExperiment;
+
+use crate::benchmark::scenario::BenchmarkArm;
+
+/// What all joints have, or only one of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Defect {
+    /// The torques are logged so many s late.
+    Late(f64),
+    /// The gain goes up and down by this share, so often a turn.
+    GainRipple(f64, f64),
+    /// A torque of this share of the greatest torque goes up and down so often a turn.
+    Ripple(f64, f64),
+    /// The links swing at so many Hz when the motors are held.
+    Elastic(f64),
+    /// A gap of so many rad, before a spring of [`STIFF`] Hz.
+    Play(f64),
+}
+
+/// Hz.
+const STIFF: f64 = 100.0;
+/// Damping of springs, and of what meets behind a gap, lest it rattles; a share of the critical one.
+const DAMPING: f64 = 0.02;
+const BUMPER: f64 = 0.1;
+/// Of the inertia that the motor sees.
+const ROTOR: f64 = 0.2;
+
+/// Joints as two masses: motors, then links.
+struct TwoMass<'a> {
+    links: &'a dyn Dynamics,
+    rotor: Vec<f64>,
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    gap: Vec<f64>,
+}
+
+impl Dynamics for TwoMass<'_> {
+    fn n_coordinates(&self) -> usize {
+        2 * self.rotor.len()
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
+        let n = self.rotor.len();
+        let (mut own, mut h) = (vec![0.0; n * n], vec![0.0; n]);
+        self.links.fill(&q[n..], &dq[n..], &mut own, &mut h);
+        inertia.fill(0.0);
+        for k in 0..n {
+            let (apart, half) = (q[k] - q[n + k], 0.5 * self.gap[k]);
+            let pressed = apart - apart.clamp(-half, half);
+            let touches = f64::from(pressed != 0.0 || half == 0.0);
+            let tau = self.stiffness[k] * pressed + touches * self.damping[k] * (dq[k] - dq[n + k]);
+            inertia[k * 2 * n + k] = self.rotor[k];
+            bias[k] = tau;
+            bias[n + k] = h[k] - tau;
+            for l in 0..n {
+                inertia[(n + k) * 2 * n + n + l] = own[k * n + l];
+            }
+        }
+    }
+}
+
+impl Defect {
+    /// Noise-free experiments of a plan; `joint`: the one that has the defect, `None`: all.
+    pub fn experiments(
+        self,
+        arm: &BenchmarkArm,
+        plan: &[ExcitingTrajectory],
+        joint: Option<usize>,
+    ) -> Result<Vec<SpectralExperiment>, Stop> {
+        let has = |k: usize| joint.is_none_or(|j| j == k);
+        // A feedforward whose parameters are wrong by a fifth, as in the scenarios.
+        let mut random = Random::new(77);
+        let wrong: Vec<f64> = arm.truth.iter().map(|x| x * if random.uniform() >= 0.5 { 1.2 } else { 0.8 }).collect();
+        let mut found = Vec::new();
+        for trajectory in plan {
+            let reference = trajectory.reference();
+            let feedforward = inverse_dynamics(arm.regressor, &wrong, &reference);
+            let record = match self {
+                Defect::Elastic(_) | Defect::Play(_) => self.two_mass(arm, &reference, feedforward, &has)?,
+                _ => rigid(arm, &reference, &feedforward)?,
+            };
+            let Some(mut experiment) = SpectralExperiment::new(trajectory.clone(), &record) else { continue };
+            (0..arm.friction.len()).filter(|&k| has(k)).for_each(|k| self.log(arm, &mut experiment, k));
+            found.push(experiment);
+        }
+        Ok(found)
+    }
+
+    /// What is in the record of a joint that was simulated without it.
+    fn log(self, arm: &BenchmarkArm, experiment: &mut SpectralExperiment, k: usize) {
+        let current = experiment.current[k].clone();
+        let n = current.len();
+        for i in 0..n {
+            let wave = |periods: f64| (periods * experiment.q[k][i] + 0.4 + k as f64).sin();
+            experiment.current[k][i] = match self {
+                // Whole periods: what comes in at the start went out at the end.
+                Defect::Late(seconds) => {
+                    let at = (i as f64 - seconds / arm.sample_time).rem_euclid(n as f64);
+                    let (low, share) = (at.floor() as usize % n, at.fract());
+                    (1.0 - share) * current[low] + share * current[(low + 1) % n]
+                }
+                Defect::GainRipple(share, periods) => current[i] / (1.0 + share * wave(periods)),
+                Defect::Ripple(share, periods) => {
+                    current[i] + share * arm.drives.greatest_torque[k] / arm.drives.gain[k] * wave(periods)
+                }
+                Defect::Elastic(_) | Defect::Play(_) => current[i],
+            };
+        }
+    }
+
+    fn masses<'a>(self, arm: &BenchmarkArm<'a>, has: &dyn Fn(usize) -> bool) -> TwoMass<'a> {
+        let n = arm.drives.gain.len();
+        // The controller was tuned to this inertia: Kp = J w^2, Kd = 1.6 J w.
+        let inertia = |k: usize| {
+            let (p, d) = (arm.controller.proportional[k], arm.controller.derivative[k]);
+            d * d / (1.6 * 1.6 * p)
+        };
+        let hz = |k: usize| match self {
+            Defect::Elastic(hz) if has(k) => hz,
+            _ => STIFF,
+        };
+        let stiffness: Vec<f64> = (0..n).map(|k| inertia(k) * (std::f64::consts::TAU * hz(k)).powi(2)).collect();
+        let gap = |k: usize| if let Defect::Play(gap) = self { if has(k) { gap } else { 0.0 } } else { 0.0 };
+        let damping = if let Defect::Play(_) = self { BUMPER } else { DAMPING };
+        let rotor: Vec<f64> = (0..n).map(|k| ROTOR * inertia(k)).collect();
+        TwoMass {
+            links: arm.dynamics,
+            damping: (0..n).map(|k| 2.0 * damping * (stiffness[k] * rotor[k]).sqrt()).collect(),
+            gap: (0..n).map(gap).collect(),
+            rotor,
+            stiffness,
+        }
+    }
+
+    fn two_mass(
+        self,
+        arm: &BenchmarkArm,
+        reference: &Reference,
+        mut feedforward: Vec<Vec<f64>>,
+        has: &dyn Fn(usize) -> bool,
+    ) -> Result<Record, Stop> {
+        let n = arm.drives.gain.len();
+        let dynamics = self.masses(arm, has);
+        let zeros = vec![0.0; n];
+        let with = |x: &[f64], other: f64| x.iter().copied().chain(vec![other; n]).collect::<Vec<f64>>();
+        let controller = Controller {
+            proportional: with(&arm.controller.proportional, 0.0),
+            derivative: with(&arm.controller.derivative, 0.0),
+            velocity_pole: arm.controller.velocity_pole,
+        };
+        let drives =
+            Drives { gain: with(&arm.drives.gain, 1.0), greatest_torque: with(&arm.drives.greatest_torque, 1.0) };
+        let friction: Vec<FrictionLaw> = arm.friction.iter().copied().chain(vec![FrictionLaw::NONE; n]).collect();
+        let simulation = Simulation {
+            dynamics: &dynamics,
+            controller: &controller,
+            drives: &drives,
+            quantum: &[arm.sensing.quantum.clone(), zeros].concat(),
+            friction: &friction,
+            substeps: 4,
+        };
+        let twice = |x: &[Vec<f64>]| x.iter().chain(x).cloned().collect::<Vec<_>>();
+        let both = Reference {
+            q: twice(&reference.q),
+            dq: twice(&reference.dq),
+            ddq: twice(&reference.ddq),
+            ..reference.clone()
+        };
+        feedforward.extend(vec![vec![0.0; both.q[0].len()]; n]);
+        let (mut record, stop) = simulation.run(&both, Some(&feedforward));
+        if stop != Stop::End {
+            return Err(stop);
+        }
+        record.q.truncate(n);
+        record.current.truncate(n);
+        for k in 0..n {
+            let (_, acceleration) = circular_differences(&record.q[k], record.sample_time);
+            let rotor = dynamics.rotor[k] / arm.drives.gain[k];
+            record.current[k].iter_mut().zip(acceleration).for_each(|(c, a)| *c -= rotor * a);
+        }
+        Ok(record)
+    }
+}
+
+fn rigid(arm: &BenchmarkArm, reference: &Reference, feedforward: &[Vec<f64>]) -> Result<Record, Stop> {
+    let simulation = Simulation {
+        dynamics: arm.dynamics,
+        controller: &arm.controller,
+        drives: &arm.drives,
+        quantum: &arm.sensing.quantum,
+        friction: &arm.friction,
+        substeps: 2,
+    };
+    match simulation.run(reference, Some(feedforward)) {
+        (record, Stop::End) => Ok(record),
+        (_, stop) => Err(stop),
+    }
+}
+
+/// The experiments with the noise of the sensors, that of one draw.
+pub fn measured(
+    experiments: &[SpectralExperiment],
+    arm: &BenchmarkArm,
+    sensing: &Sensing,
+    seed: u64,
+    draw: u64,
+) -> Vec<SpectralExperiment> {
+    let mut random = Random::stream(seed, draw);
+    let mut measure = |e: &SpectralExperiment| {
+        let record = Record { sample_time: arm.sample_time, q: e.q.clone(), current: e.current.clone() };
+        let noisy = sensing.measure(&record, &arm.drives.gain, &mut random);
+        SpectralExperiment { q: noisy.q, current: noisy.current, ..e.clone() }
+    };
+    experiments.iter().map(&mut measure).collect()
+}
