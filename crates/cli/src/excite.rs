@@ -86,12 +86,12 @@ pub struct Arguments {
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     noise: f64,
 
-    /// Starts of the search
-    #[arg(long, default_value_t = 8)]
+    /// Starts of the search: a third are random, the others begin near the best so far
+    #[arg(long, default_value_t = 12)]
     starts: usize,
 
-    /// Iterations of a start at each of five heights of the walls, at most
-    #[arg(long, default_value_t = 40)]
+    /// Iterations of a start at each of six heights of the walls, at most
+    #[arg(long, default_value_t = 100)]
     iterations: usize,
 
     #[arg(long, default_value_t = 1)]

@@ -306,11 +306,11 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 ///
 /// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), blend (s), harmonics (5), spans (of a
 /// spline), repetitions (3), rate (200 Hz), limits (a path to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
-/// (8), iterations (40), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
+/// (12), iterations (100), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
 /// called as starts end. A motion that is not proven says so:
 /// look at `.proven` before it is played.
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, blend=None, harmonics=None, spans=None, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=8, iterations=40, seed=1, after=None, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, blend=None, harmonics=None, spans=None, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
 pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
     let known: &[&str] = &[
         "motion",

@@ -121,8 +121,8 @@ impl Default for ExciteRequest {
             friction: FrictionTerm::STANDARD.to_vec(),
             aim: Aim::Determinant,
             noise: 0.01,
-            starts: 8,
-            iterations: 40,
+            starts: 12,
+            iterations: 100,
             seed: 1,
             after: None,
         }

@@ -13,6 +13,10 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::experiments::excitation::motion::Shape;
 
+/// Instants of the wall for one of the criterion. At thirty a period of the highest harmonic a peak can lie
+/// (pi/30)^2 / 2 = 0.5 % above what they show, and the determinant loses twice that where a motion is made smaller by it.
+const DENSITY: usize = 2;
+
 /// The rows of one joint.
 struct JointRows {
     /// rows x m.
@@ -32,8 +36,9 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// The wall for the joints with these limits, none of them locked, at `samples` instants of a period.
+    /// The wall for the joints with these limits, none of them locked, for a criterion at `samples` instants of a period.
     pub fn new(shape: &Shape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
+        let samples = DENSITY * samples;
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
         for (k, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
             rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));

@@ -1,12 +1,17 @@
 //! Many starts, each descended to the wall of the limits.
 //!
-//! A start draws a spectrum for each joint (of a spline: of its control points), scales it into the limits and puts its centre where there is room: any
-//! coefficients are made feasible by their scale. Its walls are then lowered in steps, with a descent at each
-//! ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled after it
-//! ([`crate::experiments::excitation::fitting`]).
+//! A start draws a spectrum for each joint (of a spline: of its control points), scales it into the limits and puts its
+//! centre where there is room: any coefficients are made feasible by their scale. Its walls are then lowered in steps,
+//! with a descent at each ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled
+//! after it ([`crate::experiments::excitation::fitting`]).
 //!
-//! A start depends on the seed and its number alone, so the outcome is the same on any number of threads.
+//! A third of the starts draws every joint. The others take the best motion so far and draw two of its joints anew: good
+//! motions lie near one another, and of as many starts the best is better so (docs/benchmarks.md).
+//!
+//! A start depends on the seed, its number and the rounds before it alone, so the outcome is the same on any number of
+//! threads.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::algebra::interruption::Interruption;
@@ -47,10 +52,19 @@ pub struct Found {
     pub nearest: Option<(f64, usize)>,
 }
 
-/// Heights of the walls; at the last they cost the determinant less than a thousandth a limit.
-const HEIGHTS: [f64; 5] = [3e-2, 6e-3, 1.2e-3, 2.4e-4, 5e-5];
+/// Heights of the walls; at the last they cost the determinant less than a thousandth a limit. What begins at a good
+/// motion begins at the second.
+const HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, 5e-5];
+/// Starts of a round that takes the best so far: as many for any number of threads.
+const ROUND: usize = 4;
+/// Joints of the best motion that a start of such a round draws anew.
+const ANEW: usize = 2;
 /// Draws for one start before it is given up.
 const DRAWS: usize = 60;
+/// Times a drawn motion is made smaller before it is given up.
+const SHRINKS: usize = 12;
+/// Share of a torque's bound up to which a drawn motion is taken.
+const STRONG: f64 = 0.95;
 /// Centres drawn for a start whose robot has bodies.
 const CENTRES: usize = 2000;
 
@@ -69,24 +83,36 @@ pub fn search(
     if prepared.p() == 0 {
         return Err(NoMotion::NothingToTell);
     }
-    let (next, done, interruption) = (AtomicUsize::new(0), AtomicUsize::new(0), Interruption::here());
-    let work = || {
-        let mut found: Vec<(usize, Result<Found, NoMotion>)> = Vec::new();
-        loop {
-            let start = next.fetch_add(1, Ordering::Relaxed);
-            if start >= options.starts.max(1) || interruption.is_raised() {
-                return found;
+    let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
+    let round = |starts: Range<usize>, best: Option<&[f64]>| {
+        let next = AtomicUsize::new(starts.start);
+        let work = || {
+            let mut found: Vec<(usize, Result<Found, NoMotion>)> = Vec::new();
+            loop {
+                let start = next.fetch_add(1, Ordering::Relaxed);
+                if start >= starts.end || interruption.is_raised() {
+                    return found;
+                }
+                let outcome = interruption.during(|| one(&prepared, problem, options, start, best));
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
+                found.push((start, outcome));
             }
-            let outcome = interruption.during(|| one(&prepared, problem, options, start));
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
-            found.push((start, outcome));
-        }
+        };
+        let mut all: Vec<(usize, Result<Found, NoMotion>)> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..options.threads.max(1)).map(|_| scope.spawn(work)).collect();
+            threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
+        });
+        all.sort_by_key(|(start, _)| *start);
+        all
     };
-    let mut all: Vec<(usize, Result<Found, NoMotion>)> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..options.threads.max(1)).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
-    });
-    all.sort_by_key(|(start, _)| *start);
+    let starts = options.starts.max(1);
+    let mut all = round(0..starts.div_ceil(3), None);
+    while all.len() < starts && !interruption.is_raised() {
+        let found = all.iter().filter_map(|(_, outcome)| outcome.as_ref().ok());
+        let best = found.min_by(|a, b| a.criterion.total_cmp(&b.criterion)).map(|f| prepared.scaled(&f.joints));
+        let next = all.len()..starts.min(all.len() + ROUND);
+        all.extend(round(next, best.as_deref()));
+    }
     let mut failed = NoMotion::NothingToTell;
     let mut found = Vec::new();
     for (_, outcome) in all {
@@ -124,10 +150,21 @@ pub enum NoMotion {
     },
 }
 
-fn one(prepared: &Prepared, problem: &Problem, options: &SearchOptions, start: usize) -> Result<Found, NoMotion> {
+/// One start: from a random motion, or from the best so far with some of its joints drawn anew.
+fn one(
+    prepared: &Prepared,
+    problem: &Problem,
+    options: &SearchOptions,
+    start: usize,
+    best: Option<&[f64]>,
+) -> Result<Found, NoMotion> {
     let mut random = Random::stream(options.seed, start as u64);
-    let mut x = first(prepared, problem, &mut random)?;
-    for height in HEIGHTS {
+    let near = best.and_then(|best| near(prepared, problem, best, &mut random));
+    let (mut x, heights) = match near {
+        Some(x) => (x, &HEIGHTS[1..]),
+        None => (first(prepared, problem, &mut random)?, &HEIGHTS[..]),
+    };
+    for &height in heights {
         let walled = Walled { prepared, height };
         if let Some(found) = descend(&walled, &x, options.iterations) {
             x = found.x;
@@ -173,6 +210,29 @@ fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64
     x
 }
 
+/// The best motion with some of its joints drawn anew, their swing as small as torques and distances ask; `None` where
+/// that is not enough.
+fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random) -> Option<Vec<f64>> {
+    let m = problem.shape.size();
+    let other = drawn(prepared, problem, random);
+    let mut x = best.to_vec();
+    let anew: Vec<usize> = (0..ANEW).map(|_| random.index(prepared.moving().len())).collect();
+    anew.iter().for_each(|&j| x[j * m..(j + 1) * m].copy_from_slice(&other[j * m..(j + 1) * m]));
+    for _ in 0..SHRINKS {
+        let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= STRONG);
+        if is_weak && SpaceWall::is_inside(prepared.nearest(&x)) {
+            return Some(x);
+        }
+        anew.iter().for_each(|&j| shrink(&mut x[j * m..(j + 1) * m]));
+    }
+    None
+}
+
+/// A joint with a smaller swing about its pose.
+fn shrink(joint: &mut [f64]) {
+    joint[1..].iter_mut().for_each(|x| *x *= 0.7);
+}
+
 /// The coefficients of a coordinate behind its pose, by a random spectrum of its velocity.
 fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
     for l in 0..x.len() / 2 {
@@ -215,17 +275,15 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
         }
         draws += 1;
         // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
-        for _ in 0..12 {
-            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > 0.95);
+        for _ in 0..SHRINKS {
+            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > STRONG);
             if let Some(less) = strong.filter(|strong| strong.0 < weakest.0) {
                 weakest = less;
             }
             if strong.is_none() && is_free(prepared.nearest(&x)) {
                 return Ok(x);
             }
-            for joint in x.chunks_exact_mut(m) {
-                joint[1..].iter_mut().for_each(|x| *x *= 0.7);
-            }
+            x.chunks_exact_mut(m).for_each(shrink);
         }
     }
     match narrowest {
