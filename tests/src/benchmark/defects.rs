@@ -27,7 +27,7 @@ pub enum Defect {
     Ripple(f64, f64),
     /// The links swing at so many Hz when the motors are held.
     Elastic(f64),
-    /// A gap of so many rad, before a spring of [`STIFF`] Hz.
+    /// A gap of so many rad, before a spring of `STIFF` Hz.
     Play(f64),
 }
 
