@@ -6,8 +6,10 @@
 //! derives it, for what comes after the model.
 
 pub mod benchmark;
+pub mod dense_samples;
 pub mod faults;
 pub mod joint_log;
+pub mod known_arms;
 pub mod lagrangian;
 pub mod number;
 pub mod planar_log;

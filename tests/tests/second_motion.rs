@@ -56,7 +56,7 @@ fn a_second_motion_shows_what_the_first_left_open() {
     let urdf = workspace().join("models/ur5.urdf");
     let urdf = urdf.to_str().unwrap();
     let excite = |name: &str, more: &[&str]| {
-        let common = ["excite", urdf, "--repetitions", "1", "--starts", "2", "--iterations", "25", "--out", name];
+        let common = ["excite", urdf, "--repetitions", "1", "--starts", "2", "--out", name];
         let found = run(&folder, &[&common[..], more].concat());
         assert_eq!(found.code, Some(0), "{}{}", found.out, found.err);
         let text = std::fs::read_to_string(folder.join(name)).unwrap();

@@ -1,0 +1,182 @@
+//! Arms that are known, as descriptions made from the kinematics and limits that their makers publish.
+//!
+//! The kinematics are standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha). A constant added to theta is taken into
+//! the limits of position. Masses and effort limits are left out: they are not published for most.
+
+use std::fmt::Write;
+
+/// A joint: d and a (m), alpha, least and greatest theta (degrees), greatest velocity (degrees/s).
+type JointRow = [f64; 6];
+
+/// An arm.
+pub struct KnownArm {
+    /// Its maker's name for it, as the name of a file.
+    pub name: &'static str,
+    /// Turn of the first frame about the x axis of the base, degrees.
+    base_alpha: f64,
+    joints: &'static [JointRow],
+}
+
+/// Four of Universal Robots ("DH parameters for calculations of kinematics and dynamics"), and arms of KUKA, ABB, Staubli,
+/// UFactory and Kinova by their data sheets and user guides. A joint that turns without end has two turns.
+pub const KNOWN_ARMS: [KnownArm; 11] = [
+    KnownArm {
+        name: "ur3e",
+        base_alpha: 0.0,
+        joints: &[
+            [0.15185, 0.0, 90.0, -360.0, 360.0, 180.0],
+            [0.0, -0.24355, 0.0, -360.0, 360.0, 180.0],
+            [0.0, -0.2132, 0.0, -360.0, 360.0, 180.0],
+            [0.13105, 0.0, 90.0, -360.0, 360.0, 360.0],
+            [0.08535, 0.0, -90.0, -360.0, 360.0, 360.0],
+            [0.0921, 0.0, 0.0, -360.0, 360.0, 360.0],
+        ],
+    },
+    KnownArm {
+        name: "ur5e",
+        base_alpha: 0.0,
+        joints: &[
+            [0.1625, 0.0, 90.0, -360.0, 360.0, 180.0],
+            [0.0, -0.425, 0.0, -360.0, 360.0, 180.0],
+            [0.0, -0.3922, 0.0, -360.0, 360.0, 180.0],
+            [0.1333, 0.0, 90.0, -360.0, 360.0, 180.0],
+            [0.0997, 0.0, -90.0, -360.0, 360.0, 180.0],
+            [0.0996, 0.0, 0.0, -360.0, 360.0, 180.0],
+        ],
+    },
+    KnownArm {
+        name: "ur10e",
+        base_alpha: 0.0,
+        joints: &[
+            [0.1807, 0.0, 90.0, -360.0, 360.0, 120.0],
+            [0.0, -0.6127, 0.0, -360.0, 360.0, 120.0],
+            [0.0, -0.57155, 0.0, -360.0, 360.0, 180.0],
+            [0.17415, 0.0, 90.0, -360.0, 360.0, 180.0],
+            [0.11985, 0.0, -90.0, -360.0, 360.0, 180.0],
+            [0.11655, 0.0, 0.0, -360.0, 360.0, 180.0],
+        ],
+    },
+    KnownArm {
+        name: "ur16e",
+        base_alpha: 0.0,
+        joints: &[
+            [0.1807, 0.0, 90.0, -360.0, 360.0, 120.0],
+            [0.0, -0.4784, 0.0, -360.0, 360.0, 120.0],
+            [0.0, -0.36, 0.0, -360.0, 360.0, 180.0],
+            [0.17415, 0.0, 90.0, -360.0, 360.0, 180.0],
+            [0.11985, 0.0, -90.0, -360.0, 360.0, 180.0],
+            [0.11655, 0.0, 0.0, -360.0, 360.0, 180.0],
+        ],
+    },
+    KnownArm {
+        name: "iiwa7_r800",
+        base_alpha: 0.0,
+        joints: &[
+            [0.34, 0.0, -90.0, -170.0, 170.0, 98.0],
+            [0.0, 0.0, 90.0, -120.0, 120.0, 98.0],
+            [0.4, 0.0, 90.0, -170.0, 170.0, 100.0],
+            [0.0, 0.0, -90.0, -120.0, 120.0, 130.0],
+            [0.4, 0.0, -90.0, -170.0, 170.0, 140.0],
+            [0.0, 0.0, 90.0, -120.0, 120.0, 180.0],
+            [0.126, 0.0, 0.0, -175.0, 175.0, 180.0],
+        ],
+    },
+    KnownArm {
+        name: "iiwa14_r820",
+        base_alpha: 0.0,
+        joints: &[
+            [0.36, 0.0, -90.0, -170.0, 170.0, 85.0],
+            [0.0, 0.0, 90.0, -120.0, 120.0, 85.0],
+            [0.42, 0.0, 90.0, -170.0, 170.0, 100.0],
+            [0.0, 0.0, -90.0, -120.0, 120.0, 75.0],
+            [0.4, 0.0, -90.0, -170.0, 170.0, 130.0],
+            [0.0, 0.0, 90.0, -120.0, 120.0, 135.0],
+            [0.126, 0.0, 0.0, -175.0, 175.0, 135.0],
+        ],
+    },
+    KnownArm {
+        name: "irb120",
+        base_alpha: 0.0,
+        joints: &[
+            [0.29, 0.0, -90.0, -165.0, 165.0, 250.0],
+            [0.0, 0.27, 0.0, -200.0, 20.0, 250.0],
+            [0.0, 0.07, -90.0, -110.0, 70.0, 250.0],
+            [0.302, 0.0, 90.0, -160.0, 160.0, 320.0],
+            [0.0, 0.0, -90.0, -120.0, 120.0, 320.0],
+            [0.072, 0.0, 0.0, -400.0, 400.0, 420.0],
+        ],
+    },
+    KnownArm {
+        name: "kr6_r900",
+        base_alpha: 0.0,
+        joints: &[
+            [0.4, 0.025, -90.0, -170.0, 170.0, 360.0],
+            [0.0, 0.455, 0.0, -190.0, 45.0, 300.0],
+            [0.0, 0.035, -90.0, -210.0, 66.0, 360.0],
+            [0.42, 0.0, 90.0, -185.0, 185.0, 381.0],
+            [0.0, 0.0, -90.0, -120.0, 120.0, 388.0],
+            [0.08, 0.0, 0.0, -350.0, 350.0, 615.0],
+        ],
+    },
+    KnownArm {
+        name: "tx90",
+        base_alpha: 0.0,
+        joints: &[
+            [0.478, 0.05, -90.0, -180.0, 180.0, 400.0],
+            [0.0, 0.425, 0.0, -220.0, 57.5, 400.0],
+            [0.05, 0.0, 90.0, -55.0, 235.0, 430.0],
+            [0.425, 0.0, -90.0, -270.0, 270.0, 540.0],
+            [0.0, 0.0, 90.0, -115.0, 140.0, 475.0],
+            [0.1, 0.0, 0.0, -270.0, 270.0, 760.0],
+        ],
+    },
+    KnownArm {
+        name: "xarm6",
+        base_alpha: 0.0,
+        joints: &[
+            [0.267, 0.0, -90.0, -360.0, 360.0, 180.0],
+            [0.0, 0.28949, 0.0, -197.35, 40.65, 180.0],
+            [0.0, 0.0775, -90.0, -145.65, 90.35, 180.0],
+            [0.3425, 0.0, 90.0, -360.0, 360.0, 180.0],
+            [0.0, 0.076, -90.0, -97.0, 180.0, 180.0],
+            [0.097, 0.0, 0.0, -360.0, 360.0, 180.0],
+        ],
+    },
+    KnownArm {
+        name: "gen3_7dof",
+        base_alpha: 180.0,
+        joints: &[
+            [-0.2848, 0.0, 90.0, -360.0, 360.0, 79.64],
+            [-0.0118, 0.0, 90.0, 51.1, 308.9, 79.64],
+            [-0.4208, 0.0, 90.0, -180.0, 540.0, 79.64],
+            [-0.0128, 0.0, 90.0, 32.2, 327.8, 79.64],
+            [-0.3143, 0.0, 90.0, -180.0, 540.0, 69.91],
+            [0.0, 0.0, 90.0, 59.7, 300.3, 69.91],
+            [-0.1674, 0.0, 180.0, -180.0, 540.0, 69.91],
+        ],
+    },
+];
+
+impl KnownArm {
+    /// Its URDF: what stands behind the turn of a joint is the origin of the next.
+    pub fn urdf(&self) -> String {
+        let mut text = format!("<robot name=\"{}\">\n  <link name=\"base\"/>\n", self.name);
+        let (mut xyz, mut alpha) = ((0.0, 0.0), self.base_alpha);
+        let mut parent = "base".to_string();
+        for (i, [d, a, next_alpha, low, high, velocity]) in self.joints.iter().copied().enumerate() {
+            let (name, [low, high, velocity]) = (i + 1, [low, high, velocity].map(f64::to_radians));
+            // Writing to a string does not fail.
+            let _ = write!(
+                text,
+                "  <link name=\"link{name}\"/>\n  <joint name=\"joint{name}\" type=\"revolute\">\n    <parent \
+                 link=\"{parent}\"/><child link=\"link{name}\"/>\n    <origin xyz=\"{} 0 {}\" rpy=\"{} 0 0\"/><axis xyz=\"0 0 \
+                 1\"/>\n    <limit lower=\"{low}\" upper=\"{high}\" velocity=\"{velocity}\" effort=\"0\"/>\n  </joint>\n",
+                xyz.0,
+                xyz.1,
+                alpha.to_radians(),
+            );
+            ((xyz, alpha), parent) = (((a, d), next_alpha), format!("link{name}"));
+        }
+        text + "</robot>\n"
+    }
+}

@@ -1,0 +1,21 @@
+//! Arms that are known, and the serial ones of models/: a motion is found, proven, and kept at a hundred times its rate.
+//! In default settings: `cargo bench -p tests --bench excite`.
+
+use std::path::Path;
+
+use rist::{ExciteRequest, Model};
+use tests::dense_samples::violations;
+use tests::known_arms::KNOWN_ARMS;
+
+#[test]
+fn a_short_search_finds_a_proven_motion_for_every_known_arm() {
+    for arm in &KNOWN_ARMS {
+        let model = Model::parse(&arm.urdf(), Path::new(arm.name), &Default::default()).unwrap();
+        let request = ExciteRequest { starts: 1, iterations: 5, ..ExciteRequest::default() };
+        let found = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
+        assert!(found.proven && found.joints.len() >= 6, "{}: {:?}", arm.name, found.certificate);
+        assert!(found.parameters.iter().all(|p| p.deviation.is_some()), "{}: {:?}", arm.name, found.parameters);
+        let (beyond, samples) = violations(&found, 100.0);
+        assert!(beyond == 0 && samples > 50_000, "{}: {beyond} of {samples}", arm.name);
+    }
+}
