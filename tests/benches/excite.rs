@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use rist::{ExciteRequest, Model};
+use rist::Model;
+use rist::exciting::ExciteRequest;
 use tests::dense_samples::violations;
 use tests::known_arms::KNOWN_ARMS;
 use tests::model_path;

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use rist::{ExciteRequest, Model};
+use rist::Model;
+use rist::exciting::ExciteRequest;
 use tests::dense_samples::violations;
 use tests::known_arms::KNOWN_ARMS;
 
