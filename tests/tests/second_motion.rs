@@ -6,29 +6,28 @@ use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::model::friction::terms::{FrictionTerm, sign};
+use identification::model::parameter::ParameterId;
 use nalgebra::{Cholesky, DMatrix};
 use rist::Model;
 use rist::planning::PlanRequest;
 use tests::program::{folder, rist as run};
 use tests::workspace;
 
-/// The names of the columns of `information`.
-fn names(model: &Model) -> Vec<String> {
-    let base = model.regressor().parameters().iter().map(|p| p.name.to_string());
-    let own = FrictionTerm::STANDARD.iter().flat_map(|t| t.parameters());
-    let own: Vec<String> = own.map(|p| p.to_string()).collect();
-    let friction = model.regressor().coordinates().iter().flat_map(|c| own.iter().map(move |f| format!("{f}_{c}")));
-    base.chain(friction).collect()
+/// The columns of `information`.
+fn columns(model: &Model) -> Vec<ParameterId> {
+    let base = model.regressor().parameters().iter().map(|p| ParameterId::Base(p.name.clone()));
+    let own = |c| FrictionTerm::STANDARD.iter().flat_map(|t| t.parameters()).map(move |f| ParameterId::friction(*f, c));
+    base.chain(model.regressor().coordinates().iter().flat_map(|c| own(c.as_str()))).collect()
 }
 
 /// What an estimate tells: the inverse of its covariance, as rows.
 fn known(model: &Model, estimate: &Estimate) -> Rows {
-    let names = names(model);
+    let columns = columns(model);
     let place: Vec<usize> =
-        names.iter().map(|n| estimate.parameters.iter().position(|p| p.id.to_string() == *n).unwrap()).collect();
-    let covariance = DMatrix::from_fn(names.len(), names.len(), |i, j| estimate.covariance[place[i]][place[j]]);
+        columns.iter().map(|id| estimate.parameters.iter().position(|p| p.id == *id).unwrap()).collect();
+    let covariance = DMatrix::from_fn(columns.len(), columns.len(), |i, j| estimate.covariance[place[i]][place[j]]);
     let upper = Cholesky::new(Cholesky::new(covariance).unwrap().inverse()).unwrap().l().transpose();
-    let mut rows = Rows::new(names.len());
+    let mut rows = Rows::new(columns.len());
     upper.row_iter().for_each(|row| rows.push(&row.iter().copied().collect::<Vec<_>>()));
     rows
 }
