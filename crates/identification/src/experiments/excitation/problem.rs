@@ -6,9 +6,8 @@
 //! ([`crate::experiments::excitation::space_wall`]), T that of torques and powers at the instants of the period and the
 //! blends ([`crate::experiments::excitation::torque_wall`]).
 //!
-//! The state at an instant is linear in x, and one reverse pass through the regressor gives the slope of J and T with
-//! respect to the states: df/dY is known, and dY/d(q, dq, ddq) exact. Rows are over the noise of their joint; locked
-//! joints have none.
+//! The state at an instant is linear in x. One reverse pass through the regressor gives the slope of J and T along the
+//! states: df/dY is known, dY/d(q, dq, ddq) exact. Rows are over the noise of their joint; locked joints have none.
 
 use crate::experiments::excitation::barrier::{Barrier, Curvature};
 use crate::experiments::excitation::columns::{SMOOTH_SIGN, friction_columns};
@@ -23,6 +22,7 @@ use crate::model::differentiable::DifferentiableRegressor;
 use crate::model::friction::terms::FrictionTerm;
 
 /// What is asked of a motion.
+#[derive(Clone)]
 pub struct Problem<'a> {
     /// The base regressor with its derivatives.
     pub regressor: &'a dyn DifferentiableRegressor,

@@ -55,6 +55,8 @@ pub struct Found {
 /// Heights of the walls; at the last they cost the determinant less than a thousandth a limit. What begins at a good
 /// motion begins at the second.
 const HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, 5e-5];
+/// The height from which on what is known counts, after a descent without it.
+const ALONE: usize = 2;
 /// Starts of a round that takes the best so far: as many for any number of threads.
 const ROUND: usize = 4;
 /// Joints of the best motion that a start of such a round draws anew.
@@ -83,6 +85,10 @@ pub fn search(
     if prepared.p() == 0 {
         return Err(NoMotion::NothingToTell);
     }
+    // Where much is known already the criterion is flat: what it has of slopes leads to poor motions. A start goes first to
+    // where the motion alone tells most.
+    let alone = Problem { prior: &[], ..problem.clone() };
+    let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone));
     let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
     let round = |starts: Range<usize>, best: Option<&[f64]>| {
         let next = AtomicUsize::new(starts.start);
@@ -93,7 +99,7 @@ pub fn search(
                 if start >= starts.end || interruption.is_raised() {
                     return found;
                 }
-                let outcome = interruption.during(|| one(&prepared, problem, options, start, best));
+                let outcome = interruption.during(|| one(alone.as_ref(), &prepared, problem, options, start, best));
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
                 found.push((start, outcome));
             }
@@ -150,8 +156,10 @@ pub enum NoMotion {
     },
 }
 
-/// One start: from a random motion, or from the best so far with some of its joints drawn anew.
+/// One start: from a random motion, or from the best so far with some of its joints drawn anew. `alone`: the problem
+/// without what is known, where anything is.
 fn one(
+    alone: Option<&Prepared>,
     prepared: &Prepared,
     problem: &Problem,
     options: &SearchOptions,
@@ -164,7 +172,9 @@ fn one(
         Some(x) => (x, &HEIGHTS[1..]),
         None => (first(prepared, problem, &mut random)?, &HEIGHTS[..]),
     };
-    for &height in heights {
+    let first = alone.into_iter().flat_map(|prepared| heights.iter().map(move |height| (prepared, *height)));
+    let last = if alone.is_some() { &HEIGHTS[ALONE..] } else { heights };
+    for (prepared, height) in first.chain(last.iter().map(|height| (prepared, *height))) {
         let walled = Walled { prepared, height };
         if let Some(found) = descend(&walled, &x, options.iterations) {
             x = found.x;
