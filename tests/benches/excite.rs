@@ -31,7 +31,7 @@ fn main() {
     let wanted = |name: &str| words.is_empty() || words.iter().any(|w| w == name);
     println!("{:<24} {:>6} {:>9} {:>7} {:>12} of samples", "arm", "joints", "s", "proven", "violations");
     for arm in KNOWN_ARMS.iter().filter(|arm| wanted(arm.name)) {
-        let model = Model::parse(&arm.urdf(), &Path::new(arm.name).with_extension("urdf"), &Default::default());
+        let model = Model::parse(&arm.urdf(), Path::new(arm.name).with_extension("urdf"), &Default::default());
         row(arm.name, &model.expect("a description"));
     }
     for file in SERIAL.into_iter().filter(|file| wanted(file)) {

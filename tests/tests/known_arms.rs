@@ -11,8 +11,7 @@ use tests::known_arms::KNOWN_ARMS;
 #[test]
 fn a_short_search_finds_a_proven_motion_for_every_known_arm() {
     for arm in &KNOWN_ARMS {
-        let model =
-            Model::parse(&arm.urdf(), &Path::new(arm.name).with_extension("urdf"), &Default::default()).unwrap();
+        let model = Model::parse(&arm.urdf(), Path::new(arm.name).with_extension("urdf"), &Default::default()).unwrap();
         let request = ExciteRequest { starts: 1, iterations: 5, ..ExciteRequest::default() };
         let found = rist::excite(&model, &request, &|_, _, _| ()).unwrap();
         assert!(found.proven && found.joints.len() >= 6, "{}: {:?}", arm.name, found.certificate);
