@@ -162,6 +162,8 @@ const ORDERS: [(&str, &[&str]); 12] = [
             "recursion",
             "lagrangian",
             "joint_log",
+            "known_arms",
+            "dense_samples",
             "faults",
             "planar_log",
             "program",
