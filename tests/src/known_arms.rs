@@ -1,5 +1,7 @@
-//! Arms that are known, as descriptions made from the kinematics and limits that their makers publish.
+//! Arms that are known, as descriptions made from their public kinematics and limits.
 //!
+//! Lengths of the four of Universal Robots, and all of the two iiwa, were compared with public programs that state them
+//! (2026-11-22). The figures of the other five, and the velocities of Universal Robots, were written from memory and not checked.
 //! The kinematics are standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha). A constant added to theta is taken into
 //! the limits of position. Masses and effort limits are left out: they are not published for most.
 
@@ -17,8 +19,7 @@ pub struct KnownArm {
     joints: &'static [JointRow],
 }
 
-/// Four of Universal Robots ("DH parameters for calculations of kinematics and dynamics"), and arms of KUKA, ABB, Staubli,
-/// UFactory and Kinova by their data sheets and user guides. A joint that turns without end has two turns.
+/// Four of Universal Robots, and arms of KUKA, ABB, Staubli, UFactory and Kinova. A joint that turns without end has two turns.
 pub const KNOWN_ARMS: [KnownArm; 11] = [
     KnownArm {
         name: "ur3e",

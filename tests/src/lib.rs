@@ -15,6 +15,7 @@ pub mod number;
 pub mod planar_log;
 pub mod pose;
 pub mod program;
+pub mod promise;
 pub mod random;
 pub mod recursion;
 pub mod rules;

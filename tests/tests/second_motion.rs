@@ -5,60 +5,23 @@ use identification::estimate::artefact::Estimate;
 use identification::experiments::branch_and_bound::{PlanProof, ProofNode};
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::model::friction::terms::{FrictionTerm, sign};
-use identification::model::parameter::ParameterId;
+use identification::model::friction::terms::FrictionTerm;
 use nalgebra::{Cholesky, DMatrix};
 use rist::Model;
 use rist::planning::PlanRequest;
 use tests::program::{folder, rist as run};
+use tests::promise::{columns, information};
 use tests::workspace;
-
-/// The columns of `information`.
-fn columns(model: &Model) -> Vec<ParameterId> {
-    let base = model.regressor().parameters().iter().map(|p| ParameterId::Base(p.name.clone()));
-    let own = |c| FrictionTerm::STANDARD.iter().flat_map(|t| t.parameters()).map(move |f| ParameterId::friction(*f, c));
-    base.chain(model.regressor().coordinates().iter().flat_map(|c| own(c.as_str()))).collect()
-}
 
 /// What an estimate tells: the inverse of its covariance, as rows.
 fn known(model: &Model, estimate: &Estimate) -> Rows {
-    let columns = columns(model);
+    let columns = columns(model, &FrictionTerm::STANDARD);
     let place: Vec<usize> =
         columns.iter().map(|id| estimate.parameters.iter().position(|p| p.id == *id).unwrap()).collect();
     let covariance = DMatrix::from_fn(columns.len(), columns.len(), |i, j| estimate.covariance[place[i]][place[j]]);
     let upper = Cholesky::new(Cholesky::new(covariance).unwrap().inverse()).unwrap().l().transpose();
     let mut rows = Rows::new(columns.len());
     upper.row_iter().for_each(|row| rows.push(&row.iter().copied().collect::<Vec<_>>()));
-    rows
-}
-
-/// The information of a motion about base parameters and friction, over the noise of each joint.
-fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64]) -> Rows {
-    let regressor = model.regressor();
-    let (n, base) = (regressor.coordinates().len(), regressor.parameters().len());
-    let played = motion.motion("motion").unwrap();
-    let terms = FrictionTerm::STANDARD;
-    let own: usize = terms.iter().map(|t| t.parameters().len()).sum();
-    let mut rows = Rows::new(base + n * own);
-    let mut y = vec![0.0; n * base];
-    for k in 0..(played.repetitions as f64 * played.shape.period() * played.rate).round() as usize {
-        let state = played.at(played.shape.blend() + k as f64 / played.rate);
-        let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
-        let (dq, ddq) = (of(1), of(2));
-        regressor.fill(&of(0), &dq, &ddq, &mut y);
-        for i in 0..n {
-            let mut row = vec![0.0; rows.width()];
-            row[..base].copy_from_slice(&y[i * base..][..base]);
-            let mut place = base + i * own;
-            for term in &terms {
-                let count = term.parameters().len();
-                term.fill(dq[i], ddq[i], 0.0, sign(dq[i]), &mut row[place..][..count]);
-                place += count;
-            }
-            row.iter_mut().for_each(|x| *x /= noise[i]);
-            rows.push(&row);
-        }
-    }
     rows
 }
 
@@ -100,7 +63,9 @@ fn a_second_motion_shows_what_the_first_left_open() {
     let text = std::fs::read_to_string(folder.join("estimate.yaml")).unwrap();
     let known = known(&model, &Estimate::from_yaml("estimate.yaml", &text).unwrap());
     // All in the noise that the estimate's residuals show, as the design has it.
-    let with = |motion: &ExcitingMotion| determinant(&[&known, &information(&model, motion, &second.torque_noise)]);
+    let with = |motion: &ExcitingMotion| {
+        determinant(&[&known, &information(&model, motion, &second.torque_noise, &FrictionTerm::STANDARD)])
+    };
     let (after, again, another) = (with(&second), with(&first), with(&other));
     eprintln!("designed after {after:.4e}, the first again {again:.4e}, another {another:.4e}");
     assert!(after > again && after > another, "{after} {again} {another}");

@@ -167,6 +167,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
             "faults",
             "planar_log",
             "program",
+            "promise",
             "tape_robot",
             "benchmark",
         ],

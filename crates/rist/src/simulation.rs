@@ -6,10 +6,11 @@ use identification::algebra::random::Random;
 use identification::estimate::identified::Identified;
 use identification::experiments::candidates::MotionLimits;
 use identification::experiments::excitation::motion;
-use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
 use identification::experiments::ranges::{check_limits, check_samples};
 use identification::experiments::record::Record;
+use identification::experiments::reference_motion::Reference;
 use identification::model::known_load::KnownLoad;
 use identification::model::parameter::{BaseParameter, Parameter, ParameterId};
 use identification::simulate::closed_loop::Stop;
@@ -235,8 +236,9 @@ struct Run<'a> {
 impl Run<'_> {
     fn motion(&self, name: &str, reference: &Reference, index: usize) -> Result<Record, Error> {
         let noise = (!self.request.noise_free).then_some((self.request.seed, index as u64));
-        let added = self.feedforward.as_ref().map(|f| f.torques(self.model, reference));
-        let (record, stop) = self.setup.record(self.dynamics.as_ref(), reference, added.as_deref(), noise);
+        let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
+        let added = added.as_ref().map(|f| f as &dyn Fn(&Reference) -> Vec<Vec<f64>>);
+        let (record, stop) = self.setup.record(self.dynamics.as_ref(), reference, added, noise);
         match stop {
             Stop::End => Ok(record),
             Stop::NotPhysical { time } => Err(Error::new(format_args!(

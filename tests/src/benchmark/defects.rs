@@ -7,8 +7,9 @@
 
 use identification::algebra::fourier::circular_differences;
 use identification::algebra::random::Random;
-use identification::experiments::exciting_trajectory::{ExcitingTrajectory, Reference};
+use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::experiments::record::Record;
+use identification::experiments::reference_motion::Reference;
 use identification::model::friction::law::FrictionLaw;
 use identification::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
 use identification::simulate::dynamics::{Dynamics, inverse_dynamics};

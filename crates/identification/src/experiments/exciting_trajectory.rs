@@ -23,6 +23,7 @@ use std::ops::Range;
 
 use crate::experiments::motion_kind::MotionKind;
 use crate::experiments::profile::Profile;
+use crate::experiments::reference_motion::Reference;
 
 /// The motion of the joints that move.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,21 +69,6 @@ pub struct ExcitingTrajectory {
     pub sample_time: f64,
     /// How the fast joint moves.
     pub motion: Motion,
-}
-
-/// Reference motion, sampled: `q[k][i]` of coordinate k at instant i, rad, rad/s, rad/s^2.
-#[derive(Clone, Debug, Default)]
-pub struct Reference {
-    /// Time between samples, s.
-    pub sample_time: f64,
-    /// rad (m), one series a coordinate.
-    pub q: Vec<Vec<f64>>,
-    /// rad/s (m/s).
-    pub dq: Vec<Vec<f64>>,
-    /// rad/s^2 (m/s^2).
-    pub ddq: Vec<Vec<f64>>,
-    /// The samples that are used: whole periods, or the two sections of constant velocity.
-    pub windows: Vec<Range<usize>>,
 }
 
 /// The projector of a spectral equation.

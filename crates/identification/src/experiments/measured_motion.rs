@@ -1,6 +1,6 @@
 //! A measured motion as the equations of the spectrum see it: positions and their derivatives over whole periods.
 
-use crate::experiments::exciting_trajectory::Reference;
+use crate::experiments::reference_motion::Reference;
 use crate::model::regressor::Regressor;
 
 /// A motion as measured: q, dq, ddq, one series a coordinate, rad, rad/s, rad/s^2.

@@ -15,6 +15,7 @@ pub mod point_to_point;
 pub mod profile;
 pub mod ranges;
 pub mod record;
+pub mod reference_motion;
 pub mod relaxed_design;
 pub mod servo_script;
 pub mod trajectory_file;

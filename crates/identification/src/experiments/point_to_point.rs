@@ -4,7 +4,7 @@
 //! joints share the T of the slowest.
 
 use crate::algebra::random::Random;
-use crate::experiments::exciting_trajectory::Reference;
+use crate::experiments::reference_motion::Reference;
 
 /// How far a validation motion goes.
 #[derive(Clone, Debug, PartialEq)]

@@ -23,4 +23,44 @@ impl Record {
             current: self.current.iter().map(take).collect(),
         }
     }
+
+    /// Every `parts`-th sample: the position there, and the mean of the current over the new sample time about it, as a
+    /// drive that logs slower than it controls gives it. At both ends over what there is.
+    pub fn thinned(&self, parts: usize) -> Record {
+        let parts = parts.max(1);
+        // The trapezoidal rule: where `parts` is even, half of each sample at the ends.
+        let (half, ends) = (parts / 2, if parts % 2 == 0 { 0.5 } else { 1.0 });
+        let mean = |x: &Vec<f64>, i: usize| {
+            let about = i.saturating_sub(half)..(i + half + 1).min(x.len());
+            let weight = |k: usize| if k.abs_diff(i) == half && half > 0 { ends } else { 1.0 };
+            let (sum, all) = about.fold((0.0, 0.0), |(sum, all), k| (sum + weight(k) * x[k], all + weight(k)));
+            sum / all
+        };
+        Record {
+            sample_time: self.sample_time * parts as f64,
+            q: self.q.iter().map(|q| q.iter().copied().step_by(parts).collect()).collect(),
+            current: self.current.iter().map(|x| (0..x.len()).step_by(parts).map(|i| mean(x, i)).collect()).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thinned_record_holds_means_of_the_current() {
+        let record = |n: usize| Record {
+            sample_time: 1e-3,
+            q: vec![(0..n).map(|i| i as f64).collect()],
+            current: vec![(0..n).map(|i| if i % 3 == 0 { 3.0 } else { 0.0 }).collect()],
+        };
+        let thinned = record(13).thinned(3);
+        assert_eq!(thinned.q, vec![vec![0.0, 3.0, 6.0, 9.0, 12.0]]);
+        // Every third sample is 3: the mean over any three is 1; at the ends two are there.
+        assert_eq!(thinned.current, vec![vec![1.5, 1.0, 1.0, 1.0, 1.5]]);
+        // Half of the 3 at one end of the two samples.
+        assert_eq!(record(7).thinned(2).current[0][1..3], [0.75, 0.75]);
+        assert_eq!(record(5).thinned(1), record(5));
+    }
 }

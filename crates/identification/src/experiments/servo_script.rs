@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use crate::experiments::exciting_trajectory::Reference;
+use crate::experiments::reference_motion::Reference;
 
 /// The text of a program; a controller has six joints, in the order of the coordinates.
 pub fn servo_script(reference: &Reference) -> String {

@@ -6,7 +6,7 @@
 
 use std::fmt::Write;
 
-use crate::experiments::exciting_trajectory::Reference;
+use crate::experiments::reference_motion::Reference;
 
 /// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,8 +14,8 @@
 
 use crate::algebra::positive_definite::solve_positive;
 use crate::algebra::random::Random;
-use crate::experiments::exciting_trajectory::Reference;
 use crate::experiments::record::Record;
+use crate::experiments::reference_motion::Reference;
 use crate::model::friction::law::FrictionLaw;
 use crate::simulate::dynamics::Dynamics;
 
@@ -63,6 +63,11 @@ pub struct Sensing {
     pub torque_noise: Vec<f64>,
 }
 
+/// Step of Runge-Kutta by the time in which friction decays: stable to 2.78.
+const LONGEST_STEP: f64 = 2.0;
+/// Poses of a reference that are looked at for it.
+const POSES: usize = 20;
+
 /// A robot with its drives, controller and friction.
 pub struct Simulation<'a> {
     /// The robot.
@@ -75,7 +80,7 @@ pub struct Simulation<'a> {
     pub quantum: &'a [f64],
     /// One law a coordinate.
     pub friction: &'a [FrictionLaw],
-    /// Runge-Kutta steps in a sample.
+    /// Runge-Kutta steps in a sample, at least.
     pub substeps: usize,
 }
 
@@ -110,6 +115,7 @@ impl Simulation<'_> {
             state.dq[k] = velocity[k];
         }
         let decay = (-self.controller.velocity_pole * h).exp();
+        let substeps = self.substeps.max((h * self.stiffness(reference) / LONGEST_STEP).ceil() as usize);
         for i in 0..count {
             for k in 0..n {
                 let seen = quantised(state.q[k], self.quantum[k]);
@@ -128,13 +134,31 @@ impl Simulation<'_> {
                 held[k] = current;
                 state.tau[k] = torque;
             }
-            for _ in 0..self.substeps {
-                if !self.step(&mut state, h / self.substeps as f64) {
+            for _ in 0..substeps {
+                if !self.step(&mut state, h / substeps as f64) {
                     return (record, Stop::NotPhysical { time: i as f64 * h });
                 }
             }
         }
         (record, Stop::End)
+    }
+
+    /// How fast friction decays where it turns its sign, 1/s, at most: sum_k (A^-1)_kk dG_k/dv over the poses of a reference.
+    fn stiffness(&self, reference: &Reference) -> f64 {
+        let (n, count) = (self.dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
+        let (mut inertia, mut bias, rest) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+        let mut most = 0.0_f64;
+        for i in (0..count).step_by(count.div_ceil(POSES).max(1)) {
+            let q: Vec<f64> = reference.q.iter().map(|q| q[i]).collect();
+            let of = |k: usize| {
+                self.dynamics.fill(&q, &rest, &mut inertia, &mut bias);
+                let mut unit = vec![0.0; n];
+                unit[k] = 1.0;
+                solve_positive(&mut inertia, &mut unit).then(|| unit[k] * self.friction[k].slope_at_rest())
+            };
+            most = most.max((0..n).filter_map(of).sum());
+        }
+        most
     }
 
     /// One Runge-Kutta 4 step under a constant drive torque.

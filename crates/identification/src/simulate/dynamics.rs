@@ -4,7 +4,7 @@
 //! torques. Any [`Regressor`] with parameter values is such a robot: with Y(q, dq, ddq) linear in
 //! ddq, h = Y(q, dq, 0) X and column k of A is (Y(q, dq, e_k) - Y(q, dq, 0)) X.
 
-use crate::experiments::exciting_trajectory::Reference;
+use crate::experiments::reference_motion::Reference;
 use crate::model::regressor::Regressor;
 
 /// Inertia matrix and bias torque of a robot.

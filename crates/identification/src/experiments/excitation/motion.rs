@@ -8,7 +8,7 @@
 use crate::experiments::excitation::fourier_series::FourierSeries;
 use crate::experiments::excitation::limits::CoordinateLimits;
 use crate::experiments::excitation::quintic_spline::QuinticSpline;
-use crate::experiments::exciting_trajectory::Reference;
+use crate::experiments::reference_motion::Reference;
 
 /// What a motion is a sum of.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -54,6 +54,12 @@ impl FrictionLaw {
         self
     }
 
+    /// dG/dv at rest without load, N m s/rad.
+    pub fn slope_at_rest(&self) -> f64 {
+        let turn = (1.0 + self.stribeck) * (self.coulomb_positive - self.coulomb_negative) / (2.0 * self.smoothing);
+        turn + 0.5 * (self.viscous_positive + self.viscous_negative)
+    }
+
     /// Torque that opposes the motion at velocity `v` under the drive torque `tau`, N m.
     pub fn torque(&self, v: f64, tau: f64) -> f64 {
         let positive = 0.5 * (1.0 + (v / self.smoothing).tanh());

@@ -1,0 +1,95 @@
+//! A reference motion, sampled, and the same motion between its samples.
+
+use std::ops::Range;
+
+/// Reference motion, sampled: `q[k][i]` of coordinate k at instant i, rad, rad/s, rad/s^2.
+#[derive(Clone, Debug, Default)]
+pub struct Reference {
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// rad (m), one series a coordinate.
+    pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s).
+    pub dq: Vec<Vec<f64>>,
+    /// rad/s^2 (m/s^2).
+    pub ddq: Vec<Vec<f64>>,
+    /// The samples that are used: whole periods, or the two sections of constant velocity.
+    pub windows: Vec<Range<usize>>,
+}
+
+impl Reference {
+    /// The same motion with `parts` samples for each one: quintics that meet q, dq and ddq at every sample.
+    ///
+    /// Windows count the new samples. As it is where `parts` is one.
+    pub fn refined(&self, parts: usize) -> Reference {
+        let count = self.q.first().map_or(0, Vec::len);
+        if parts <= 1 || count == 0 {
+            return self.clone();
+        }
+        let h = self.sample_time;
+        let mut fine = Reference {
+            sample_time: h / parts as f64,
+            windows: self.windows.iter().map(|w| w.start * parts..w.end * parts).collect(),
+            ..Reference::default()
+        };
+        for ((q, dq), ddq) in self.q.iter().zip(&self.dq).zip(&self.ddq) {
+            let mut series: [Vec<f64>; 3] = Default::default();
+            for i in 0..(count - 1) * parts + 1 {
+                let (from, s) = (i / parts, (i % parts) as f64 / parts as f64);
+                let to = (from + 1).min(count - 1);
+                let ends = [from, to].map(|i| [q[i], h * dq[i], h * h * ddq[i]]);
+                let [x, dx, ddx] = if i % parts == 0 { ends[0] } else { quintic(ends, s) };
+                for (series, x) in series.iter_mut().zip([x, dx / h, ddx / (h * h)]) {
+                    series.push(x);
+                }
+            }
+            let [q, dq, ddq] = series;
+            (fine.q.push(q), fine.dq.push(dq), fine.ddq.push(ddq));
+        }
+        fine
+    }
+}
+
+/// Value and two derivatives at s of the quintic on 0..1 that has those of `ends` there.
+fn quintic(ends: [[f64; 3]; 2], s: f64) -> [f64; 3] {
+    let [[x0, v0, a0], [x1, v1, a1]] = ends;
+    // What is left of the end beyond the parabola of the start.
+    let (x, v, a) = (x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
+    let (c3, c4, c5) = (10.0 * x - 4.0 * v + 0.5 * a, -15.0 * x + 7.0 * v - a, 6.0 * x - 3.0 * v + 0.5 * a);
+    [
+        x0 + s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5)))),
+        v0 + s * (a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5))),
+        a0 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_samples_it_is_the_motion() {
+        let sampled = |h: f64, count: usize| {
+            let at = |f: fn(f64) -> f64| vec![(0..count).map(|i| f(h * i as f64)).collect::<Vec<f64>>()];
+            Reference {
+                sample_time: h,
+                q: at(|t| (3.0 * t).sin()),
+                dq: at(|t| 3.0 * (3.0 * t).cos()),
+                ddq: at(|t| -9.0 * (3.0 * t).sin()),
+                windows: vec![10..90],
+            }
+        };
+        let (coarse, fine) = (sampled(5e-3, 101), sampled(1e-3, 501));
+        let refined = coarse.refined(5);
+        assert_eq!(refined.windows, vec![50..450]);
+        // The error of a quintic, h^6 max|q^(6)| / 46080 = 2.5e-16, is rounding here; h^4 max|q^(6)| / 384 = 1.2e-9 in ddq.
+        for (series, bound) in
+            [(|r| &r.q, 1e-14), (|r| &r.dq, 1e-11), (|r| &r.ddq, 5e-9)] as [(fn(&Reference) -> &Vec<Vec<f64>>, f64); 3]
+        {
+            let (a, b) = (&series(&refined)[0], &series(&fine)[0]);
+            assert_eq!(a.len(), b.len());
+            let worst = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst < bound, "{worst} {bound}");
+        }
+    }
+}
