@@ -56,6 +56,22 @@ impl Dynamics for RegressorDynamics<'_> {
     }
 }
 
+/// A(q) ddq + h(q, dq) along a reference, N m, `[coordinate][instant]`.
+pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
+    let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
+    let (mut a, mut h) = (vec![0.0; n * n], vec![0.0; n]);
+    let mut found = vec![Vec::with_capacity(count); n];
+    for i in 0..count {
+        let at = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
+        dynamics.fill(&at(&reference.q), &at(&reference.dq), &mut a, &mut h);
+        let ddq = at(&reference.ddq);
+        for (k, series) in found.iter_mut().enumerate() {
+            series.push(h[k] + a[k * n..(k + 1) * n].iter().zip(&ddq).map(|(a, x)| a * x).sum::<f64>());
+        }
+    }
+    found
+}
+
 /// tau = Y(q, dq, ddq) X at one instant, N m.
 pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());

@@ -18,7 +18,7 @@ use crate::experiments::record::Record;
 use crate::experiments::reference_motion::Reference;
 use crate::model::friction::law::FrictionLaw;
 use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
-use crate::simulate::dynamics::Dynamics;
+use crate::simulate::dynamics::{Dynamics, torques};
 
 /// A simulated robot apart from its dynamics.
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub struct SimulationSetup {
     pub limits: Vec<MotionLimits>,
     /// Tuned to the robot's inertia.
     pub controller: Controller,
+    /// Whether the controllers know the robot: they add A(q) ddq + h(q, dq) of the reference to their own torques.
+    pub knows_robot: bool,
     /// Gains and limits of the drives.
     pub drives: Drives,
     /// Noise and resolution of the sensors.
@@ -94,7 +96,7 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
             let least = |k: usize| inverses.iter().map(|inverse| 1.0 / inverse[(k, k)]).fold(f64::INFINITY, f64::min);
             let note = format!(
                 "the joints move each other: together they are {lightness:.0} times as light as one by one; the controllers are \
-                 tuned to each joint with the others free"
+                 tuned to each joint with the others free, and add the torques of the reference"
             );
             ((0..mean.len()).map(least).collect(), Some(note))
         }
@@ -157,9 +159,11 @@ impl SimulationSetup {
         };
         let greatest_torque = (0..n).map(&mut greatest).collect();
         let (seen, note) = controller_inertia(&matrices, &inertia);
+        let knows_robot = note.is_some();
         notes.extend(note);
         let velocity_pole = 15.0 * std::f64::consts::TAU * BANDWIDTH;
         SimulationSetup {
+            knows_robot,
             controller: Controller::for_inertia(&seen, &vec![BANDWIDTH; n], velocity_pole),
             drives: Drives { gain: gains, greatest_torque },
             sensing: Sensing {
@@ -174,7 +178,8 @@ impl SimulationSetup {
     }
 
     /// The record of a motion at the rate of its reference, with the noise of the stream `index` of the seed; `None`: without noise.
-    /// `feedforward`: what the controller adds, N m `[coordinate][instant]`, for the reference as the controller samples it.
+    /// `feedforward`: what the controller adds, N m `[coordinate][instant]`, for the reference as the controller samples it;
+    /// without it, what it knows of the robot.
     pub fn record(
         &self,
         dynamics: &dyn Dynamics,
@@ -193,7 +198,8 @@ impl SimulationSetup {
         // A rate of 1 kHz in floating point is 1 kHz.
         let parts = (reference.sample_time / CONTROL_PERIOD - 1e-9).ceil().max(1.0) as usize;
         let controlled = reference.refined(parts);
-        let feedforward = feedforward.map(|torques| torques(&controlled));
+        let known = || self.knows_robot.then(|| torques(dynamics, &controlled));
+        let feedforward = feedforward.map(|torques| torques(&controlled)).or_else(known);
         let (record, stop) = simulation.run(&controlled, feedforward.as_deref());
         let record = record.thinned(parts);
         match noise {
