@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::identify::{Friction, friction};
 use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
+use crate::report::page_of_motion;
 use crate::terminal::{self, print_result, progress};
 use rist::output::{check_output, write_file};
 
@@ -111,6 +112,14 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     play: Vec<PathBuf>,
 
+    /// Write a page that draws the motion within its limits, the path of the tip and what it makes visible
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
+    /// The date on that page, as you would have it
+    #[arg(long, requires = "report")]
+    date: Option<String>,
+
     /// Write the motion even where its limits are not proven to be kept; it says so
     #[arg(long)]
     unproven: bool,
@@ -143,7 +152,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;
     let of_user = [&arguments.model.model].into_iter().chain(&arguments.limits).chain(&arguments.after);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
-    arguments.play.iter().chain(&arguments.out).try_for_each(|file| check_output(file, &inputs))?;
+    let mut outputs = arguments.play.iter().chain(&arguments.out).chain(&arguments.report);
+    outputs.try_for_each(|file| check_output(file, &inputs))?;
     let request = request(arguments)?;
     let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
     let found = interruptible(|| rist::excite(&model, &request, &told))??;
@@ -164,10 +174,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         write_file(file, &text, &inputs)?;
     }
-    match &arguments.out {
-        Some(out) => Ok(write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?),
-        None => Ok(()),
+    if let Some(out) = &arguments.out {
+        write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?;
     }
+    if let Some(out) = &arguments.report {
+        write_file(out, page_of_motion(&model, &found, arguments.date.as_deref())?, &inputs)?;
+    }
+    Ok(())
 }
 
 fn request(arguments: &Arguments) -> Result<ExciteRequest, Failure> {

@@ -19,6 +19,8 @@ pub struct Checked {
     pub certificate: Vec<CertificateRow>,
     /// What was not looked at, in sentences.
     pub notes: Vec<String>,
+    /// What the coordinates are held to.
+    pub limits: Vec<CoordinateLimits>,
 }
 
 impl Checked {
@@ -73,5 +75,5 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<Ch
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let mut notes: Vec<String> = torque_note(known.enclosure.is_some(), names, &limits).into_iter().collect();
     notes.extend_from_slice(surroundings.notes());
-    Ok(Checked { certificate: obligations.certificate(&motion), notes })
+    Ok(Checked { certificate: obligations.certificate(&motion), notes, limits })
 }

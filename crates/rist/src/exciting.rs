@@ -166,7 +166,7 @@ pub(crate) struct KnownTorque<'a> {
     /// None: nothing.
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
     /// Base parameters.
-    parameters: Option<Vec<f64>>,
+    pub(crate) parameters: Option<Vec<f64>>,
     /// One a coordinate.
     pub(crate) friction: Vec<DescribedFriction>,
 }
