@@ -24,7 +24,7 @@ pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPo
 ///
 /// Fails where the motion was made with another model or is none.
 pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
-    let checked = check(model, file, artefact)?;
+    let checked = check(model, file, artefact, None)?;
     let portrait = drawn(model, artefact, checked.limits)?;
     Ok(MotionPortrait { certificate: checked.certificate, notes: checked.notes, ..portrait })
 }

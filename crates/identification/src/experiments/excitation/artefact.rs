@@ -16,6 +16,7 @@ use crate::experiments::excitation::proof::{CertificateRow, IdentifiedTorque, Ke
 use crate::experiments::excitation::quintic_spline::QuinticSpline;
 use crate::experiments::excitation::space_limits::SpaceLimits;
 use crate::experiments::excitation::visibility::VisibleParameter;
+use crate::experiments::ranges::check_samples;
 use crate::model::reference::ModelReference;
 
 /// The artefact.
@@ -143,6 +144,8 @@ impl ExcitingMotion {
             ));
         }
         let shape = self.shape();
+        let duration = 2.0 * shape.blend() + self.repetitions as f64 * shape.period();
+        check_samples(duration * self.rate_hz).map_err(|what| Error::at(file, 0, what))?;
         let mut joints = Vec::new();
         for joint in &self.joints {
             let Some(coefficients) = joint.coefficients(&shape).filter(|x| x.len() > 1) else {
