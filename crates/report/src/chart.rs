@@ -190,29 +190,22 @@ impl<'a> Chart<'a> {
     }
 
     fn scales(&self) -> (Scale, Scale) {
-        let mut x: Vec<f64> = Vec::new();
-        let mut y: Vec<f64> = Vec::new();
+        let (mut x, mut y): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        let mut points: Vec<(f64, f64)> = Vec::new();
         for (_, _, layer) in &self.layers {
             match layer {
-                Layer::Line(pieces) => pieces.iter().flatten().for_each(|p| {
-                    x.push(p.0);
-                    y.push(p.1);
-                }),
+                Layer::Line(pieces) => points.extend(pieces.iter().flatten()),
                 Layer::Envelope(envelope) => envelope.spans().iter().for_each(|span| {
                     x.push(span.t);
                     y.extend([span.low, span.high]);
                 }),
                 Layer::Band(low, high) => y.extend([*low, *high]),
-                Layer::Dots(points) => points.iter().for_each(|p| {
-                    x.push(p.0);
-                    y.push(p.1);
-                }),
-                Layer::Mark(p) => {
-                    x.push(p.0);
-                    y.push(p.1);
-                }
+                Layer::Dots(dots) => points.extend(dots.iter()),
+                Layer::Mark(point) => points.push(*point),
             }
         }
+        x.extend(points.iter().map(|p| p.0));
+        y.extend(points.iter().map(|p| p.1));
         if self.is_logarithmic {
             return (Scale::logarithmic(x.into_iter(), false), Scale::logarithmic(y.into_iter(), true));
         }

@@ -63,8 +63,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
 
     // Where bodies may be.
-    let space = request.limits.space.clone().unwrap_or_default();
-    let surroundings = RobotSurroundings::new(model, &space, &limits)?;
+    let surroundings = RobotSurroundings::new(model, &request.space(), &limits)?;
     notes.extend_from_slice(surroundings.notes());
 
     // The search.
@@ -139,7 +138,7 @@ fn artefact(
         joints,
         effort_share: request.effort_share,
         identified,
-        space: request.limits.space.clone().unwrap_or_default(),
+        space: request.space(),
         aim: request.aim,
         determinant: seen.determinant,
         condition_number: seen.condition_number,
