@@ -103,3 +103,58 @@ fn a_plan_has_a_picture_a_motion() {
     }
     assert_eq!(page.matches("<svg").count(), experiments.len());
 }
+
+/// Each coordinate within its limits, the path of the tip and every parameter; found again, the same charts. A limit that
+/// is broken by hand is said.
+#[test]
+fn a_motion_is_drawn_within_its_limits() {
+    let here = folder("motion_page");
+    let arm = model_path("ur5.urdf").display().to_string();
+    std::fs::write(here.join("limits.yaml"), "all: {power: 60}\ncoordinates: {wrist_3: {locked: 0.3}}\n").unwrap();
+    let quick =
+        ["--limits", "limits.yaml", "--starts", "1", "--iterations", "4", "--period", "5", "--repetitions", "1"];
+    let files = ["--out", "motion.yaml", "--report", "page.html", "--date", "1 April"];
+    let run = rist(&here, &[&["excite", &arm], &quick[..], &files].concat());
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
+    let page = text("page.html");
+    // Position, velocity, acceleration, torque and power of six joints, and three planes.
+    assert_eq!(page.matches("<svg").count(), 6 * 5 + 3);
+    assert!(!page.contains("could not be made") && !page.contains("NaN") && !page.contains("NOT proven"), "{page}");
+    assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
+    let parts = ["1 April", "Path of tool0", "locked at 0.3000", "not visible (locked: wrist_3)", "power of elbow"];
+    let told = ["Every limit below is proven", "found from the motion and the model", "proven nowhere beyond"];
+    for part in parts.iter().chain(&told) {
+        assert!(page.contains(part), "{part}");
+    }
+    let motion: serde_json::Value = serde_yaml::from_str(&text("motion.yaml")).unwrap();
+    let mut rest = page.split("What it makes visible").nth(1).unwrap();
+    for parameter in motion["parameters"].as_array().unwrap() {
+        let name = format!("<code>{}</code>", parameter["name"].as_str().unwrap());
+        rest = rest.split_once(&name).unwrap_or_else(|| panic!("{name} is missing, or not in the order of the file")).1;
+    }
+
+    let drawn = |page: &str| -> Vec<String> {
+        page.split("<svg").skip(1).map(|s| s.split("</svg>").next().unwrap().to_string()).collect()
+    };
+    let report = ["report", "--motion", "motion.yaml", "--out", "again.html"];
+    let run = rist(&here, &[&report[..], &["--model", &arm, "--svg", "pictures"]].concat());
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    assert!(drawn(&page) == drawn(&text("again.html")), "the charts differ");
+    assert_eq!(std::fs::read_dir(here.join("pictures")).unwrap().count(), 6 * 5 + 3);
+
+    // Without the model: what the motion itself tells, and that its certificate was not found anew.
+    assert_eq!(rist(&here, &report).code, Some(0));
+    assert_eq!(drawn(&text("again.html")).len(), 6 * 3);
+    assert!(text("again.html").contains("read from the file of the motion"));
+
+    let broken = text("motion.yaml").replacen("centre: ", "centre: 9 # ", 1);
+    std::fs::write(here.join("broken.yaml"), broken).unwrap();
+    let run = rist(&here, &["report", "--motion", "broken.yaml", "--model", &arm, "--out", "broken.html"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let said = ["NOT every limit below is proven", "BEYOND its limit", "position of shoulder_pan: "];
+    said.iter().for_each(|said| assert!(text("broken.html").contains(said), "{said}"));
+    let run =
+        rist(&here, &["report", "--motion", "motion.yaml", "--model", &model_path("race.yaml").display().to_string()]);
+    assert!(run.code == Some(2) && run.err.contains("motion.yaml"), "{}", run.err);
+}

@@ -1,13 +1,14 @@
 //! Artefacts that the commands read, and the gains of the command line.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use identification::estimate::artefact::Estimate;
 use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::excitation::limits::LimitsFile;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::known_load::KnownLoad;
 use identification::model::reference::ModelReference;
-use rist::output::check_output;
+use rist::output::{check_output, is_same};
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
 pub use robot::format::read_text;
@@ -74,6 +75,24 @@ pub fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     model.check(path, &motion.model)?;
     motion.motion(&file)?;
     Ok(MotionFile::Motion(motion))
+}
+
+/// Refuses outputs over inputs or over each other.
+pub fn check_outputs<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>, inputs: &[&Path]) -> Result<(), Failure> {
+    let mut written: Vec<&Path> = Vec::new();
+    for out in outputs {
+        check_output(out, inputs)?;
+        if written.iter().any(|other| is_same(out, other)) {
+            return Err(Failure::new(format_args!("{}: two outputs have this name", out.display())));
+        }
+        written.push(out);
+    }
+    Ok(())
+}
+
+/// Reads limits.
+pub fn read_limits(path: &Path) -> Result<LimitsFile, Failure> {
+    Ok(LimitsFile::from_yaml(&path.display().to_string(), &read_text(path)?)?)
 }
 
 /// Reads a known load.

@@ -5,20 +5,20 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::excitation::limits::LimitsFile;
 use identification::experiments::servo_script::servo_script;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
 use identification::model::friction::terms::FrictionTerm;
 use rist::exciting::{ExciteRequest, Family, FamilyWord};
 use rist::{Estimate, Model};
 
-use crate::artefact::read_text;
+use crate::artefact::{check_outputs, read_limits, read_text};
 use crate::failure::Failure;
 use crate::identify::{Friction, friction};
 use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
+use crate::report::page_of_motion;
 use crate::terminal::{self, print_result, progress};
-use rist::output::{check_output, write_file};
+use rist::output::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
@@ -37,11 +37,11 @@ pub struct Arguments {
     motion: MotionWord,
 
     /// Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
-    #[arg(long, value_name = "SECONDS", conflicts_with = "frequency")]
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS", conflicts_with = "frequency")]
     period: Option<f64>,
 
     /// Base frequency, Hz: one over the period
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, allow_negative_numbers = true, value_name = "HZ")]
     frequency: Option<f64>,
 
     /// Harmonics of the base frequency [default: 5]
@@ -57,11 +57,11 @@ pub struct Arguments {
     repetitions: usize,
 
     /// Seconds from rest to the series, and back to rest [default: by the limits]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, allow_negative_numbers = true, value_name = "SECONDS")]
     blend: Option<f64>,
 
     /// Sample rate of the file to play and of the log, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 200.0)]
+    #[arg(long, allow_negative_numbers = true, value_name = "HZ", default_value_t = 200.0)]
     rate: f64,
 
     /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
@@ -72,7 +72,7 @@ pub struct Arguments {
     limits: Option<PathBuf>,
 
     /// Share of the limits of effort and power that the torque of the description may use
-    #[arg(long, value_name = "SHARE", default_value_t = 0.9)]
+    #[arg(long, allow_negative_numbers = true, value_name = "SHARE", default_value_t = 0.9)]
     effort_share: f64,
 
     /// Friction columns a joint that the identification will have, as of `rist identify`, or none
@@ -83,7 +83,7 @@ pub struct Arguments {
     criterion: AimWord,
 
     /// Noise of a torque sample, as a share of the effort limit
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
+    #[arg(long, allow_negative_numbers = true, value_name = "SHARE", default_value_t = 0.01)]
     noise: f64,
 
     /// Starts of the search: a third are random, the others begin near the best so far
@@ -110,6 +110,14 @@ pub struct Arguments {
     /// be given several times
     #[arg(long, value_name = "FILE")]
     play: Vec<PathBuf>,
+
+    /// Write a page that draws the motion within its limits, the path of the tip and what it makes visible
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
+    /// The date on that page, as you would have it
+    #[arg(long, requires = "report")]
+    date: Option<String>,
 
     /// Write the motion even where its limits are not proven to be kept; it says so
     #[arg(long)]
@@ -143,7 +151,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;
     let of_user = [&arguments.model.model].into_iter().chain(&arguments.limits).chain(&arguments.after);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
-    arguments.play.iter().chain(&arguments.out).try_for_each(|file| check_output(file, &inputs))?;
+    check_outputs(arguments.play.iter().chain(&arguments.out).chain(&arguments.report), &inputs)?;
     let request = request(arguments)?;
     let told = |done: usize, all: usize, text: &str| progress(format_args!("start {done} of {all}: {text}"));
     let found = interruptible(|| rist::excite(&model, &request, &told))??;
@@ -164,10 +172,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         write_file(file, &text, &inputs)?;
     }
-    match &arguments.out {
-        Some(out) => Ok(write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?),
-        None => Ok(()),
+    if let Some(out) = &arguments.out {
+        write_file(out, &ExcitingMotion::to_yaml(&found)?, &inputs)?;
     }
+    if let Some(out) = &arguments.report {
+        write_file(out, page_of_motion(&model, &found, arguments.date.as_deref())?, &inputs)?;
+    }
+    Ok(())
 }
 
 fn request(arguments: &Arguments) -> Result<ExciteRequest, Failure> {
@@ -181,16 +192,12 @@ fn request(arguments: &Arguments) -> Result<ExciteRequest, Failure> {
         MotionWord::Fourier => FamilyWord::Fourier,
         MotionWord::Spline => FamilyWord::Spline,
     };
-    let limits = match &arguments.limits {
-        Some(file) => LimitsFile::from_yaml(&file.display().to_string(), &read_text(file)?)?,
-        None => LimitsFile::default(),
-    };
     Ok(ExciteRequest {
         family: Family::new(word, arguments.blend, arguments.harmonics, arguments.spans)?,
         period,
         repetitions: arguments.repetitions,
         rate: arguments.rate,
-        limits,
+        limits: arguments.limits.as_deref().map(read_limits).transpose()?.unwrap_or_default(),
         effort_share: arguments.effort_share,
         friction: friction_terms(arguments.friction.as_deref())?,
         aim: match arguments.criterion {

@@ -7,6 +7,8 @@ use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::model::reference::ModelReference;
+use rist::exciting::ExcitingMotion;
+use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
 use rist::validation::Portrait;
 use rist::verdict::Verdict;
@@ -17,16 +19,21 @@ use crate::failure::Failure;
 use crate::terminal::at_work;
 use rist::output::{check_output, write_file};
 
-/// Write plan, estimate and validation as one self-contained HTML page
+/// Write plan, motion, estimate and validation as one self-contained HTML page
 ///
 /// With the model of an estimate from logs, the logs are read once more: torques, residuals, their spectrum, friction and
-/// limits are drawn, and parameters have their rules and meanings.
+/// limits are drawn, and parameters have their rules and meanings. With the model of a motion its limits are proved once
+/// more, and its torques and the path of its tip are drawn.
 #[derive(Args)]
-#[command(group = ArgGroup::new("artefacts").args(["plan", "estimate", "validation"]).multiple(true).required(true))]
+#[command(group = ArgGroup::new("artefacts").args(["plan", "motion", "estimate", "validation"]).multiple(true).required(true))]
 pub struct Arguments {
     /// The plan of rist plan
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
+
+    /// The motion of rist excite
+    #[arg(long, value_name = "FILE")]
+    motion: Option<PathBuf>,
 
     /// The estimate of rist identify or rist solve
     #[arg(long, value_name = "FILE")]
@@ -36,7 +43,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     validation: Option<PathBuf>,
 
-    /// The description that the estimate was made with
+    /// The description that the estimate, or the motion, was made with
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
 
@@ -59,7 +66,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = |path: &PathBuf| path.display().to_string();
-    let of_user = [&arguments.plan, &arguments.estimate, &arguments.validation, &arguments.model];
+    let of_user = [&arguments.plan, &arguments.motion, &arguments.estimate, &arguments.validation, &arguments.model];
     let mut inputs: Vec<&Path> = of_user.into_iter().flatten().chain(&arguments.log).map(PathBuf::as_path).collect();
     check_output(&arguments.out, &inputs)?;
     let plan = match &arguments.plan {
@@ -86,10 +93,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         _ => Drawn { verdict: None, portrait: None },
     };
+    let motion = match &arguments.motion {
+        Some(path) => Some(read_motion(path, model.as_ref())?),
+        None => None,
+    };
     let command = command();
     let (page, pictures) = rist::page::page(&PageRequest {
         model: model.as_ref(),
         plan: plan.as_ref(),
+        motion: motion.as_ref().map(|(artefact, portrait)| ShownMotion { artefact, portrait }),
         estimate: estimate.as_ref(),
         portrait: drawn.portrait.as_ref(),
         validation: validation.as_ref(),
@@ -127,6 +139,32 @@ pub fn page_of(
         ..PageRequest::default()
     };
     Ok(rist::page::page(&request).0)
+}
+
+/// The page of a motion that was found just now.
+pub fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
+    let portrait = found_motion(model, found)?;
+    let command = command();
+    let request = PageRequest {
+        model: Some(model),
+        motion: Some(ShownMotion { artefact: found, portrait: &portrait }),
+        origin: origin(date, &command),
+        ..PageRequest::default()
+    };
+    Ok(rist::page::page(&request).0)
+}
+
+/// A motion, and what is drawn of it; proved once more where its model is there.
+fn read_motion(path: &Path, model: Option<&Model>) -> Result<(ExcitingMotion, MotionPortrait), Failure> {
+    let artefact = ExcitingMotion::from_yaml(&path.display().to_string(), &read_text(path)?)?;
+    let portrait = match model {
+        Some(model) => {
+            at_work(format_args!("proving the limits of {}", path.display()));
+            checked_motion(model, path, &artefact)?
+        }
+        None => motion_of_file(path, &artefact)?,
+    };
+    Ok((artefact, portrait))
 }
 
 /// Version and command of a page.

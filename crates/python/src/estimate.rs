@@ -324,10 +324,10 @@ impl Estimate {
             model: self.model.as_ref().map(|model| model.get().inner.as_ref()),
             plan: plan.map(|p| &p.inner),
             estimate: Some(&self.inner),
-            portrait: None,
             validation: validation.map(|v| &v.inner),
             verdict: Some(&self.verdict),
             origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
+            ..PageRequest::default()
         };
         save(&path, &rist::page::page(&request).0, &[])
     }

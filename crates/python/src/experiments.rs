@@ -372,6 +372,6 @@ fn family(given: &Keywords<'_>) -> PyResult<Family> {
 /// Proves anew that a motion keeps its limits; returns what speaks against it, nothing where every limit is proven.
 #[pyfunction]
 pub fn check(py: Python<'_>, model: &Model, motion: &ExcitingMotion) -> PyResult<Vec<String>> {
-    let checked = py.detach(|| rist::check(&model.inner, Path::new("motion"), &motion.inner)).or_error()?;
+    let checked = py.detach(|| rist::check(&model.inner, Path::new("motion"), &motion.inner, None)).or_error()?;
     Ok(checked.faults().map(ToString::to_string).collect())
 }

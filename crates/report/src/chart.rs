@@ -30,6 +30,8 @@ enum Layer<'a> {
     Band(f64, f64),
     /// Points.
     Dots(&'a [(f64, f64)]),
+    /// A point that counts.
+    Mark((f64, f64)),
 }
 
 /// A chart that is being put together.
@@ -39,6 +41,7 @@ pub struct Chart<'a> {
     axes: (String, String),
     height: f64,
     is_logarithmic: bool,
+    is_true_to_scale: bool,
     layers: Vec<(String, &'static str, Layer<'a>)>,
     /// Abscissas of vertical lines.
     borders: Vec<f64>,
@@ -53,6 +56,7 @@ impl<'a> Chart<'a> {
             axes: (axes.0.into(), axes.1.into()),
             height: 2000.0,
             is_logarithmic: false,
+            is_true_to_scale: false,
             layers: Vec::new(),
             borders: Vec::new(),
             has_zero: false,
@@ -62,6 +66,11 @@ impl<'a> Chart<'a> {
     /// Both axes logarithmic.
     pub fn logarithmic(self) -> Chart<'a> {
         Chart { is_logarithmic: true, ..self }
+    }
+
+    /// High, and a unit as long on either axis: for shapes.
+    pub fn true_to_scale(self) -> Chart<'a> {
+        Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
 
     /// Lower than others.
@@ -102,6 +111,11 @@ impl<'a> Chart<'a> {
     /// Points by themselves.
     pub fn dots(self, name: impl Into<String>, class: &'static str, points: &'a [(f64, f64)]) -> Chart<'a> {
         self.layer(name, class, Layer::Dots(points))
+    }
+
+    /// A point that counts.
+    pub fn mark(self, name: impl Into<String>, class: &'static str, point: (f64, f64)) -> Chart<'a> {
+        self.layer(name, class, Layer::Mark(point))
     }
 
     /// Vertical lines.
@@ -166,6 +180,9 @@ impl<'a> Chart<'a> {
                     let dots: Vec<Vec<(f64, f64)>> = points.iter().map(|p| vec![*p]).collect();
                     let _ = writeln!(s, "<path class=\"dots {class}\" d=\"{}\"/>", frame.path(&dots));
                 }
+                Layer::Mark(point) => {
+                    let _ = writeln!(s, "<path class=\"mark {class}\" d=\"{}\"/>", frame.path(&[vec![*point]]));
+                }
             }
         }
         s.push_str("</svg>\n");
@@ -173,32 +190,35 @@ impl<'a> Chart<'a> {
     }
 
     fn scales(&self) -> (Scale, Scale) {
-        let mut x: Vec<f64> = Vec::new();
-        let mut y: Vec<f64> = Vec::new();
+        let (mut x, mut y): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+        let mut points: Vec<(f64, f64)> = Vec::new();
         for (_, _, layer) in &self.layers {
             match layer {
-                Layer::Line(pieces) => pieces.iter().flatten().for_each(|p| {
-                    x.push(p.0);
-                    y.push(p.1);
-                }),
+                Layer::Line(pieces) => points.extend(pieces.iter().flatten()),
                 Layer::Envelope(envelope) => envelope.spans().iter().for_each(|span| {
                     x.push(span.t);
                     y.extend([span.low, span.high]);
                 }),
                 Layer::Band(low, high) => y.extend([*low, *high]),
-                Layer::Dots(points) => points.iter().for_each(|p| {
-                    x.push(p.0);
-                    y.push(p.1);
-                }),
+                Layer::Dots(dots) => points.extend(dots.iter()),
+                Layer::Mark(point) => points.push(*point),
             }
         }
+        x.extend(points.iter().map(|p| p.0));
+        y.extend(points.iter().map(|p| p.1));
         if self.is_logarithmic {
             return (Scale::logarithmic(x.into_iter(), false), Scale::logarithmic(y.into_iter(), true));
         }
         if self.has_zero {
             y.push(0.0);
         }
-        (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06))
+        if !self.is_true_to_scale {
+            return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
+        }
+        let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
+        let (width, height) = (WIDTH - LEFT - RIGHT, self.height - BOTTOM);
+        let unit = (x.length() / width).max(y.length() / height);
+        (x.of_length(unit * width), y.of_length(unit * height))
     }
 
     /// Names with their lines, in as many rows as they need.
@@ -221,6 +241,7 @@ impl<'a> Chart<'a> {
                 Layer::Dots(_) => {
                     format!("<path class=\"dots {class}\" d=\"M{} {}h0m60 0h0m60 0h0\"/>", x + 50.0, y - 45.0)
                 }
+                Layer::Mark(_) => format!("<path class=\"mark {class}\" d=\"M{} {}h0\"/>", x + 110.0, y - 45.0),
                 _ => format!("<path class=\"line {class}\" d=\"M{x} {}h220\"/>", y - 45.0),
             };
             let _ = writeln!(legend.text, "{mark}<text x=\"{}\" y=\"{y}\">{}</text>", x + 270.0, escaped(name));
@@ -350,6 +371,17 @@ mod tests {
         assert!(svg.matches("<path class=\"line").count() == 2 && svg.contains("rect class=\"band\""));
         assert!(Chart::new("", ("", "")).alone().contains("<style>"));
         assert!(!Chart::new("", ("", "")).logarithmic().line("", "a", &[(0.0, 0.0)]).svg().contains("NaN"));
+    }
+
+    /// A circle is drawn as one, however the rest of the chart is shaped.
+    #[test]
+    fn shapes_keep_their_proportions() {
+        let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();
+        let chart = Chart::new("", ("m", "m")).true_to_scale().line("", "a", &circle);
+        let (x, y) = chart.scales();
+        let frame = Frame { x, y, top: 0.0, bottom: chart.height - BOTTOM };
+        let (across, up) = (frame.px(1.0) - frame.px(-1.0), frame.py(-1.0) - frame.py(1.0));
+        assert!(across > 2000 && (across - up).abs() <= 2, "{across} {up}");
     }
 
     /// A million samples take the room of a picture.

@@ -9,6 +9,7 @@ use identification::portrait::envelope::Envelope;
 use serde::Serialize;
 
 use crate::chart::Chart;
+use crate::excitation::{self, MotionPart, ShownMotion};
 use crate::experiments::{self, PlanPart, ValidationPart};
 use crate::joints::{self, Joint};
 use crate::motion::{self, Used};
@@ -24,6 +25,8 @@ pub struct Page<'a> {
     pub subject: Option<Subject<'a>>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
+    /// The exciting motion.
+    pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
     /// What the estimate makes of logs.
@@ -54,6 +57,8 @@ struct Content {
     style: &'static str,
     script: &'static str,
     name: String,
+    title: &'static str,
+    kind: &'static str,
     verdict: Option<VerdictPart>,
     method: String,
     total: String,
@@ -73,6 +78,7 @@ struct Content {
     tenths: Vec<Tenth>,
     remarks: Vec<String>,
     plan: Option<PlanPart>,
+    motion: Option<MotionPart>,
     validation: Option<ValidationPart>,
     facts: Vec<(&'static str, String)>,
 }
@@ -111,16 +117,25 @@ impl Page<'_> {
         let of_logs = self.portrait.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
         let of_motions = self.validation.map(experiments::pictures).unwrap_or_default();
         let file = |(name, chart): (String, Chart)| (format!("{name}.svg"), chart.alone());
-        of_logs.into_iter().map(file).chain(of_motions.into_iter().map(file)).collect()
+        let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
+        let of_excitation = of_excitation.into_iter().map(|(name, svg)| (format!("{name}.svg"), svg));
+        of_logs.into_iter().map(file).chain(of_motions.into_iter().map(file)).chain(of_excitation).collect()
     }
 
     fn content(&self) -> Content {
         let estimate = self.estimate;
         let thinned = |p: &Portrait| p.joints.iter().map(|j| samples_of_a_span(&j.measured)).max();
+        let is_motion_alone = estimate.is_none() && self.plan.is_none() && self.validation.is_none();
+        let (title, kind) = match self.motion.filter(|_| is_motion_alone) {
+            Some(_) => ("exciting motion", "Exciting motion"),
+            None => ("identification", "Identified dynamics"),
+        };
         Content {
             style: concat!(include_str!("../templates/page.css"), include_str!("../templates/chart.css")),
             script: include_str!("../templates/page.js"),
             name: self.name(),
+            title,
+            kind,
             verdict: self.verdict.map(verdict),
             method: estimate.map_or(String::new(), |e| e.method.clone()),
             total: estimate.map_or(String::new(), |e| if e.total > 0.0 { percent(e.total) } else { String::new() }),
@@ -141,6 +156,7 @@ impl Page<'_> {
             tenths: estimate.map(tenths).unwrap_or_default(),
             remarks: estimate.map(|e| e.remarks.clone()).unwrap_or_default(),
             plan: self.plan.map(experiments::plan),
+            motion: self.motion.map(excitation::motion),
             validation: self.validation.map(experiments::validation),
             facts: self.facts(),
         }
@@ -149,18 +165,21 @@ impl Page<'_> {
     fn name(&self) -> String {
         let of_estimate = self.estimate.map(|e| e.model.clone()).filter(|name| !name.is_empty());
         let of_plan = || self.plan.map(|p| p.model.name.clone());
+        let of_motion = || self.motion.map(|m| m.artefact.model.name.clone());
         let of_validation = || self.validation.map(|v| v.model.name.clone());
-        of_estimate.or_else(of_plan).or_else(of_validation).unwrap_or_else(|| "robot".into())
+        of_estimate.or_else(of_plan).or_else(of_motion).or_else(of_validation).unwrap_or_else(|| "robot".into())
     }
 
     /// Where everything comes from, word by word.
     fn facts(&self) -> Vec<(&'static str, String)> {
         let Origin { date, version, command, model } = self.origin;
         let of_estimate = |f: fn(&Estimate) -> String| self.estimate.map(f).unwrap_or_default();
+        let of_motion = || self.motion.map(|m| m.artefact.model.fingerprint.clone()).unwrap_or_default();
+        let fingerprint = self.estimate.map_or_else(of_motion, |e| e.fingerprint.clone());
         let facts = vec![
             ("date", date.unwrap_or_default().to_string()),
             ("description", model.unwrap_or_default().to_string()),
-            ("fingerprint of the model", of_estimate(|e| e.fingerprint.clone())),
+            ("fingerprint of the model", fingerprint),
             ("fitted logs", of_estimate(|e| e.logs.join(", "))),
             ("method", of_estimate(|e| e.method.clone())),
             ("rows", of_estimate(|e| e.rows.to_string())),

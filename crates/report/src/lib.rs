@@ -1,7 +1,7 @@
 //! Pages for people: one file of HTML each, which loads nothing.
 //!
 //! [`identification::Page`] tells an identification: its verdict, what each joint's torque is made of and what is left of
-//! it, the parameters with their meaning, the motion against the limits, the plan and the validation where there are some.
+//! it, the parameters with their meaning, the motion against the limits, the plan, an exciting motion and the validation where there are some.
 //! [`robot`] shows a description: links, base parameters, where the ten numbers of each link went.
 //! The text stands in `templates/`; charts are SVG of our own ([`chart`]). A page changes with nothing but its content: no
 //! clock is read, the date is what the caller gives.
@@ -9,6 +9,7 @@
 #![warn(missing_docs)]
 
 pub mod chart;
+pub mod excitation;
 mod experiments;
 pub mod identification;
 mod joints;

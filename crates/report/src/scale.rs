@@ -28,6 +28,17 @@ impl Scale {
         Scale { low, high, is_logarithmic: true }
     }
 
+    /// From end to end; of a logarithmic axis in powers of ten.
+    pub fn length(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// Of this length, about the same middle.
+    pub fn of_length(self, length: f64) -> Scale {
+        let middle = 0.5 * (self.low + self.high);
+        Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }
+    }
+
     /// The place of a value between 0 and 1; values beyond the ends are outside.
     pub fn place(&self, value: f64) -> f64 {
         let value = if self.is_logarithmic { value.max(f64::MIN_POSITIVE).log10() } else { value };

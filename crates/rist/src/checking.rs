@@ -4,7 +4,9 @@ use std::path::Path;
 
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::excitation::fitting::Obligations;
-use identification::experiments::excitation::limits::{CoordinateLimits, tightened};
+use identification::experiments::excitation::held_limits::{HeldLimit, alone_text, held};
+use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
+use identification::experiments::excitation::motion::Motion;
 use identification::experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque, Kept};
 
 use crate::described::torque_note;
@@ -19,6 +21,10 @@ pub struct Checked {
     pub certificate: Vec<CertificateRow>,
     /// What was not looked at, in sentences.
     pub notes: Vec<String>,
+    /// What the coordinates are held to.
+    pub limits: Vec<CoordinateLimits>,
+    /// The same limit by limit, with the place where each stands.
+    pub origins: Vec<HeldLimit>,
 }
 
 impl Checked {
@@ -33,11 +39,16 @@ impl Checked {
     }
 }
 
-/// Proves the limits of a motion anew: those it was made with, no looser than the description's; `file` stands in
-/// messages. The certificate in the motion is not believed.
+/// Proves the limits of a motion anew: those it was made with, no looser than the description's and those of `asked`, a
+/// limits file; `file` stands in messages. The certificate in the motion is not believed.
 ///
-/// Fails where the motion was made with another model or is none.
-pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<Checked, Error> {
+/// Fails where the motion was made with another model or is none, and where the limits leave no room.
+pub fn check(
+    model: &Model,
+    file: &Path,
+    artefact: &ExcitingMotion,
+    asked: Option<&LimitsFile>,
+) -> Result<Checked, Error> {
     model.check(file, &artefact.model)?;
     let motion = artefact.motion(&file.display().to_string())?;
     let names = model.regressor().coordinates();
@@ -50,11 +61,7 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<Ch
             names.join(", ")
         )));
     }
-    let limits = artefact.joints.iter().zip(&model.robot.coordinates).map(|(joint, c)| {
-        tightened(&joint.limits, &c.limits)
-            .map_err(|what| Error::new(format_args!("{}: joint {}: {what}", file.display(), joint.coordinate)))
-    });
-    let limits: Vec<CoordinateLimits> = limits.collect::<Result<_, _>>()?;
+    let (limits, origins) = held_limits(model, file, artefact, &motion, asked)?;
     let known = KnownTorque::new(model, artefact.identified.as_ref());
     let friction = known.friction.clone();
     if friction.len() != names.len() || artefact.identified.is_some() && known.enclosure.is_none() {
@@ -68,10 +75,64 @@ pub fn check(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<Ch
         friction,
         share: artefact.effort_share,
     });
-    let surroundings = RobotSurroundings::new(model, &artefact.space, &limits)?;
+    let space = match asked.and_then(|asked| asked.space.as_ref()) {
+        Some(asked) => artefact.space.with(asked),
+        None => artefact.space.clone(),
+    };
+    let surroundings = RobotSurroundings::new(model, &space, &limits)?;
     let obligations =
         Obligations { limits: &limits, names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let mut notes: Vec<String> = torque_note(known.enclosure.is_some(), names, &limits).into_iter().collect();
     notes.extend_from_slice(surroundings.notes());
-    Ok(Checked { certificate: obligations.certificate(&motion), notes })
+    if artefact.identified.is_some() {
+        notes.push("torques are those of the identified parameters that stand in the motion's file".into());
+    }
+    let limits_drives = |row: &HeldLimit| matches!(row.limit, LimitKind::Effort | LimitKind::Power);
+    if torque.is_some() && artefact.effort_share < 1.0 && origins.iter().any(limits_drives) {
+        notes.push(format!(
+            "effort and power are held to {} of their limits, the effort_share of the motion's file; never to more than all",
+            artefact.effort_share
+        ));
+    }
+    let is_room_own = asked.is_none_or(|asked| asked.space.is_none());
+    notes.extend(alone_text(&origins, if is_room_own { &["distances, floors, walls and boxes"] } else { &[] }));
+    Ok(Checked { certificate: obligations.certificate(&motion), notes, limits, origins })
+}
+
+/// The limits of each coordinate, and where they stand.
+fn held_limits(
+    model: &Model,
+    file: &Path,
+    artefact: &ExcitingMotion,
+    motion: &Motion,
+    asked: Option<&LimitsFile>,
+) -> Result<(Vec<CoordinateLimits>, Vec<HeldLimit>), Error> {
+    let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
+    asked.map_or(Ok(()), |asked| asked.check_names(model.regressor().coordinates())).map_err(refused)?;
+    let (mut limits, mut origins) = (Vec::new(), Vec::new());
+    for ((joint, coordinate), coefficients) in artefact.joints.iter().zip(&model.robot.coordinates).zip(&motion.joints)
+    {
+        let name = &joint.coordinate;
+        let of_file = asked.map(|asked| given(&coordinate.limits, &asked.of(name), &asked.all)).transpose();
+        let of_file = of_file.map_err(|what| refused(format!("coordinate {name}: {what}")))?;
+        let (mut own, rows) = held(name, &joint.limits, &coordinate.limits, of_file.as_ref())
+            .map_err(|what| Error::new(format_args!("{}: joint {name}: {what}", file.display())))?;
+        if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
+            // It moves: where it stands is its limit of position, and its bodies move.
+            own = CoordinateLimits { position: (place - STILL, place + STILL), locked: None, ..own };
+        }
+        limits.push(own);
+        origins.extend(rows);
+    }
+    Ok((limits, origins))
+}
+
+/// rad (m): what a locked coordinate may move by rounding.
+const STILL: f64 = 1e-9;
+
+/// Whether a coordinate that is locked moves, or stands elsewhere.
+fn stirs(coefficients: &[f64], locked: f64) -> bool {
+    let swing: f64 = coefficients.iter().skip(1).map(|x| x.abs()).sum();
+    let centre = coefficients.first().copied().unwrap_or(locked);
+    swing > STILL || (centre - locked).abs() > STILL
 }

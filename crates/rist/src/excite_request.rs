@@ -5,6 +5,7 @@ use identification::experiments::excitation::criterion::Aim;
 use identification::experiments::excitation::limits::LimitsFile;
 use identification::experiments::excitation::motion::{Motion, Shape};
 use identification::experiments::excitation::search::SearchOptions;
+use identification::experiments::excitation::space_limits::SpaceLimits;
 use identification::model::friction::terms::FrictionTerm;
 
 use crate::error::Error;
@@ -101,6 +102,11 @@ impl ExciteRequest {
     pub(crate) fn search(&self) -> SearchOptions {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
+    }
+
+    /// Where the bodies may be.
+    pub(crate) fn space(&self) -> SpaceLimits {
+        self.limits.space.clone().unwrap_or_default()
     }
 
     /// The motion of these coefficients.

@@ -4,6 +4,7 @@ use identification::experiments::excitation::fourier_series::FourierSeries;
 use identification::experiments::excitation::limits::CoordinateLimits;
 use identification::experiments::excitation::motion::Shape;
 use identification::experiments::excitation::quintic_spline::QuinticSpline;
+use identification::experiments::ranges::check_samples;
 
 use crate::error::Error;
 use crate::excite_request::{ExciteRequest, Family, HARMONICS};
@@ -44,7 +45,7 @@ fn default_blend(limits: &[CoordinateLimits]) -> f64 {
 
 /// The shape, its times whole numbers of samples, and the instants of a period at which the search looks.
 ///
-/// Fails where the rate is too low for the quickest that the shape can be.
+/// Fails where the rate is too low for the quickest that the shape can be, and where there are more samples than a file holds.
 pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(Shape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
@@ -73,5 +74,13 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
             shape.period()
         )));
     }
+    check_samples((2.0 * shape.blend() + request.repetitions as f64 * shape.period()) * request.rate).map_err(|what| {
+        Error::new(format_args!(
+            "{what}; a period takes {:.4e} s and a blend {:.4e} s (by the limits of velocity and acceleration where --period \
+             and --blend do not say it): lower --rate, --period, --blend or --repetitions",
+            shape.period(),
+            shape.blend()
+        ))
+    })?;
     Ok((shape, samples))
 }

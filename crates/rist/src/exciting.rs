@@ -10,11 +10,12 @@ use identification::experiments::excitation::fitting::{Obligations, fitted};
 use identification::experiments::excitation::gap_proof::Gap;
 use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use identification::experiments::excitation::motion::{Motion, Shape};
+use identification::experiments::excitation::no_motion::NoMotion;
 use identification::experiments::excitation::problem::Problem;
 use identification::experiments::excitation::proof::{
     CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque, Kept,
 };
-use identification::experiments::excitation::search::{Found, NoMotion, search};
+use identification::experiments::excitation::search::{Found, search};
 use identification::experiments::excitation::torque_wall::TorqueWall;
 use identification::experiments::excitation::visibility::{Visibility, visibility};
 use identification::model::linear_model::Model as LinearModel;
@@ -62,7 +63,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
 
     // Where bodies may be.
-    let surroundings = RobotSurroundings::new(model, &request.limits.space, &limits)?;
+    let surroundings = RobotSurroundings::new(model, &request.space(), &limits)?;
     notes.extend_from_slice(surroundings.notes());
 
     // The search.
@@ -137,7 +138,7 @@ fn artefact(
         joints,
         effort_share: request.effort_share,
         identified,
-        space: request.limits.space.clone(),
+        space: request.space(),
         aim: request.aim,
         determinant: seen.determinant,
         condition_number: seen.condition_number,
@@ -166,7 +167,7 @@ pub(crate) struct KnownTorque<'a> {
     /// None: nothing.
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
     /// Base parameters.
-    parameters: Option<Vec<f64>>,
+    pub(crate) parameters: Option<Vec<f64>>,
     /// One a coordinate.
     pub(crate) friction: Vec<DescribedFriction>,
 }
@@ -286,6 +287,17 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
         NoMotion::NothingToTell => Error::new(format_args!(
             "{path}: no motion of the coordinates that are not locked tells any parameter: unlock more of them"
         )),
+        NoMotion::TooSmall { coordinate, limit, swing, speed } => {
+            let slides = model.regressor().is_prismatic(coordinate);
+            let unit = |kind: LimitKind| kind.unit(slides);
+            Error::new(format_args!(
+                "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
+                 {} at most; nearest is its limit of {limit}: raise it, choose another --period, or lock the coordinate",
+                names[coordinate],
+                unit(LimitKind::Position),
+                unit(LimitKind::Velocity)
+            ))
+        }
         NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
             "{path}: no motion keeps the {limit} limit of {}: hardly moving it takes {:.0} % of what it may; the limits of \
              position leave no pose that is light enough, or the {limit} limit, the inertial parameters or --effort-share \

@@ -49,6 +49,7 @@ pub mod experiments;
 pub mod fleet;
 pub mod load;
 pub mod model;
+pub mod motion_portrait;
 pub mod output;
 pub mod page;
 pub mod planning;

@@ -6,6 +6,7 @@ pub use report::identification::Origin;
 
 use crate::Estimate;
 use crate::model::Model;
+use crate::motion_portrait::ShownMotion;
 use crate::planning::ExperimentPlan;
 use crate::validation::{Portrait, Validation};
 use crate::verdict::Verdict;
@@ -17,6 +18,8 @@ pub struct PageRequest<'a> {
     pub model: Option<&'a Model>,
     /// The experiments that were planned.
     pub plan: Option<&'a ExperimentPlan>,
+    /// The exciting motion, with what is drawn of it: [`crate::motion_portrait`].
+    pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
     /// What they make of logs: [`crate::validation::portrait`].
@@ -38,8 +41,8 @@ pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
         described: described.as_deref(),
     });
     let path = request.model.map(|model| model.path.display().to_string());
-    let PageRequest { plan, estimate, portrait, validation, verdict, origin, .. } = *request;
+    let PageRequest { plan, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
     let origin = Origin { model: path.as_deref(), ..origin };
-    let page = Page { subject, plan, estimate, portrait, validation, verdict, origin };
+    let page = Page { subject, plan, motion, estimate, portrait, validation, verdict, origin };
     (page.html(), page.pictures())
 }

@@ -16,13 +16,13 @@ use robot::Inertial;
 use serde_json::{Value, json};
 
 use super::arguments::{Arguments, Delay, Friction, Method};
-use crate::artefact::{gain, read_text, series_text};
+use crate::artefact::{check_outputs, gain, read_text, series_text};
 use crate::doctor::findings;
 use crate::failure::Failure;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
-use rist::output::{check_output, is_same, write_file};
+use rist::output::{is_same, write_file};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
@@ -216,15 +216,7 @@ fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf, &arguments.report, &arguments.series];
-    let mut written: Vec<&Path> = Vec::new();
-    for out in outputs.into_iter().flatten() {
-        check_output(out, &read)?;
-        if written.iter().any(|other| is_same(out, other)) {
-            return Err(Failure::new(format_args!("{}: two outputs have this name", out.display())));
-        }
-        written.push(out);
-    }
-    Ok(())
+    check_outputs(outputs.into_iter().flatten(), &read)
 }
 
 /// The options of the file, and the flags over them.

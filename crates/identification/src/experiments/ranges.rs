@@ -59,7 +59,7 @@ pub fn check_samples(samples: f64) -> Result<(), String> {
     if samples <= MOST_SAMPLES {
         return Ok(());
     }
-    Err(format!("its motion has {samples:.1e} samples; at most {MOST_SAMPLES:.0e} are taken"))
+    Err(format!("the motion has {samples:.1e} samples; at most {MOST_SAMPLES:.0e} are taken"))
 }
 
 /// Refuses limits between which no motion can be planned; says which coordinate.

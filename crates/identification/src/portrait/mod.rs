@@ -3,10 +3,11 @@
 //! Torques over time are kept as the smallest and the largest value of each of some hundred spans ([`envelope`]), friction
 //! as one point of each cell of a grid ([`friction_cloud`]), the residual also as its spectrum ([`spectrum`]) and its
 //! autocorrelation (`estimate::autocorrelation`). What a joint's torque consists of is in [`mod@split`]; [`series`] writes
-//! measured and predicted torques sample by sample.
+//! measured and predicted torques sample by sample. [`motion_portrait`] is of an exciting motion that is still to be run.
 
 pub mod envelope;
 pub mod friction_cloud;
+pub mod motion_portrait;
 pub mod series;
 pub mod spectrum;
 pub mod split;

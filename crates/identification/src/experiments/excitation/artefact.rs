@@ -15,7 +15,8 @@ use crate::experiments::excitation::motion::{Motion, Shape};
 use crate::experiments::excitation::proof::{CertificateRow, IdentifiedTorque, Kept};
 use crate::experiments::excitation::quintic_spline::QuinticSpline;
 use crate::experiments::excitation::space_limits::SpaceLimits;
-use crate::experiments::excitation::visibility::{VisibleParameter, WEAK};
+use crate::experiments::excitation::visibility::VisibleParameter;
+use crate::experiments::ranges::check_samples;
 use crate::model::reference::ModelReference;
 
 /// The artefact.
@@ -143,6 +144,8 @@ impl ExcitingMotion {
             ));
         }
         let shape = self.shape();
+        let duration = 2.0 * shape.blend() + self.repetitions as f64 * shape.period();
+        check_samples(duration * self.rate_hz).map_err(|what| Error::at(file, 0, what))?;
         let mut joints = Vec::new();
         for joint in &self.joints {
             let Some(coefficients) = joint.coefficients(&shape).filter(|x| x.len() > 1) else {
@@ -158,6 +161,27 @@ impl ExcitingMotion {
             joints.push(coefficients);
         }
         Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
+    }
+
+    /// Its shape and its times.
+    pub fn in_words(&self) -> String {
+        let (period, rate) = (self.period_s, self.rate_hz);
+        let shape = self.shape();
+        let duration = 2.0 * shape.blend() + self.repetitions as f64 * period;
+        let text = match shape {
+            Shape::Fourier(series) => {
+                let repeated = counted(self.repetitions, "period", "periods");
+                let (harmonics, frequency, blend) = (series.harmonics, 1.0 / period, series.blend);
+                format!(
+                    "{harmonics} harmonics of {frequency:.4} Hz, {repeated} of {period} s between blends of {blend} s"
+                )
+            }
+            Shape::Spline(spline) => {
+                let repeated = counted(self.repetitions, "time", "times");
+                format!("a quintic spline of {} spans, {repeated} {period} s from rest to rest", spline.spans)
+            }
+        };
+        format!("{text}: {duration} s at {rate} Hz")
     }
 
     /// The text of motion.yaml.
@@ -182,20 +206,40 @@ pub fn proven_text(rows: &[CertificateRow]) -> String {
     }
 }
 
+/// The rows of one kind of limit.
+pub struct LimitSummary<'a> {
+    /// The kind.
+    pub limit: LimitKind,
+    /// Rows of it.
+    pub count: usize,
+    /// How many of them are proven.
+    pub proven: usize,
+    /// Of those proven, the one with the least room as a share of its bound.
+    pub nearest: Option<&'a CertificateRow>,
+    /// Those that are not.
+    pub faults: Vec<&'a CertificateRow>,
+}
+
+/// A certificate by kind of limit, those it has rows of.
+pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
+    let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
+    let of_kind = |limit: LimitKind| {
+        let own = rows.iter().filter(move |r| r.limit == limit);
+        let (proven, faults): (Vec<&CertificateRow>, Vec<_>) = own.partition(|r| r.kept == Kept::Proven);
+        let nearest = proven.iter().copied().min_by(|a, b| share(a).total_cmp(&share(b)));
+        LimitSummary { limit, count: proven.len() + faults.len(), proven: proven.len(), nearest, faults }
+    };
+    LimitKind::ALL.map(of_kind).into_iter().filter(|summary| summary.count > 0).collect()
+}
+
 /// A certificate for people: violated and open limits in full, the others as the least room of each limit.
 pub fn certificate_text(rows: &[CertificateRow]) -> String {
     let mut text = String::new();
-    for limit in LimitKind::ALL {
-        let own: Vec<&CertificateRow> = rows.iter().filter(|r| r.limit == limit).collect();
-        let proven: Vec<&&CertificateRow> = own.iter().filter(|r| r.kept == Kept::Proven).collect();
-        let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
-        if let Some(nearest) = proven.iter().min_by(|a, b| share(a).total_cmp(&share(b))) {
-            let (kept, count) = (proven.len(), own.len());
-            text.push_str(&format!("{limit:<13} proven for {kept} of {count}; nearest: {nearest}\n"));
+    for LimitSummary { limit, count, proven, nearest, faults } in certificate_summary(rows) {
+        if let Some(nearest) = nearest {
+            text.push_str(&format!("{limit:<13} proven for {proven} of {count}; nearest: {nearest}\n"));
         }
-        for row in own.iter().filter(|r| r.kept != Kept::Proven) {
-            text.push_str(&format!("{row}\n"));
-        }
+        faults.iter().for_each(|row| text.push_str(&format!("{row}\n")));
     }
     text
 }
@@ -207,25 +251,7 @@ fn counted(count: usize, one: &str, several: &str) -> String {
 
 impl fmt::Display for ExcitingMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (period, rate) = (self.period_s, self.rate_hz);
-        let shape = self.shape();
-        let duration = 2.0 * shape.blend() + self.repetitions as f64 * period;
-        write!(f, "{}: ", self.model.name)?;
-        match shape {
-            Shape::Fourier(series) => {
-                let repeated = counted(self.repetitions, "period", "periods");
-                let (harmonics, frequency, blend) = (series.harmonics, 1.0 / period, series.blend);
-                write!(
-                    f,
-                    "{harmonics} harmonics of {frequency:.4} Hz, {repeated} of {period} s between blends of {blend} s"
-                )?;
-            }
-            Shape::Spline(spline) => {
-                let repeated = counted(self.repetitions, "time", "times");
-                write!(f, "a quintic spline of {} spans, {repeated} {period} s from rest to rest", spline.spans)?;
-            }
-        }
-        writeln!(f, ": {duration} s at {rate} Hz")?;
+        writeln!(f, "{}: {}", self.model.name, self.in_words())?;
         writeln!(f, "det^(1/p) {:.4e}, condition number {:.1}\n", self.determinant, self.condition_number)?;
         write!(f, "{}", certificate_text(&self.certificate))?;
         let headline = if self.proven { proven_text(&self.certificate) } else { "NOT PROVEN".into() };
@@ -234,13 +260,9 @@ impl fmt::Display for ExcitingMotion {
         for p in &self.parameters {
             let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.4e}"));
             let relative = p.relative_deviation.map_or("-".into(), |r| format!("{:.2} %", 100.0 * r));
-            let blame = match (p.deviation, p.relative_deviation, &p.to_blame) {
-                (None, _, Some(why)) => format!("  not visible ({why})"),
-                (_, Some(r), Some(why)) if r > WEAK => format!("  weak ({why})"),
-                _ => String::new(),
-            };
+            let remark = p.remark().map_or(String::new(), |remark| format!("  {remark}"));
             let (described, deviation) = (number(p.described), number(p.deviation));
-            let line = format!("{:<26} {described:>12} {deviation:>12} {relative:>9}{blame}", p.id.to_string());
+            let line = format!("{:<26} {described:>12} {deviation:>12} {relative:>9}{remark}", p.id.to_string());
             writeln!(f, "{}", line.trim_end())?;
         }
         Ok(())

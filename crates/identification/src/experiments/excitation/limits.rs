@@ -133,7 +133,7 @@ impl CoordinateLimits {
     }
 
     /// Why no motion can keep these limits, if so.
-    fn fault(&self) -> Option<String> {
+    pub fn fault(&self) -> Option<String> {
         let (low, high) = self.position;
         if !(low.is_finite() && high.is_finite() && low < high) {
             return Some(format!("the limits of position leave no room: from {low} to {high}"));
@@ -147,7 +147,9 @@ impl CoordinateLimits {
         ];
         let mut given = positive.into_iter().filter_map(|(kind, x)| Some((kind, x?)));
         if let Some((kind, x)) = given.find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return Some(format!("the limit of {kind} leaves no room: {x}; lock the coordinate (locked: POSITION)"));
+            return Some(format!(
+                "the limit of {kind} leaves no room: {x}; expected is a positive number (locked: holds still)"
+            ));
         }
         let locked = self.locked.filter(|q| !(*q >= low && *q <= high));
         locked.map(|q| format!("locked at {q}, outside its limits of position, {low} to {high}"))
@@ -176,6 +178,35 @@ pub struct AskedLimits {
     pub slowed: Option<f64>,
 }
 
+impl AskedLimits {
+    /// Those of a description that are limits.
+    pub fn of_description(described: &Limits) -> AskedLimits {
+        let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
+        AskedLimits {
+            position: described.position.filter(|(low, high)| low.is_finite() && high.is_finite()),
+            velocity: positive(described.velocity),
+            acceleration: positive(described.acceleration),
+            effort: positive(described.effort),
+            ..AskedLimits::default()
+        }
+    }
+
+    /// Least and greatest value that a limit allows, where there is one.
+    pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
+        let size = match kind {
+            LimitKind::Position => return self.position,
+            LimitKind::Velocity => self.velocity,
+            LimitKind::Acceleration => self.acceleration,
+            LimitKind::Jerk => self.jerk,
+            LimitKind::Effort => self.effort,
+            LimitKind::Power => self.power,
+            // Of links, not of a coordinate.
+            LimitKind::Distance | LimitKind::Region => None,
+        };
+        size.map(|x| (-x, x))
+    }
+}
+
 /// The file of `--limits`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -184,8 +215,8 @@ pub struct LimitsFile {
     pub all: AskedLimits,
     /// Of single coordinates, by name.
     pub coordinates: BTreeMap<String, AskedLimits>,
-    /// Where the bodies may be.
-    pub space: SpaceLimits,
+    /// Where the bodies may be; `None`: as where nothing is asked.
+    pub space: Option<SpaceLimits>,
 }
 
 impl LimitsFile {
@@ -196,6 +227,19 @@ impl LimitsFile {
                         boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
         serde_yaml::from_str(text)
             .map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
+    }
+
+    /// Fails where the file names a coordinate that is not there.
+    pub fn check_names(&self, names: &[String]) -> Result<(), String> {
+        match self.coordinates.keys().find(|name| !names.contains(name)) {
+            Some(unknown) => Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", "))),
+            None => Ok(()),
+        }
+    }
+
+    /// What the file says of a coordinate by its name.
+    pub fn of(&self, coordinate: &str) -> AskedLimits {
+        self.coordinates.get(coordinate).cloned().unwrap_or_default()
     }
 }
 
@@ -208,22 +252,19 @@ pub fn motion_limits(
     described: &[Limits],
     file: &LimitsFile,
 ) -> Result<(Vec<CoordinateLimits>, Vec<String>), String> {
-    if let Some(fault) = file.space.fault() {
+    if let Some(fault) = file.space.as_ref().and_then(SpaceLimits::fault) {
         return Err(fault);
     }
-    if let Some(unknown) = file.coordinates.keys().find(|name| !names.contains(name)) {
-        return Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", ")));
-    }
+    file.check_names(names)?;
     let mut assumed: Vec<(String, Vec<&str>)> = Vec::new();
     let mut limits = Vec::new();
     for (k, (name, described)) in names.iter().zip(described).enumerate() {
-        let nothing = AskedLimits::default();
-        let own = file.coordinates.get(name).unwrap_or(&nothing);
+        let own = file.of(name);
         let mut assume = |text: String| match assumed.iter_mut().find(|a| a.0 == text) {
             Some(a) => a.1.push(name),
             None => assumed.push((text, vec![name])),
         };
-        let found = one(is_prismatic(k), described, own, &file.all, &mut assume);
+        let found = one(is_prismatic(k), described, &own, &file.all, &mut assume);
         let found = found.map_err(|what| format!("coordinate {name}: {what}"))?;
         limits.push(found);
     }
@@ -235,12 +276,47 @@ pub fn motion_limits(
 ///
 /// Fails where the file's is the looser one.
 fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result<Option<f64>, String> {
-    match (described.filter(|x| x.is_finite() && *x > 0.0), asked) {
+    match (described, asked) {
         (Some(d), Some(a)) if a > d => {
             Err(format!("{kind} {a} of the limits file is above {d} of the description, which a file can only tighten"))
         }
         (described, asked) => Ok(asked.or(described)),
     }
+}
+
+/// What a file and the description give for a coordinate, slowed down as the file asks; nothing is assumed.
+///
+/// Fails where the file is the looser one.
+pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
+    let described = AskedLimits::of_description(described);
+    let position = match (described.position, own.position.or(all.position)) {
+        (Some((low, high)), Some((a, b))) if a < low || b > high => {
+            return Err(format!(
+                "position {a} to {b} of the limits file exceeds {low} to {high} of the description, which a file can \
+                 only tighten"
+            ));
+        }
+        (described, asked) => asked.or(described),
+    };
+    let slowed = own.slowed.or(all.slowed);
+    let factor = slowed.unwrap_or(1.0);
+    if !(factor > 0.0 && factor <= 1.0) {
+        return Err(format!("slowed is a factor above 0 and at most 1, not {factor}"));
+    }
+    let scaled = |x: Option<f64>, power: i32| x.map(|x| x * factor.powi(power));
+    let velocity = chosen(LimitKind::Velocity, described.velocity, own.velocity.or(all.velocity))?;
+    let asked = own.acceleration.or(all.acceleration);
+    let acceleration = chosen(LimitKind::Acceleration, described.acceleration, asked)?;
+    Ok(AskedLimits {
+        position,
+        velocity: scaled(velocity, 1),
+        acceleration: scaled(acceleration, 2),
+        jerk: scaled(own.jerk.or(all.jerk), 3),
+        effort: chosen(LimitKind::Effort, described.effort, own.effort.or(all.effort))?,
+        power: own.power.or(all.power),
+        locked: own.locked.or(all.locked),
+        slowed,
+    })
 }
 
 fn one(
@@ -250,71 +326,28 @@ fn one(
     all: &AskedLimits,
     assume: &mut dyn FnMut(String),
 ) -> Result<CoordinateLimits, String> {
-    let mut choose = |kind: LimitKind, described: Option<f64>, asked: Option<f64>, otherwise: f64| {
-        let found = chosen(kind, described, asked)?;
-        Ok::<f64, String>(found.unwrap_or_else(|| {
-            assume(format!("no limit of {kind} given, {otherwise:.4} {} assumed", kind.unit(is_prismatic)));
-            otherwise
-        }))
+    let given = given(described, own, all)?;
+    let factor = given.slowed.unwrap_or(1.0);
+    let mut or_assumed = |kind: LimitKind, given: Option<f64>, otherwise: f64, power: i32| {
+        given.unwrap_or_else(|| {
+            let size = if otherwise < 1e-3 { format!("{otherwise:.3e}") } else { format!("{otherwise:.4}") };
+            assume(format!("no limit of {kind} given, {size} {} assumed", kind.unit(is_prismatic)));
+            otherwise * factor.powi(power)
+        })
     };
     let (far, fast) = if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) };
-    let velocity = choose(LimitKind::Velocity, described.velocity, own.velocity.or(all.velocity), fast)?;
-    let asked = own.acceleration.or(all.acceleration);
-    let acceleration = choose(LimitKind::Acceleration, described.acceleration, asked, velocity / 0.3)?;
-    let jerk = choose(LimitKind::Jerk, None, own.jerk.or(all.jerk), acceleration / 0.05)?;
-    let described_position = described.position.filter(|(low, high)| low.is_finite() && high.is_finite());
-    let position = match (described_position, own.position.or(all.position)) {
-        (Some((low, high)), Some((a, b))) if a < low || b > high => {
-            return Err(format!(
-                "position {a} to {b} of the limits file exceeds {low} to {high} of the description, which a file can \
-                 only tighten"
-            ));
-        }
-        (_, Some(asked)) => asked,
-        (Some(described), None) => described,
-        (None, None) => {
-            let unit = LimitKind::Position.unit(is_prismatic);
-            assume(format!("no limits of position given, +-{far} {unit} assumed"));
-            (-far, far)
-        }
-    };
-    let effort = chosen(LimitKind::Effort, described.effort, own.effort.or(all.effort))?;
-    let slowed = own.slowed.or(all.slowed).unwrap_or(1.0);
-    if !(slowed > 0.0 && slowed <= 1.0) {
-        return Err(format!("slowed is a factor above 0 and at most 1, not {slowed}"));
-    }
-    let limits = CoordinateLimits {
-        position,
-        velocity: velocity * slowed,
-        acceleration: acceleration * slowed.powi(2),
-        jerk: jerk * slowed.powi(3),
-        effort,
-        power: own.power.or(all.power),
-        locked: own.locked.or(all.locked),
-    };
-    match limits.fault() {
-        None => Ok(limits),
-        Some(fault) => Err(fault),
-    }
-}
-
-/// The limits that a motion was made with, no looser than the description's.
-///
-/// Fails where they leave no room.
-pub fn tightened(made_with: &CoordinateLimits, described: &Limits) -> Result<CoordinateLimits, String> {
-    let least = |a: f64, b: Option<f64>| b.filter(|b| b.is_finite() && *b > 0.0).map_or(a, |b| a.min(b));
-    let (low, high) = described.position.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-    let effort = match (made_with.effort, described.effort.filter(|x| x.is_finite() && *x > 0.0)) {
-        (Some(a), described) => Some(least(a, described)),
-        (None, described) => described,
-    };
-    let limits = CoordinateLimits {
-        position: (made_with.position.0.max(low), made_with.position.1.min(high)),
-        velocity: least(made_with.velocity, described.velocity),
-        acceleration: least(made_with.acceleration, described.acceleration),
-        effort,
-        ..made_with.clone()
-    };
+    // What is assumed follows from the limits before they are slowed down.
+    let velocity = or_assumed(LimitKind::Velocity, given.velocity, fast, 1);
+    let quick = velocity / factor / 0.3;
+    let acceleration = or_assumed(LimitKind::Acceleration, given.acceleration, quick, 2);
+    let jerk = or_assumed(LimitKind::Jerk, given.jerk, acceleration / factor.powi(2) / 0.05, 3);
+    let position = given.position.unwrap_or_else(|| {
+        let unit = LimitKind::Position.unit(is_prismatic);
+        assume(format!("no limits of position given, +-{far} {unit} assumed"));
+        (-far, far)
+    });
+    let AskedLimits { effort, power, locked, .. } = given;
+    let limits = CoordinateLimits { position, velocity, acceleration, jerk, effort, power, locked };
     match limits.fault() {
         None => Ok(limits),
         Some(fault) => Err(fault),
@@ -363,15 +396,5 @@ mod tests {
             let error = found(text).unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         }
-    }
-
-    #[test]
-    fn a_motion_cannot_loosen_the_description() {
-        let (limits, _) = found("").unwrap();
-        let loose = CoordinateLimits { position: (-9.0, 1.0), velocity: 9.0, effort: None, ..limits[0].clone() };
-        let held = tightened(&loose, &described()).unwrap();
-        assert_eq!((held.position, held.velocity, held.effort), ((-2.0, 1.0), 3.0, Some(10.0)));
-        let away = CoordinateLimits { position: (3.0, 9.0), ..loose };
-        assert!(tightened(&away, &described()).is_err());
     }
 }

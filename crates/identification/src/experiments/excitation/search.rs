@@ -19,6 +19,7 @@ use crate::algebra::random::Random;
 use crate::experiments::excitation::descent::descend;
 use crate::experiments::excitation::limits::LimitKind;
 use crate::experiments::excitation::motion::Shape;
+use crate::experiments::excitation::no_motion::{NoMotion, too_small};
 use crate::experiments::excitation::problem::{Prepared, Problem, Walled};
 use crate::experiments::excitation::space_wall::SpaceWall;
 
@@ -131,31 +132,6 @@ pub fn search(
     if found.is_empty() { Err(failed) } else { Ok(found) }
 }
 
-/// Why there is no motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum NoMotion {
-    /// No coordinate may move.
-    AllLocked,
-    /// No parameter is seen by any motion within the limits.
-    NothingToTell,
-    /// Hardly moving takes more than allowed of this coordinate: the least share of its bound found.
-    TooWeak {
-        /// Index of the coordinate.
-        coordinate: usize,
-        /// Of effort, or of power.
-        limit: LimitKind,
-        /// Of that limit that is needed when it hardly moves.
-        share: f64,
-    },
-    /// No motion keeps bodies apart: the gap that was the nearest to being kept.
-    TooNarrow {
-        /// Index of the gap.
-        gap: usize,
-        /// Above its bound, m: negative.
-        room: f64,
-    },
-}
-
 /// One start: from a random motion, or from the best so far with some of its joints drawn anew. `alone`: the problem
 /// without what is known, where anything is.
 fn one(
@@ -180,7 +156,7 @@ fn one(
             x = found.x;
         }
     }
-    let criterion = prepared.criterion(&x).ok_or(NoMotion::NothingToTell)?;
+    let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, problem, &x))?;
     let (room, joint, limit) = prepared.barrier().least_room(&x).ok_or(NoMotion::AllLocked)?;
     Ok(Found {
         start,

@@ -69,6 +69,31 @@ pub struct SpaceBox {
 }
 
 impl SpaceLimits {
+    /// Both: all walls and boxes, the higher floor, the greater distance, and only pairs that both leave out.
+    pub fn with(&self, other: &SpaceLimits) -> SpaceLimits {
+        let walls = self.walls.iter().chain(other.walls.iter().filter(|wall| !self.walls.contains(wall)));
+        let boxes = self.boxes.iter().chain(other.boxes.iter().filter(|cell| !self.boxes.contains(cell)));
+        let (own_links, distance, ignored_pairs) = match (self.own_links, other.own_links) {
+            (true, true) => {
+                let is_ignored = |(a, b): &&(String, String)| {
+                    other.ignored_pairs.iter().any(|(c, d)| (a, b) == (c, d) || (a, b) == (d, c))
+                };
+                let both = self.ignored_pairs.iter().filter(is_ignored).cloned().collect();
+                (true, self.distance.max(other.distance), both)
+            }
+            (false, true) => (true, other.distance, other.ignored_pairs.clone()),
+            (own, false) => (own, self.distance, self.ignored_pairs.clone()),
+        };
+        SpaceLimits {
+            floor: self.floor.into_iter().chain(other.floor).reduce(f64::max),
+            walls: walls.cloned().collect(),
+            boxes: boxes.cloned().collect(),
+            distance,
+            own_links,
+            ignored_pairs,
+        }
+    }
+
     /// Why no robot can keep them, if so.
     pub fn fault(&self) -> Option<String> {
         let (distance, floor) = (self.distance, self.floor.unwrap_or(0.0));
@@ -76,5 +101,36 @@ impl SpaceLimits {
             return Some(format!("space: distance is {distance}; expected are metres, 0 or more"));
         }
         (!floor.is_finite()).then(|| format!("space: floor is {floor}; expected is a height in metres"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_rooms_hold() {
+        let pair = |a: &str, b: &str| (a.to_string(), b.to_string());
+        let a = SpaceLimits {
+            floor: Some(0.1),
+            distance: 0.02,
+            ignored_pairs: vec![pair("hand", "base"), pair("hand", "arm")],
+            ..SpaceLimits::default()
+        };
+        let wall = Wall { point: [1.0, 0.0, 0.0], normal: [-1.0, 0.0, 0.0], links: None };
+        let b = SpaceLimits {
+            floor: Some(0.0),
+            walls: vec![wall.clone()],
+            ignored_pairs: vec![pair("base", "hand")],
+            ..SpaceLimits::default()
+        };
+        for (one, other) in [(&a, &b), (&b, &a)] {
+            let both = one.with(other);
+            assert_eq!((both.floor, both.distance, both.walls.len()), (Some(0.1), 0.02, 1));
+            assert_eq!(both.ignored_pairs.len(), 1);
+            assert_eq!(both.with(other), both);
+        }
+        let blind = SpaceLimits { own_links: false, ..SpaceLimits::default() };
+        assert!(blind.with(&a).own_links && blind.with(&a).ignored_pairs == a.ignored_pairs && a.with(&blind) == a);
     }
 }

@@ -38,8 +38,20 @@ pub struct VisibleParameter {
     pub to_blame: Option<String>,
 }
 
+impl VisibleParameter {
+    /// What is to be said of a parameter that is not visible, or weak.
+    pub fn remark(&self) -> Option<String> {
+        match (self.deviation, self.relative_deviation, &self.to_blame) {
+            (None, _, Some(why)) => Some(format!("not visible ({why})")),
+            (None, _, None) => Some("not visible".into()),
+            (_, Some(r), Some(why)) if r > WEAK => Some(format!("weak ({why})")),
+            _ => None,
+        }
+    }
+}
+
 /// A parameter with a greater relative deviation is weak.
-pub const WEAK: f64 = 0.3;
+const WEAK: f64 = 0.3;
 
 /// A described value below this share of the greatest of its unit is taken for zero: no deviation is small beside it.
 const NO_VALUE: f64 = 1e-9;

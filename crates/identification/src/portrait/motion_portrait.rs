@@ -1,0 +1,221 @@
+//! What there is to draw of an exciting motion: its coordinates over time beside their limits, torques, the path of the tip.
+//!
+//! Torques are as a certificate bounds them: tau = Y X + FV dq + OFF. Dry friction is not in them, since it is taken from
+//! their bounds; the power of a drive has it: tau dq + FS |dq|.
+
+use robot::{Pose, Robot};
+
+use crate::experiments::excitation::artefact::ExcitingMotion;
+use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::experiments::excitation::motion::Motion;
+use crate::experiments::excitation::proof::{CertificateRow, DescribedFriction};
+use crate::model::regressor::Regressor;
+use crate::portrait::envelope::Envelope;
+
+/// Samples of a period, and of a motion at least: a harmonic has dozens.
+const SAMPLES_OF_A_PERIOD: usize = 240;
+const SAMPLES: usize = 720;
+
+/// What is drawn.
+#[derive(Clone, Debug)]
+pub struct MotionPortrait {
+    /// One a coordinate.
+    pub joints: Vec<JointCourse>,
+    /// s: where periods start and end, inside the motion.
+    pub borders: Vec<f64>,
+    /// Of the first period and the blends; `None` where nothing says where links are.
+    pub tip: Option<TipPath>,
+    /// The limits with what proves them.
+    pub certificate: Vec<CertificateRow>,
+    /// What was not looked at, in sentences.
+    pub notes: Vec<String>,
+    /// Whether the certificate was found from the motion and the model, and not read from a file.
+    pub is_found_anew: bool,
+}
+
+/// A coordinate over time.
+#[derive(Clone, Debug)]
+pub struct JointCourse {
+    /// Its name.
+    pub coordinate: String,
+    /// Whether it slides; `None`: not known without the model.
+    pub is_prismatic: Option<bool>,
+    /// What it is held to.
+    pub limits: CoordinateLimits,
+    /// By kind of limit: position, velocity, acceleration; then torque and power where they are known.
+    pub courses: Vec<(LimitKind, Envelope)>,
+}
+
+/// The path of a place of the robot in the base frame, m.
+#[derive(Clone, Debug)]
+pub struct TipPath {
+    /// Whose place it is.
+    pub name: String,
+    /// In the order of time.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// What is known of the robot beside its motion.
+#[derive(Clone, Copy)]
+pub struct KnownRobot<'a> {
+    /// Its links.
+    pub robot: &'a Robot,
+    /// Its base parameters' regressor.
+    pub regressor: &'a dyn Regressor,
+    /// Base parameters; `None`: torques are not known.
+    pub parameters: Option<&'a [f64]>,
+    /// One a coordinate.
+    pub friction: &'a [DescribedFriction],
+}
+
+impl MotionPortrait {
+    /// From the artefact, as it says of itself.
+    pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPortrait {
+        let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
+        let (certificate, notes) = (artefact.certificate.clone(), artefact.notes.clone());
+        let portrait = MotionPortrait::new(artefact, motion, limits, None);
+        MotionPortrait { certificate, notes, ..portrait }
+    }
+
+    /// From the motion and the robot; `limits`: one a coordinate. Certificate and notes are the caller's.
+    pub fn new(
+        artefact: &ExcitingMotion,
+        motion: &Motion,
+        limits: Vec<CoordinateLimits>,
+        known: Option<KnownRobot>,
+    ) -> MotionPortrait {
+        let names = artefact.joints.iter().map(|j| j.coordinate.clone());
+        let joint = |(k, (coordinate, limits)): (usize, (String, CoordinateLimits))| JointCourse {
+            coordinate,
+            is_prismatic: known.map(|known| known.regressor.is_prismatic(k)),
+            courses: kinds(&limits, known).into_iter().map(|kind| (kind, Envelope::default())).collect(),
+            limits,
+        };
+        let mut joints: Vec<JointCourse> = names.zip(limits).enumerate().map(joint).collect();
+        let (blend, period, duration) = (motion.shape.blend(), motion.shape.period(), motion.duration());
+        let tip = known.and_then(|known| Tip::of(known.robot));
+        let mut points = Vec::new();
+        let count = (SAMPLES_OF_A_PERIOD * motion.repetitions).max(SAMPLES);
+        for i in 0..count {
+            let t = duration * i as f64 / (count - 1) as f64;
+            let state = motion.at(t);
+            let torques = known.and_then(|known| torques(&known, &state));
+            for (k, joint) in joints.iter_mut().enumerate() {
+                for (kind, course) in &mut joint.courses {
+                    let value = match (*kind, &torques) {
+                        (LimitKind::Position, _) => state[k][0],
+                        (LimitKind::Velocity, _) => state[k][1],
+                        (LimitKind::Acceleration, _) => state[k][2],
+                        (LimitKind::Effort, Some(torques)) => torques[k][0],
+                        (_, Some(torques)) => torques[k][1],
+                        (_, None) => continue,
+                    };
+                    course.push(t, value);
+                }
+            }
+            // Other periods go the same way.
+            if let Some(tip) = tip.as_ref().filter(|_| t <= blend + period || t >= duration - blend) {
+                points.push(tip.place(&state.iter().map(|x| x[0]).collect::<Vec<_>>()));
+            }
+        }
+        let ends = (0..=motion.repetitions).map(|r| blend + r as f64 * period);
+        MotionPortrait {
+            joints,
+            borders: ends.filter(|t| *t > 0.0 && *t < duration).collect(),
+            tip: tip.map(|tip| TipPath { name: tip.name.clone(), points }),
+            certificate: vec![],
+            notes: vec![],
+            is_found_anew: known.is_some(),
+        }
+    }
+}
+
+/// What is drawn of a coordinate: the power only where it is limited.
+fn kinds(limits: &CoordinateLimits, known: Option<KnownRobot>) -> Vec<LimitKind> {
+    let mut kinds = vec![LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration];
+    if known.is_some_and(|known| known.parameters.is_some()) {
+        kinds.push(LimitKind::Effort);
+        kinds.extend(limits.power.map(|_| LimitKind::Power));
+    }
+    kinds
+}
+
+/// Torque without dry friction and power with it, of each coordinate.
+fn torques(known: &KnownRobot, state: &[[f64; 4]]) -> Option<Vec<[f64; 2]>> {
+    let parameters = known.parameters?;
+    let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
+    let mut y = vec![0.0; state.len() * parameters.len()];
+    known.regressor.fill(&of(0), &of(1), &of(2), &mut y);
+    let one = |(k, row): (usize, &[f64])| {
+        let (dq, friction) = (state[k][1], known.friction[k]);
+        let rigid: f64 = row.iter().zip(parameters).map(|(y, x)| y * x).sum();
+        let torque = rigid + friction.viscous * dq + friction.offset;
+        [torque, torque * dq + friction.coulomb.abs() * dq.abs()]
+    };
+    Some(y.chunks_exact(parameters.len().max(1)).enumerate().map(one).collect())
+}
+
+/// The place behind the most joints.
+struct Tip<'a> {
+    robot: &'a Robot,
+    link: usize,
+    place: Pose,
+    name: String,
+}
+
+impl<'a> Tip<'a> {
+    /// The last of the frames that the file fixes to the link, or that of the link; `None` where joints are found numerically.
+    fn of(robot: &'a Robot) -> Option<Tip<'a>> {
+        if !robot.passive.is_empty() {
+            return None;
+        }
+        let mut depth: Vec<usize> = Vec::with_capacity(robot.links.len());
+        for link in &robot.links {
+            depth.push(link.antecedent.map_or(1, |a| depth[a.0] + 1));
+        }
+        let link = (0..depth.len()).max_by_key(|&j| depth[j])?;
+        let own = &robot.links[link];
+        let (name, place) = own.frames.last().cloned().unwrap_or((own.name.clone(), Pose::IDENTITY));
+        Some(Tip { robot, link, place, name })
+    }
+
+    /// m, in the base frame.
+    fn place(&self, q: &[f64]) -> [f64; 3] {
+        self.robot.link_poses(q)[self.link].compose(&self.place).position
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::excitation::motion::tests::motions;
+    use crate::test_arm::Pendulum;
+
+    /// Courses go from rest to rest and hold every peak; torque and power are those of the pendulum with its friction.
+    #[test]
+    fn courses_are_those_of_the_motion() {
+        let text = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - {link: 2, \
+                    antecedent: 1, d: 0.5, theta: q2}\n";
+        let robot = robot::format::read_yaml(text, "arm.yaml").unwrap();
+        let (pendulum, parameters) = (Pendulum::new(), [0.3, 0.8, -0.1]);
+        let friction = [DescribedFriction { viscous: 0.2, coulomb: 0.4, offset: 0.1 }];
+        let known =
+            KnownRobot { robot: &robot, regressor: &pendulum, parameters: Some(&parameters), friction: &friction };
+        for motion in motions() {
+            let state = |t: f64| [motion.at(t)[0]];
+            let t = 0.37 * motion.duration();
+            let ([q, dq, ddq, _], found) = (state(t)[0], torques(&known, &state(t)).unwrap());
+            let mut row = [0.0; 3];
+            pendulum.fill(&[q], &[dq], &[ddq], &mut row);
+            let rigid: f64 = row.iter().zip(parameters).map(|(y, x)| y * x).sum();
+            let torque = rigid + 0.2 * dq + 0.1;
+            assert!((found[0][0] - torque).abs() < 1e-12, "{found:?}");
+            assert!((found[0][1] - (torque * dq + 0.4 * dq.abs())).abs() < 1e-12, "{found:?}");
+
+            let tip = Tip::of(&robot).unwrap();
+            let q = 0.7_f64;
+            let place = tip.place(&[q, 0.2]);
+            assert!((place[0] - 0.5 * q.cos()).abs() < 1e-12 && (place[1] - 0.5 * q.sin()).abs() < 1e-12, "{place:?}");
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! An exciting motion, for the page: its coordinates within their limits, the path of the tip, what it makes visible.
+
+use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_summary, proven_text};
+use identification::experiments::excitation::limits::LimitKind;
+use identification::experiments::excitation::proof::{CertificateRow, Kept};
+use identification::experiments::excitation::visibility::VisibleParameter;
+use identification::portrait::envelope::Envelope;
+use identification::portrait::motion_portrait::{JointCourse, MotionPortrait, TipPath};
+use serde::Serialize;
+
+use crate::chart::Chart;
+use crate::joints::Figure;
+use crate::number::{percent, significant, unit};
+
+/// A motion with what is drawn of it.
+#[derive(Clone, Copy)]
+pub struct ShownMotion<'a> {
+    /// The artefact.
+    pub artefact: &'a ExcitingMotion,
+    /// Its courses and its certificate.
+    pub portrait: &'a MotionPortrait,
+}
+
+/// The motion in words, rows and charts.
+#[derive(Serialize)]
+pub struct MotionPart {
+    summary: String,
+    proof: String,
+    is_proven: bool,
+    limits: Vec<LimitRow>,
+    notes: Vec<String>,
+    joints: Vec<JointCharts>,
+    tip: Option<String>,
+    path: Vec<Figure>,
+    scale: String,
+    parameters: Vec<Visible>,
+}
+
+/// A kind of limit.
+#[derive(Serialize)]
+struct LimitRow {
+    limit: String,
+    proven: String,
+    nearest: String,
+    faults: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct JointCharts {
+    name: String,
+    locked: String,
+    charts: Vec<Figure>,
+}
+
+/// A parameter.
+#[derive(Serialize)]
+struct Visible {
+    name: String,
+    described: String,
+    deviation: String,
+    relative: String,
+    /// Of 100; `None`: nothing to draw.
+    bar: Option<f64>,
+    remark: String,
+    is_doubtful: bool,
+}
+
+/// The motion of a page.
+pub fn motion(shown: ShownMotion) -> MotionPart {
+    let ShownMotion { artefact, portrait } = shown;
+    let rows = &portrait.certificate;
+    let is_proven = rows.iter().all(|r| r.kept == Kept::Proven);
+    let whose = match portrait.is_found_anew {
+        true => "found from the motion and the model",
+        false => "read from the file of the motion; rist check finds it from the motion and the model",
+    };
+    let verdict = match is_proven {
+        true => proven_text(rows).replacen("every limit above", "Every limit below", 1),
+        false => "NOT every limit below is proven to be kept".into(),
+    };
+    let limits = certificate_summary(rows).into_iter().map(|summary| LimitRow {
+        limit: summary.limit.to_string(),
+        proven: format!("{} of {}", summary.proven, summary.count),
+        nearest: summary.nearest.map_or("-".into(), |row| row.to_string()),
+        faults: summary.faults.iter().map(|row| row.to_string()).collect(),
+    });
+    let charts = |joint: &JointCourse| JointCharts {
+        name: joint.coordinate.clone(),
+        locked: joint.limits.locked.map_or(String::new(), |q| format!("locked at {}", significant(q, 4))),
+        charts: drawn(joint, portrait).into_iter().map(|c| figure(c.caption.clone(), c.chart())).collect(),
+    };
+    let (scale, parameters) = visible(&artefact.parameters);
+    MotionPart {
+        summary: artefact.in_words(),
+        proof: format!("{verdict}. The certificate is {whose}."),
+        is_proven,
+        limits: limits.collect(),
+        notes: portrait.notes.clone(),
+        joints: portrait.joints.iter().map(charts).collect(),
+        tip: portrait.tip.as_ref().map(|tip| tip.name.clone()),
+        path: portrait.tip.iter().flat_map(paths).map(|(_, plane, chart)| figure(plane, chart)).collect(),
+        scale,
+        parameters,
+    }
+}
+
+fn figure(caption: String, chart: Chart) -> Figure {
+    Figure { caption, svg: chart.svg() }
+}
+
+/// The charts by their file names, for a folder of pictures.
+pub fn pictures(shown: ShownMotion) -> Vec<(String, String)> {
+    let of_joint = |joint: &JointCourse| {
+        let file = |c: Course| (format!("motion_{}_{}", c.kind, joint.coordinate), c.chart().alone());
+        drawn(joint, shown.portrait).into_iter().map(file).collect::<Vec<_>>()
+    };
+    let of_joints = shown.portrait.joints.iter().flat_map(of_joint);
+    let of_tip =
+        shown.portrait.tip.iter().flat_map(paths).map(|(name, _, chart)| (format!("motion_{name}"), chart.alone()));
+    of_joints.chain(of_tip).collect()
+}
+
+/// A quantity of a coordinate over time.
+struct Course<'a> {
+    kind: LimitKind,
+    title: String,
+    axis: String,
+    caption: String,
+    course: &'a Envelope,
+    /// From rest to rest, s.
+    span: (f64, f64),
+    bounds: Option<(f64, f64)>,
+    nearest: Option<(f64, f64)>,
+    borders: Vec<f64>,
+}
+
+impl Course<'_> {
+    fn chart(&self) -> Chart<'_> {
+        let (from, to) = self.span;
+        let chart = Chart::new(self.title.clone(), ("time, s", &self.axis)).low().borders(self.borders.clone());
+        let chart = match self.bounds {
+            Some((low, high)) => {
+                chart.pieces("limits", "b", vec![vec![(from, high), (to, high)], vec![(from, low), (to, low)]])
+            }
+            None => chart.with_zero(),
+        };
+        let chart = chart.envelope("motion", "a", self.course);
+        self.nearest.into_iter().fold(chart, |chart, point| chart.mark("nearest to a limit", "d", point))
+    }
+}
+
+fn drawn<'a>(joint: &'a JointCourse, portrait: &MotionPortrait) -> Vec<Course<'a>> {
+    let one = |(kind, course): &'a (LimitKind, Envelope)| {
+        let row = portrait.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
+        let bounds = match kind {
+            // Of the limit a share, less dry friction.
+            LimitKind::Effort | LimitKind::Power => row.map(|r| (-r.bound.abs(), r.bound.abs())),
+            _ => joint.limits.bounds(*kind),
+        };
+        let unit = unit_of(*kind, joint.is_prismatic);
+        let name = if *kind == LimitKind::Effort { "torque without dry friction" } else { &kind.to_string() };
+        let spans = course.spans();
+        Course {
+            kind: *kind,
+            title: format!("{name} of {}", joint.coordinate),
+            axis: unit.clone(),
+            caption: caption(name, &unit, row),
+            course,
+            span: (spans.first().map_or(0.0, |s| s.t), spans.last().map_or(0.0, |s| s.t)),
+            bounds,
+            nearest: row.map(|r| (r.time_s, r.value)),
+            borders: portrait.borders.clone(),
+        }
+    };
+    joint.courses.iter().map(one).collect()
+}
+
+/// Both units where nothing says whether the joint turns or slides.
+fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
+    let (turns, slides) = (kind.unit(false), kind.unit(true));
+    unit(&match is_prismatic {
+        Some(is_prismatic) => kind.unit(is_prismatic).to_string(),
+        None if turns == slides => turns.to_string(),
+        None => format!("{turns} ({slides})"),
+    })
+}
+
+/// What is less of its limit is told as zero.
+const NOTHING: f64 = 1e-9;
+
+/// What the certificate says of a quantity.
+fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
+    let Some(CertificateRow { time_s, value, bound, nowhere_beyond, kept, .. }) = row else {
+        return format!("{name}: no limit is looked at");
+    };
+    let size = bound.abs();
+    // The rounding of a coordinate that stands still is no number for a reader.
+    let digits = |x: f64| significant(if x.abs() < NOTHING * size { 0.0 } else { x }, 4);
+    let (value, bound, proved) = (digits(*value), digits(*bound), digits(*nowhere_beyond));
+    let at = format!("{name}: {value} of {bound} {unit} at {} s", significant(*time_s, 3));
+    match kept {
+        Kept::Proven => format!("{at}; proven nowhere beyond {proved}"),
+        Kept::Violated => format!("{at}: BEYOND its limit"),
+        Kept::Open => format!("{at}; NOT proven: nowhere beyond {proved}"),
+    }
+}
+
+/// Seen along the three axes of the base frame: file name, caption, chart.
+fn paths(tip: &TipPath) -> Vec<(&'static str, String, Chart<'static>)> {
+    let planes = [
+        ("path_xy", "x and y: from above", 0, 1),
+        ("path_xz", "x and z: from the side", 0, 2),
+        ("path_yz", "y and z: from the front", 1, 2),
+    ];
+    let axes = ["x, m", "y, m", "z, m"];
+    let plane = |(name, caption, a, b): (&'static str, &str, usize, usize)| {
+        let points: Vec<(f64, f64)> = tip.points.iter().map(|p| (p[a], p[b])).collect();
+        let chart = Chart::new(format!("Path of {}, {caption}", tip.name), (axes[a], axes[b]))
+            .true_to_scale()
+            .line("path", "a", &points);
+        (name, caption.to_string(), points.first().into_iter().fold(chart, |chart, p| chart.mark("start", "b", *p)))
+    };
+    planes.map(plane).into_iter().collect()
+}
+
+/// Per cent of the widest bar at least: what is there is seen.
+const LEAST: f64 = 2.0;
+
+/// The parameters in the order of the motion, and what their bars mean. A bar is the relative deviation or, where no
+/// parameter has one, the deviation; logarithmic, between powers of ten.
+fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
+    let is_relative = parameters.iter().any(|p| p.relative_deviation.is_some());
+    let shown = |p: &VisibleParameter| if is_relative { p.relative_deviation } else { p.deviation };
+    let logarithms = parameters.iter().filter_map(shown).filter(|x| *x > 0.0 && x.is_finite()).map(f64::log10);
+    let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    // A relative deviation beyond 100 % tells nothing more.
+    let high = if is_relative { high.ceil().min(0.0) } else { high.ceil() };
+    let low = low.floor().min(high - 1.0);
+    let scale = match (low.is_finite() && high.is_finite(), is_relative) {
+        (false, _) => String::new(),
+        (true, true) => format!(
+            "A bar is the relative deviation, logarithmic from {} % to {} %; beyond it is full, and what is described as zero has none",
+            power_of_ten(low + 2.0),
+            power_of_ten(high + 2.0)
+        ),
+        (true, false) => format!(
+            "No parameter has a described value, so a bar is the deviation in its unit, logarithmic from {} to {}",
+            power_of_ten(low),
+            power_of_ten(high)
+        ),
+    };
+    let row = |p: &VisibleParameter| {
+        let remark = p.remark().unwrap_or_default();
+        let unit = unit(&p.unit.to_string());
+        let place = |x: f64| (100.0 * (x.log10() - low) / (high - low)).clamp(LEAST, 100.0);
+        Visible {
+            name: p.id.to_string(),
+            described: p.described.map_or("-".into(), |x| significant(x, 3)),
+            deviation: p.deviation.map_or("-".into(), |x| format!("{} {unit}", significant(x, 2)).trim().to_string()),
+            relative: p.relative_deviation.map_or("-".into(), percent),
+            bar: shown(p).filter(|x| x.is_finite()).map(place),
+            is_doubtful: !remark.is_empty(),
+            remark,
+        }
+    };
+    (scale, parameters.iter().map(row).collect())
+}
+
+/// `0.001`, `100`.
+fn power_of_ten(exponent: f64) -> String {
+    let digits = (-exponent).max(0.0) as usize;
+    format!("{:.digits$}", 10f64.powf(exponent))
+}

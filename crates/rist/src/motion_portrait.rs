@@ -1,0 +1,49 @@
+//! What a page draws of an exciting motion.
+
+use std::path::Path;
+
+use identification::experiments::excitation::limits::CoordinateLimits;
+use identification::portrait::motion_portrait::KnownRobot;
+
+pub use identification::portrait::motion_portrait::MotionPortrait;
+pub use report::excitation::ShownMotion;
+
+use crate::checking::check;
+use crate::error::Error;
+use crate::exciting::{ExcitingMotion, KnownTorque};
+use crate::model::Model;
+
+/// The motion as its file says it is: without torques and places of links, which only a model tells; `file` stands in messages.
+///
+/// Fails where it is no motion.
+pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
+    Ok(MotionPortrait::of_file(artefact, &artefact.motion(&file.display().to_string())?))
+}
+
+/// The motion within the limits that a check of it finds, which are proved anew; `file` stands in messages.
+///
+/// Fails where the motion was made with another model or is none.
+pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
+    let checked = check(model, file, artefact, None)?;
+    let portrait = drawn(model, artefact, checked.limits)?;
+    Ok(MotionPortrait { certificate: checked.certificate, notes: checked.notes, ..portrait })
+}
+
+/// A motion that was found just now, with the certificate that it has.
+///
+/// Fails where it is none.
+pub fn found_motion(model: &Model, found: &ExcitingMotion) -> Result<MotionPortrait, Error> {
+    let portrait = drawn(model, found, found.joints.iter().map(|j| j.limits.clone()).collect())?;
+    Ok(MotionPortrait { certificate: found.certificate.clone(), notes: found.notes.clone(), ..portrait })
+}
+
+fn drawn(model: &Model, artefact: &ExcitingMotion, limits: Vec<CoordinateLimits>) -> Result<MotionPortrait, Error> {
+    let torque = KnownTorque::new(model, artefact.identified.as_ref());
+    let known = KnownRobot {
+        robot: &model.robot,
+        regressor: model.regressor(),
+        parameters: torque.parameters.as_deref(),
+        friction: &torque.friction,
+    };
+    Ok(MotionPortrait::new(artefact, &artefact.motion("the motion")?, limits, Some(known)))
+}

@@ -1,0 +1,200 @@
+//! Motions that cannot be: a request that leaves none is told which limit of whom stands in the way and what to do, at
+//! once; and a motion whose own file was loosened by hand is held to the description, and to limits of the user.
+
+use std::path::{Path, PathBuf};
+
+use identification::experiments::excitation::artefact::ExcitingMotion;
+use tests::program::{folder, rist};
+
+/// Two links in a vertical plane, with all that a motion can be limited by.
+const ARM: &str = "\
+convention: khalil-kleinfinger
+name: arm
+gravity: [0, -9.81, 0]
+symbols: {L1: 0.5}
+links:
+  - {link: 1, name: upper arm, antecedent: base, theta: q1, limits: {position: [-2, 2], velocity: 5, effort: 100}}
+  - {link: 2, name: forearm, antecedent: 1, d: L1, theta: q2, limits: {position: [-2, 2], velocity: 5, effort: 50}}
+standard_parameters:
+  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
+  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
+";
+
+const QUICK: [&str; 8] = ["--starts", "1", "--iterations", "3", "--period", "5", "--repetitions", "1"];
+
+fn arm(name: &str) -> PathBuf {
+    let here = folder(name);
+    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    here
+}
+
+/// Where the request is refused, the words of the message are these.
+fn refused(here: &Path, arguments: &[&str], said: &[&str]) {
+    let run = rist(here, &[&["excite", "arm.yaml"], arguments].concat());
+    assert_eq!(run.code, Some(2), "{arguments:?}: {}{}", run.out, run.err);
+    said.iter().for_each(|said| assert!(run.err.contains(said), "{arguments:?}: `{said}` is not in {}", run.err));
+    assert!(!run.err.contains("panicked"), "{arguments:?}: {}", run.err);
+}
+
+/// Times and numbers that make no motion; each name of an option stands in its message.
+#[test]
+fn impossible_times_get_an_answer() {
+    let here = arm("impossible_times");
+    let few = ["--starts", "1", "--iterations", "3"];
+    for (more, said) in [
+        (vec!["--period", "0"], vec!["--period must be a positive number, not 0"]),
+        (vec!["--period", "-3"], vec!["--period must be a positive number, not -3"]),
+        (vec!["--frequency", "0"], vec!["--frequency must be a positive number, not 0"]),
+        (vec!["--blend", "0"], vec!["--blend must be a positive number, not 0"]),
+        (vec!["--rate", "-1"], vec!["--rate must be a positive number, not -1"]),
+        (vec!["--repetitions", "0"], vec!["--repetitions and --starts must be at least 1"]),
+        (vec!["--harmonics", "1000"], vec!["--harmonics must be between 1 and 40, not 1000"]),
+        (vec!["--effort-share", "1.5"], vec!["--effort-share is above 0 and at most 1, not 1.5"]),
+        (vec!["--period", "0.01"], vec!["the highest harmonic, 500.000 Hz", "raise --rate (200 Hz) or --period"]),
+        // More than any file holds: told before anything is searched.
+        (
+            vec!["--period", "5", "--repetitions", "1000000000"],
+            vec!["1.0e12 samples", "--period, --blend or --repetitions"],
+        ),
+        (vec!["--period", "5", "--rate", "1e12"], vec!["at most 4e6 are taken", "lower --rate"]),
+        // Too short to tell anything.
+        (
+            vec!["--period", "0.1", "--rate", "1000", "--harmonics", "1"],
+            vec!["tells the parameters apart", "nearest is its limit of ", "choose another --period"],
+        ),
+    ] {
+        refused(&here, &[&few[..], &more].concat(), &said);
+    }
+}
+
+/// Limits that leave no room, each with the coordinate and the limit.
+#[test]
+fn impossible_limits_get_an_answer() {
+    let here = arm("impossible_limits");
+    for (limits, said) in [
+        ("all: {locked: 0}", vec!["every coordinate is locked: unlock one in the limits file"]),
+        (
+            "coordinates: {q2: {position: [1, 1]}}",
+            vec!["coordinate q2: the limits of position leave no room: from 1 to 1"],
+        ),
+        ("coordinates: {q2: {position: [-3, 1]}}", vec!["coordinate q2: position -3 to 1", "only tighten"]),
+        ("coordinates: {q1: {velocity: 6}}", vec!["coordinate q1: velocity 6 of the limits file is above 5"]),
+        (
+            "coordinates: {q2: {velocity: 0}}",
+            vec!["coordinate q2: the limit of velocity leaves no room: 0", "(locked: holds still)"],
+        ),
+        (
+            "coordinates: {q2: {jerk: .inf}}",
+            vec!["coordinate q2: the limit of jerk leaves no room: inf", "positive number"],
+        ),
+        ("coordinates: {q1: {locked: 3}}", vec!["coordinate q1: locked at 3, outside its limits of position, -2 to 2"]),
+        (
+            "coordinates: {q1: {effort: 1}}",
+            vec!["no motion keeps the effort limit of q1: hardly moving it takes ", "--effort-share"],
+        ),
+        ("coordinates: {q1: {power: 1e-6}}", vec!["no motion keeps the power limit of q1"]),
+        ("all: {acceleration: 1e-9}", vec!["a blend 1.2500e10 s (by the limits of velocity and acceleration"]),
+        ("all: {jerk: 1e-9}", vec!["tells the parameters apart: q2, the slowest", "its limit of jerk"]),
+        ("coordinates: {q2: {position: [1, 1.0000001]}}", vec!["q2, the slowest", "its limit of position: raise it"]),
+        ("coordinates: {q3: {velocity: 1}}", vec!["there is no coordinate `q3`; there are q1, q2"]),
+        ("speed: 3", vec!["limits.yaml", "unknown field `speed`"]),
+    ] {
+        std::fs::write(here.join("limits.yaml"), limits).unwrap();
+        refused(&here, &[&["--limits", "limits.yaml"], &QUICK[..]].concat(), &said);
+    }
+    refused(&here, &["--limits", "nothing.yaml"], &["nothing.yaml: there is no such file"]);
+    refused(&here, &["--out", "m.yaml", "--report", "m.yaml"], &["m.yaml: two outputs have this name"]);
+}
+
+/// A motion of the arm, with a limits file that it was made with.
+fn found(name: &str) -> (PathBuf, ExcitingMotion) {
+    let here = arm(name);
+    std::fs::write(here.join("made.yaml"), "all: {velocity: 2, acceleration: 8, jerk: 150, power: 60}\n").unwrap();
+    let out = ["--limits", "made.yaml", "--out", "motion.yaml"];
+    let run = rist(&here, &[&["excite", "arm.yaml"], &QUICK[..], &out].concat());
+    assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
+    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
+    let motion = ExcitingMotion::from_yaml("motion.yaml", &text).unwrap();
+    (here, motion)
+}
+
+/// A check says of every limit where it stands, and holds the motion to limits of the user's own file.
+#[test]
+fn a_check_says_whose_limits_it_proves() {
+    let (here, motion) = found("own_limits");
+    let run = |arguments: &[&str]| rist(&here, &[&["check", "arm.yaml"], arguments].concat());
+    let plain = run(&["motion.yaml"]);
+    assert_eq!(plain.code, Some(0), "{}", plain.err);
+    for line in [
+        "position      as in the description",
+        "velocity      as in the motion's file, tighter than the others",
+        "acceleration  as in the motion's file alone",
+        "jerk          as in the motion's file alone",
+        "effort        as in the description",
+        "power         as in the motion's file alone",
+        "velocity, acceleration, jerk, power, distances, floors, walls and boxes: held to what the motion's own file says",
+        "effort and power are held to 0.9 of their limits",
+    ] {
+        assert!(plain.out.contains(line), "{line}: {}", plain.out);
+    }
+    // With the file that it was made with nothing but what is assumed or the room is left to the motion's own word.
+    let whole = run(&["motion.yaml", "--limits", "made.yaml"]);
+    assert_eq!(whole.code, Some(0), "{}", whole.err);
+    assert!(whole.out.contains("jerk          as in the limits file"), "{}", whole.out);
+    assert!(whole.out.contains("note: distances, floors, walls and boxes: held to what"), "{}", whole.out);
+
+    // Loosened by hand, and broken: the motion's own limits do not notice it, those of the file do.
+    let mut loosened = motion.clone();
+    let limits = &mut loosened.joints[0].limits;
+    (limits.velocity, limits.acceleration, limits.jerk, limits.power) = (4.0, 1e3, 1e6, None);
+    let joint = &mut loosened.joints[0];
+    joint.cosine.iter_mut().chain(&mut joint.sine).for_each(|x| *x *= 1.3);
+    loosened.effort_share = 1.0;
+    std::fs::write(here.join("loose.yaml"), loosened.to_yaml().unwrap()).unwrap();
+    let unnoticed = run(&["loose.yaml"]);
+    assert!(!unnoticed.err.contains("acceleration of q1"), "{}", unnoticed.err);
+    let noticed = run(&["loose.yaml", "--limits", "made.yaml"]);
+    assert_eq!(noticed.code, Some(1), "{}", noticed.out);
+    assert!(noticed.err.contains("acceleration of q1: ") && noticed.err.contains(" is beyond "), "{}", noticed.err);
+
+    // What the file does not give is not assumed against the motion; a looser file is refused.
+    std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\nspace: {floor: 3}\n").unwrap();
+    let held = run(&["motion.yaml", "--limits", "own.yaml"]);
+    assert!(held.err.contains("beyond the floor"), "{}", held.err);
+    std::fs::write(here.join("own.yaml"), "coordinates: {q2: {power: 1e-3}}\n").unwrap();
+    let held = run(&["motion.yaml", "--limits", "own.yaml"]);
+    assert_eq!(held.code, Some(1), "{}", held.out);
+    assert!(held.err.contains("power of q2: ") && !held.err.contains("jerk of"), "{}", held.err);
+    for (limits, said) in
+        [("all: {velocity: 6}", "coordinate q1: velocity 6"), ("coordinates: {q7: {jerk: 1}}", "`q7`")]
+    {
+        std::fs::write(here.join("own.yaml"), limits).unwrap();
+        let run = run(&["motion.yaml", "--limits", "own.yaml"]);
+        assert!(run.code == Some(2) && run.err.contains(said), "{}", run.err);
+    }
+    let json = rist(&here, &["check", "arm.yaml", "motion.yaml", "--limits", "made.yaml", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    let rows = json["limits"].as_array().unwrap();
+    let jerk = rows.iter().find(|row| row["limit"] == "jerk" && row["coordinate"] == "q2").unwrap();
+    assert!(rows.len() == 12 && jerk["origin"] == "limits_file" && jerk["bounds"][1] == 150.0, "{json}");
+}
+
+/// A coordinate that its file calls locked must stand there; and no file has more samples than one can hold.
+#[test]
+fn a_motion_file_that_contradicts_itself_is_refused() {
+    let (here, motion) = found("contradictions");
+    let check = |change: &dyn Fn(&mut ExcitingMotion)| {
+        let mut motion = motion.clone();
+        change(&mut motion);
+        std::fs::write(here.join("changed.yaml"), motion.to_yaml().unwrap()).unwrap();
+        rist(&here, &["check", "arm.yaml", "changed.yaml"])
+    };
+    let moves = check(&|m| m.joints[1].limits.locked = Some(0.0));
+    assert_eq!(moves.code, Some(1), "{}", moves.err);
+    assert!(moves.err.contains("position of q2: ") && moves.err.contains("is beyond "), "{}", moves.err);
+    let long = check(&|m| m.repetitions = 1_000_000_000);
+    assert!(long.code == Some(2) && long.err.contains("samples; at most 4e6 are taken"), "{}", long.err);
+    std::fs::write(here.join("own.yaml"), "coordinates: {q2: {locked: 0.5}}\n").unwrap();
+    let run = rist(&here, &["check", "arm.yaml", "motion.yaml", "--limits", "own.yaml"]);
+    assert!(run.code == Some(1) && run.err.contains("position of q2: "), "{}", run.err);
+}
