@@ -82,7 +82,22 @@ impl Fit {
     ) -> Result<Fit, Error> {
         let couplings = options.transmission.coupled();
         let model = Model::new(regressor, &options.friction, &couplings);
-        let mut observation = Observation::of_records(&model, records, None)?;
+        let observation = Observation::of_records(&model, records, None)?;
+        Fit::of_observation(regressor, records, observation, logs, options)
+    }
+
+    /// From records and the rows that they give the model of these options.
+    ///
+    /// Fails as `of_records` does.
+    pub fn of_observation<R: Records + ?Sized>(
+        regressor: &dyn Regressor,
+        records: &R,
+        mut observation: Observation,
+        logs: Vec<String>,
+        options: &Options,
+    ) -> Result<Fit, Error> {
+        let couplings = options.transmission.coupled();
+        let model = Model::new(regressor, &options.friction, &couplings);
         let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
             return Err(Error::new(AT_REST));

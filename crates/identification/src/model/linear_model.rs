@@ -185,8 +185,9 @@ impl<'a> Model<'a> {
         let joint = &self.layout.joints[j];
         let mut residual = group[joint.torque()].0;
         for (&column, &place) in joint.columns.iter().zip(&joint.places) {
-            for (residual, entry) in residual.iter_mut().zip(group[place].0) {
-                *residual -= entry * x[column];
+            let (entry, x) = (&group[place].0, x[column]);
+            for lane in 0..8 {
+                residual[lane] -= entry[lane] * x;
             }
         }
         residual

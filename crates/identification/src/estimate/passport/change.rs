@@ -136,7 +136,10 @@ impl Description<'_> {
             for (group, out) in entries.chunks_exact(stride).zip(out.chunks_mut(8 * n)) {
                 let mut torques = vec![[0.0; 8]; n];
                 for (entry, &(j, c)) in group.iter().zip(&non_zeros) {
-                    torques[j].iter_mut().zip(entry.0).for_each(|(sum, y)| *sum += y * self.parameters[c]);
+                    let (sum, x) = (&mut torques[j], self.parameters[c]);
+                    for lane in 0..8 {
+                        sum[lane] += entry.0[lane] * x;
+                    }
                 }
                 for (lane, out) in out.chunks_exact_mut(n).enumerate() {
                     out.iter_mut().zip(&torques).for_each(|(out, torque)| *out = torque[lane]);
