@@ -45,24 +45,10 @@ impl TriangleBuilder {
     /// When `row` is not p long.
     pub fn push(&mut self, row: &[f64], y: f64) {
         assert!(row.len() == self.triangle.p);
-        self.push_entries(row.iter().copied().chain(std::iter::once(y)));
-    }
-
-    /// The same from p coefficients and the right-hand side; what is missing is zero.
-    pub fn push_entries(&mut self, entries: impl Iterator<Item = f64>) {
         if self.block.is_full() {
             self.triangle.fold(&mut self.block);
         }
-        self.block.push(entries);
-    }
-
-    /// Appends the rows of another.
-    pub fn append(&mut self, next: TriangleBuilder) {
-        let next = next.finish();
-        if next.rows > 0 {
-            self.triangle.fold(&mut self.block);
-            self.triangle.merge(&next, 1.0);
-        }
+        self.block.push(row.iter().copied().chain(std::iter::once(y)));
     }
 
     /// The triangle of all rows.

@@ -31,15 +31,18 @@ pub(crate) struct Cluster {
 impl Cluster {
     /// The rows behind a triangle, of which the first columns are the unknowns: R'R and R'(z - R x).
     pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
-        Cluster::of_columns((0..rows.columns()).collect(), rows, x)
-    }
-
-    /// The same of a triangle that has these columns only; x one each.
-    pub fn of_columns(columns: Vec<usize>, rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
         let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
-        Cluster { columns, gram: r.tr_mul(&r), score: r.tr_mul(&left) }
+        Cluster { columns: (0..p).collect(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
+    }
+
+    /// Rows that have these columns only, from the products of the columns and of the residual behind them: (i, j),
+    /// i <= j, at j (m + 1) + i.
+    pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
+        let m = columns.len();
+        let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
+        Cluster { columns, gram: DMatrix::from_fn(m, m, at), score: DVector::from_fn(m, |i, _| at(i, m)) }
     }
 }
 

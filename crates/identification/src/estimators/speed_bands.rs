@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::algebra::triangle::TriangleBuilder;
+use crate::algebra::reflection::add_products;
+use crate::algebra::row_block::RowBlock;
 use crate::estimators::clusters::Cluster;
 use crate::model::linear_model::{Model, ResidualGroup};
 use crate::rows::residual_sums::ResidualSum;
@@ -20,25 +21,52 @@ pub struct SpeedBands<'a> {
     /// rad/s (m/s), the largest of each joint.
     largest: &'a [f64],
     weight: CountOf<'a>,
-    /// Joint by joint, the columns that its torque can depend on.
-    bands: Vec<TriangleBuilder>,
+    bands: Vec<Band>,
+}
+
+/// Rows of one joint: the columns that its torque can depend on, then the residual.
+#[derive(Clone)]
+struct Band {
+    places: Vec<usize>,
+    /// (i, j), i <= j, column by column.
+    products: Vec<f64>,
+    /// Rows that are in no product yet.
+    block: RowBlock,
+}
+
+impl Band {
+    /// Without rows, of so many columns.
+    fn new(columns: usize) -> Band {
+        let entries = columns + 1;
+        let places = (0..entries).collect();
+        Band { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
+    }
+
+    fn push(&mut self, row: impl Iterator<Item = f64>) {
+        self.block.push(row);
+        if self.block.is_full() {
+            self.complete();
+        }
+    }
+
+    fn complete(&mut self) {
+        add_products(&mut self.products, &self.places, &mut self.block);
+        self.block.rows = 0;
+    }
 }
 
 impl<'a> SpeedBands<'a> {
     /// Without rows.
     pub fn new(model: &Model, largest: &'a [f64], weight: CountOf<'a>) -> SpeedBands<'a> {
-        let of_joint =
-            |j: usize| (0..=ENDS.len()).map(move |_| TriangleBuilder::new(model.layout.joints[j].columns.len()));
+        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); ENDS.len() + 1];
         SpeedBands { largest, weight, bands: (0..model.n()).flat_map(of_joint).collect() }
     }
 
     /// One cluster a band.
     pub(crate) fn clusters(self, model: &Model) -> Vec<Cluster> {
-        let cluster = |(k, rows): (usize, TriangleBuilder)| {
-            let columns = model.layout.joints[k / (ENDS.len() + 1)].columns.clone();
-            // The right-hand side is the residual already.
-            let nothing = vec![0.0; columns.len()];
-            Cluster::of_columns(columns, &rows.finish(), &nothing)
+        let cluster = |(k, mut band): (usize, Band)| {
+            band.complete();
+            Cluster::of_products(model.layout.joints[k / (ENDS.len() + 1)].columns.clone(), &band.products)
         };
         self.bands.into_iter().enumerate().map(cluster).collect()
     }
@@ -55,12 +83,15 @@ impl ResidualSum for SpeedBands<'_> {
                 let root = (self.weight)(j, residual).sqrt();
                 let entries =
                     joint.places[..joint.columns.len()].iter().map(|&place| root * group.entries[place].0[lane]);
-                self.bands[j * (ENDS.len() + 1) + band].push_entries(entries.chain([root * residual]));
+                self.bands[j * (ENDS.len() + 1) + band].push(entries.chain([root * residual]));
             }
         }
     }
 
     fn append(&mut self, next: Self) {
-        self.bands.iter_mut().zip(next.bands).for_each(|(all, next)| all.append(next));
+        for (all, mut next) in self.bands.iter_mut().zip(next.bands) {
+            next.complete();
+            all.products.iter_mut().zip(&next.products).for_each(|(sum, product)| *sum += product);
+        }
     }
 }
