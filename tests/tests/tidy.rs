@@ -50,7 +50,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
     ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
     (
         "crates/logs",
-        &["error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "stream"],
+        &["error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "part", "stream"],
     ),
     (
         "crates/identification",

@@ -12,6 +12,7 @@ mod error;
 mod formats;
 mod log;
 mod packed;
+mod part;
 mod read;
 mod stream;
 mod table;

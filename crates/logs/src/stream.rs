@@ -4,7 +4,6 @@
 //! filter takes to forget where the signal began: the states made of a block's own rows are those of
 //! the whole log. Blocks are the same wherever they come from, and so are the account and the states.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -17,6 +16,7 @@ use crate::columns::words::Quantity;
 use crate::formats::delimited::TableReader;
 use crate::log::{Effort, Log, Window};
 use crate::packed::PackedLog;
+use crate::part::{Part, READ, read_block};
 use crate::read::{self, Opened};
 use crate::table::Table;
 
@@ -25,9 +25,6 @@ const BLOCK: usize = 1 << 18;
 
 /// Numbers up to which a log is held: 384 MiB, two million rows of seven joints.
 const HELD: usize = 3 << 24;
-
-/// Rows that are read at once: their numbers stay in the cache on the way into a block.
-const READ: usize = 1 << 15;
 
 /// Cells of a block of very many columns.
 const WIDE: usize = 1 << 24;
@@ -321,84 +318,6 @@ impl LogStream {
             Ok(())
         })?;
         current.map_or(Ok(()), |current| block(before.take(), &current, None))
-    }
-}
-
-/// Rows on their way into a block.
-enum Part<'a> {
-    Held(&'a [PackedLog]),
-    Read(Log),
-}
-
-impl Part<'_> {
-    /// Number of samples.
-    fn len(&self) -> usize {
-        match self {
-            Part::Held(parts) => parts.iter().map(PackedLog::len).sum(),
-            Part::Read(log) => log.len(),
-        }
-    }
-
-    /// s, the first instant.
-    fn start(&self) -> f64 {
-        match self {
-            Part::Held(parts) => parts.iter().find(|part| part.len() > 0).map_or(0.0, PackedLog::start),
-            Part::Read(log) => log.t.first().copied().unwrap_or(0.0),
-        }
-    }
-
-    /// Some of the samples.
-    fn range(&self, range: Range<usize>) -> Log {
-        match self {
-            Part::Held(parts) => {
-                let mut log = parts[0].head();
-                log.reserve(range.len());
-                self.append_to(&mut log, range);
-                log
-            }
-            Part::Read(log) => log.range(range),
-        }
-    }
-
-    /// Appends some of the samples.
-    fn append_to(&self, log: &mut Log, range: Range<usize>) {
-        match self {
-            Part::Held(parts) => {
-                let mut first = 0;
-                for part in *parts {
-                    let inside = |r: usize| r.saturating_sub(first).min(part.len());
-                    part.append_to(log, inside(range.start)..inside(range.end));
-                    first += part.len();
-                }
-            }
-            Part::Read(part) => log.append(part, range),
-        }
-    }
-}
-
-/// The usable rows of the next block of a text, whose first rows are `next`; the rows of the file up to its end, and the
-/// rows behind it.
-fn read_block(
-    reader: &mut TableReader,
-    mut next: Table,
-    columns: &Columns,
-    mut after: f64,
-    block: usize,
-) -> Result<(Log, Range<usize>, Table), Error> {
-    let mut rows = next.skipped..next.skipped + next.rows();
-    let mut all = Log::usable(&next, columns, 0..next.rows(), after)?;
-    if next.rows() == READ {
-        all.reserve(block);
-    }
-    loop {
-        after = all.t.last().copied().unwrap_or(after);
-        let left = block - rows.len();
-        next = reader.rows(READ.min(if left > 0 { left } else { block }))?;
-        if left == 0 || next.rows() == 0 {
-            return Ok((all, rows, next));
-        }
-        rows.end += next.rows();
-        all.append_usable(&Log::usable(&next, columns, 0..next.rows(), after)?);
     }
 }
 
