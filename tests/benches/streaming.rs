@@ -10,13 +10,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use identification::algebra::random::Random;
-use identification::estimate::identify::Fit;
-use identification::estimate::options::Options;
 use identification::model::compiled::compiled;
 use identification::model::parameter::BaseParameter;
 use identification::model::regressor::{Coordinate, Regressor};
-use identification::signals::records::SourceRecords;
 use logs::LogSource;
+use rist::model::Model;
+use rist::samples::{IdentifyRequest, identify};
 
 fn panda() -> impl Regressor {
     let function = generated::all().iter().find(|f| f.name == "panda").expect("a model of the repository");
@@ -64,50 +63,63 @@ fn write_log(path: &Path, rows: usize) -> std::io::Result<()> {
     out.flush()
 }
 
-fn measure(path: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let arm = panda();
-    // Every sample counts: no decimation.
-    let mut options = Options::default();
-    (options.signal.cutoff, options.signal.decimate) = (Some(40.0), Some(1));
+/// CPU seconds of this process so far, all threads, by its clock of 100 ticks a second; 0 where there is no /proc.
+fn cpu_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // User and system time are the 14th and 15th word; the second may hold blanks.
+    let words = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+    words.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
+/// Identifies as `rist identify` does, every sample a row where that is asked for, else with the defaults.
+fn measure(path: &Path, every: bool) -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
-    let (log, _) = LogSource::open(path, arm.coordinates(), &options.columns)?;
+    let model = Model::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/panda.yaml"))?;
+    let mut request = IdentifyRequest::default();
+    if every {
+        (request.options.signal.cutoff, request.options.signal.decimate) = (Some(40.0), Some(1));
+    }
+    let (log, _) = model.open_log(path, &request.options.columns)?;
     let rows = log.report().kept;
-    let held = if matches!(log, LogSource::Held(_)) { "held" } else { "streamed" };
-    let logs = [log];
-    let records = SourceRecords::new(&arm, &logs, &options.preparation())?;
-    let fit = Fit::of_records(&arm, &records, Vec::new(), &options)?;
-    let seconds = start.elapsed().as_secs_f64();
+    let held = if matches!(log, LogSource::Held(_)) { "one block" } else { "blocks" };
+    let estimate = identify(&model, &[log], &request)?.estimate;
+    let (seconds, cpu) = (start.elapsed().as_secs_f64(), cpu_seconds());
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:")).and_then(|l| l.split_whitespace().next());
     let peak = peak.and_then(|kib| kib.parse::<f64>().ok()).map_or("unknown".into(), |k| format!("{:.0}", k / 1024.0));
-    let columns = fit.estimate.parameters.len();
+    let columns = estimate.parameters.len();
     let mebibytes = |numbers: usize| (8 * numbers) as f64 / f64::from(1 << 20);
+    let samples = if every { "every" } else { "defaults" };
     println!(
-        "{rows:>9} {held:>9} {seconds:>8.1} {peak:>12} {:>12.0} {:>8.0} {:>9.4}",
+        "{rows:>9} {held:>9} {samples:>9} {cpu:>8.1} {seconds:>8.1} {peak:>9} {:>8.0} {:>8.0} {:>9.4}",
         mebibytes(rows * 22),
-        mebibytes(fit.estimate.rows * columns),
-        fit.estimate.total
+        mebibytes(estimate.rows * columns),
+        estimate.total
     );
     Ok(())
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with("--")).collect();
-    if let [path] = words.as_slice() {
-        return measure(Path::new(path));
+    if let [path, samples] = words.as_slice() {
+        return measure(Path::new(path), samples == "every");
     }
     println!(
-        "{:>9} {:>9} {:>8} {:>12} {:>12} {:>8} {:>9}",
-        "rows", "", "s", "peak MiB", "log MiB", "W MiB", "residual"
+        "{:>9} {:>9} {:>9} {:>8} {:>8} {:>9} {:>8} {:>8} {:>9}",
+        "rows", "", "samples", "CPU s", "wall s", "peak MiB", "log MiB", "W MiB", "residual"
     );
     for rows in [100_000, 300_000, 1_000_000, 2_000_000] {
         let path = std::env::temp_dir().join(format!("rist-streaming-{}.csv", std::process::id()));
         write_log(&path, rows)?;
-        let status = std::process::Command::new(std::env::current_exe()?).arg(&path).status()?;
-        std::fs::remove_file(&path)?;
-        if !status.success() {
-            return Err("the measuring process failed".into());
+        let mut measured = Ok(());
+        for samples in ["defaults", "every"] {
+            let status = std::process::Command::new(std::env::current_exe()?).arg(&path).arg(samples).status()?;
+            if !status.success() {
+                measured = Err("the measuring process failed");
+            }
         }
+        std::fs::remove_file(&path)?;
+        measured?;
     }
     Ok(())
 }

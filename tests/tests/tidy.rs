@@ -48,7 +48,10 @@ const ORDERS: [(&str, &[&str]); 12] = [
         &["random", "kinematics", "derivation", "base", "dynamics", "functions", "robot_function", "robot_module"],
     ),
     ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
-    ("crates/logs", &["error", "cleaning", "table", "columns", "formats", "log", "read", "stream"]),
+    (
+        "crates/logs",
+        &["error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "part", "stream"],
+    ),
     (
         "crates/identification",
         &[

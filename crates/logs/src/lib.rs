@@ -5,11 +5,14 @@
 
 #![warn(missing_docs)]
 
+mod abreast;
 mod cleaning;
 mod columns;
 mod error;
 mod formats;
 mod log;
+mod packed;
+mod part;
 mod read;
 mod stream;
 mod table;

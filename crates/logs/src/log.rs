@@ -9,6 +9,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::abreast::abreast;
 use crate::cleaning::account::{GAP, LogReport, MIN_ROWS, even};
 use crate::cleaning::suspects::{Suspect, unwrap};
 use crate::columns::mapping::{Columns, Source};
@@ -84,6 +85,13 @@ impl Log {
     ///
     /// Fails when a used column holds text.
     pub(crate) fn part(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
+        let mut log = Log::usable(table, columns, range, after)?;
+        log.describe();
+        Ok(log)
+    }
+
+    /// The same, not yet described; fails alike.
+    pub(crate) fn usable(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
         check_texts(table, columns)?;
         // Tables that are taken part by part come from files without lines, whose rows are all alike.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
@@ -91,7 +99,7 @@ impl Log {
         let rows = usable_rows(table, columns, range, after, &mut report);
         let take = |s: &Source| rows.iter().map(|&r| s.factor * table.columns[s.column][r]).collect();
         let series = |sources: &[Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
-        let mut log = Log {
+        Ok(Log {
             name: table.file.clone(),
             coordinates: columns.coordinates.clone(),
             t: take(&columns.time),
@@ -103,9 +111,20 @@ impl Log {
             rows: rows.iter().map(|r| table.skipped + r + 1).collect(),
             window: None,
             report,
-        };
-        log.describe();
-        Ok(log)
+        })
+    }
+
+    /// Appends usable rows that follow, neither described yet.
+    pub(crate) fn append_usable(&mut self, next: &Log) {
+        self.append(next, 0..next.len());
+        self.report.count(&next.report);
+    }
+
+    /// Makes room for so many samples in all.
+    pub(crate) fn reserve(&mut self, samples: usize) {
+        let more = samples.saturating_sub(self.len());
+        self.series_mut().for_each(|x| x.reserve_exact(more));
+        self.rows.reserve_exact(more);
     }
 
     /// Number of samples.
@@ -122,6 +141,12 @@ impl Log {
     fn signals(&self) -> impl Iterator<Item = &Vec<f64>> {
         let optional = self.dq.iter().chain(&self.ddq).flatten();
         self.q.iter().chain(optional).chain(&self.effort)
+    }
+
+    /// All series, the time first.
+    pub(crate) fn series_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let optional = self.dq.iter_mut().chain(&mut self.ddq).flatten();
+        std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort)
     }
 
     /// Some of the samples, described as the whole.
@@ -164,15 +189,13 @@ impl Log {
 
     /// Appends samples of a later part of the same file.
     pub(crate) fn append(&mut self, next: &Log, range: Range<usize>) {
-        let optional = self.dq.iter_mut().chain(&mut self.ddq).flatten();
-        let series = std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort);
-        for (x, y) in series.zip(std::iter::once(&next.t).chain(next.signals())) {
+        for (x, y) in self.series_mut().zip(std::iter::once(&next.t).chain(next.signals())) {
             x.extend_from_slice(&y[range.clone()]);
         }
         self.rows.extend_from_slice(&next.rows[range]);
     }
 
-    fn describe(&mut self) {
+    pub(crate) fn describe(&mut self) {
         self.report.kept = self.len();
         let mut steps: Vec<f64> = self.t.windows(2).map(|w| w[1] - w[0]).collect();
         if steps.is_empty() {
@@ -181,12 +204,15 @@ impl Log {
         let longest = steps.iter().copied().fold(0.0, f64::max);
         let middle = steps.len() / 2;
         let period = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let wrapped = self.q.iter_mut().map(|q| unwrap(q)).sum();
+        let series = self.coordinates.iter().zip(&mut self.q).zip(&self.effort).collect();
+        let found = abreast(self.t.len(), series, |((name, q), effort): ((&String, &mut Vec<f64>), &Vec<f64>)| {
+            let wrapped = unwrap(q);
+            (wrapped, Suspect::of(name, &self.t, q, effort))
+        });
+        let (wrapped, suspect): (Vec<usize>, Vec<Suspect>) = found.into_iter().unzip();
         let (before, after, rest) = self.rest();
-        let series = self.coordinates.iter().zip(&self.q).zip(&self.effort);
-        let suspect = series.map(|((name, q), effort)| Suspect::of(name, &self.t, q, effort)).collect();
         self.report = LogReport {
-            wrapped,
+            wrapped: wrapped.iter().sum(),
             suspect,
             repeated: (1..self.len()).filter(|&r| self.signals().all(|s| s[r] == s[r - 1])).count(),
             duration: self.t[self.len() - 1] - self.t[0],
@@ -252,10 +278,14 @@ fn usable_rows(
     report: &mut LogReport,
 ) -> Vec<usize> {
     let clock = &table.columns[columns.time.column];
-    let used: Vec<&[f64]> = columns.sources().map(|s| table.columns[s.column].as_slice()).collect();
+    let mut finite = vec![true; range.len()];
+    for source in columns.sources() {
+        let column = &table.columns[source.column][range.clone()];
+        finite.iter_mut().zip(column).for_each(|(finite, x)| *finite &= x.is_finite());
+    }
     let mut rows: Vec<usize> = Vec::with_capacity(range.len());
-    for r in range {
-        if used.iter().any(|column| !column[r].is_finite()) {
+    for (r, finite) in range.zip(finite) {
+        if !finite {
             report.not_finite += 1;
             report.first_not_finite.get_or_insert(table.line(r));
         } else if columns.time.factor * clock[r] > after {

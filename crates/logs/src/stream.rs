@@ -5,7 +5,6 @@
 //! the whole log. Blocks are the same wherever they come from, and so are the account and the states.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::Error;
@@ -16,6 +15,8 @@ use crate::columns::names::ColumnNames;
 use crate::columns::words::Quantity;
 use crate::formats::delimited::TableReader;
 use crate::log::{Effort, Log, Window};
+use crate::packed::PackedLog;
+use crate::part::{Part, READ, read_block};
 use crate::read::{self, Opened};
 use crate::table::Table;
 
@@ -62,35 +63,34 @@ impl LogSource {
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
         reader.keep(columns.sources().map(|source| source.column));
-        let mut next = reader.rows(block)?;
+        let mut next = reader.rows(READ.min(block))?;
         if next.rows() == 0 {
             return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
         }
-        let held = held.min(HELD / columns.sources().count());
         let mut account = Account::default();
-        let mut parts = vec![account.add(Log::part(&first, &columns, 0..first.rows(), f64::NEG_INFINITY)?)];
+        let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), f64::NEG_INFINITY)?)];
         drop(first);
+        let held = held.min(HELD / columns.sources().count());
         let mut is_held = true;
         while next.rows() > 0 {
-            is_held &= next.skipped + next.rows() <= held;
+            let (part, rows, following) = read_block(&mut reader, next, &columns, account.end, block)?;
+            is_held &= rows.end <= held;
             if !is_held && !again {
                 let message = format!(
                     "more than {held} rows from a pipe or device; so long a log is read again at each pass: write it to a \
                      file"
                 );
-                return Err(Error::at(&next.file, 0, message));
+                return Err(Error::at(&part.name, 0, message));
             }
-            let part = account.add(Log::part(&next, &columns, 0..next.rows(), account.end)?);
+            let part = account.add(part);
             match is_held {
                 true => parts.push(part),
                 false => parts.clear(),
             }
-            // Two blocks of the text are not needed at once.
-            drop(next);
-            next = reader.rows(block)?;
+            next = following;
         }
         let parts = match is_held {
-            true => Parts::Held(parts.into_iter().map(Arc::new).collect()),
+            true => Parts::Held(parts),
             false => Parts::File(path.into(), state?),
         };
         let stream = LogStream::new(path.into(), columns.clone(), account, parts, block)?;
@@ -124,8 +124,8 @@ impl LogSource {
         let (mut account, mut parts) = (Account::default(), Vec::new());
         for first in (0..table.rows()).step_by(block) {
             let range = first..table.rows().min(first + block);
-            let part = account.add(Log::part(&table, &columns, range, account.end)?);
-            parts.push(Arc::new(part));
+            let part = Log::usable(&table, &columns, range, account.end)?;
+            parts.push(account.add(part));
         }
         let stream = LogStream::new(path.into(), columns.clone(), account, Parts::Held(parts), block)?;
         Ok((LogSource::Streamed(stream), columns))
@@ -136,6 +136,16 @@ impl LogSource {
         match self {
             LogSource::Held(log) => &log.report,
             LogSource::Streamed(stream) => &stream.report,
+        }
+    }
+
+    /// Bytes of the samples of a log of several blocks that wait in memory.
+    pub fn held_bytes(&self) -> usize {
+        match self {
+            LogSource::Streamed(LogStream { parts: Parts::Held(parts), .. }) => {
+                parts.iter().map(PackedLog::bytes).sum()
+            }
+            _ => 0,
         }
     }
 
@@ -169,7 +179,7 @@ pub struct LogStream {
 /// Where the rows are.
 enum Parts {
     /// In memory, some rows of the file in each.
-    Held(Vec<Arc<Log>>),
+    Held(Vec<PackedLog>),
     /// In the file, which is not to change.
     File(PathBuf, FileState),
 }
@@ -188,14 +198,16 @@ impl Default for Account {
 }
 
 impl Account {
-    fn add(&mut self, part: Log) -> Log {
+    /// Describes the next part and holds it.
+    fn add(&mut self, mut part: Log) -> PackedLog {
+        part.describe();
         let step = part.t.first().map_or(0.0, |t| t - self.end);
         self.end = part.t.last().copied().unwrap_or(self.end);
         match &mut self.report {
             None => self.report = Some(part.report.clone()),
             Some(report) => report.append(&part.report, step),
         }
-        part
+        PackedLog::new(part)
     }
 }
 
@@ -217,22 +229,17 @@ impl LogStream {
     fn new(path: PathBuf, columns: Columns, account: Account, parts: Parts, block: usize) -> Result<LogStream, Error> {
         let report = account.report.unwrap_or_default();
         report.check(&path.display().to_string(), &columns.time.header)?;
-        let mut stream = LogStream { path, columns, report, parts: Parts::Held(Vec::new()), block };
-        stream.parts = match parts {
-            Parts::Held(parts) => {
-                let described = |part| Arc::new(stream.described(Arc::unwrap_or_clone(part)));
-                Parts::Held(parts.into_iter().map(described).collect())
-            }
-            file => file,
-        };
-        Ok(stream)
+        Ok(LogStream { path, columns, report, parts, block })
     }
 
     /// Hands over the log in blocks that end where they end, to look at what needs no neighbours.
     ///
     /// Fails when the file cannot be read again, or has changed.
     pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
-        self.parts(1, &mut |part| if part.is_empty() { Ok(()) } else { take(&part) })
+        self.parts(1, &mut |part| match part.len() {
+            0 => Ok(()),
+            len => take(&self.described(part.range(0..len))),
+        })
     }
 
     /// Some of the samples, with the account of all.
@@ -247,31 +254,24 @@ impl LogStream {
         &self.report
     }
 
-    /// Hands over the usable rows, `blocks` blocks of the file at a time, described as the whole.
+    /// Hands over the usable rows, `blocks` blocks of the file at a time.
     ///
     /// Fails when the file cannot be read again, or has changed.
-    fn parts(&self, blocks: usize, take: &mut dyn FnMut(Arc<Log>) -> Result<(), Error>) -> Result<(), Error> {
+    fn parts<'a>(&'a self, blocks: usize, take: &mut dyn FnMut(Part<'a>) -> Result<(), Error>) -> Result<(), Error> {
         match &self.parts {
-            Parts::Held(parts) if blocks == 1 => parts.iter().try_for_each(|part| take(Arc::clone(part))),
-            Parts::Held(parts) => parts.chunks(blocks).try_for_each(|parts| {
-                let mut all = Log::clone(&parts[0]);
-                parts[1..].iter().for_each(|part| all.append(part, 0..part.len()));
-                take(Arc::new(self.described(all)))
-            }),
+            Parts::Held(parts) => parts.chunks(blocks).try_for_each(|parts| take(Part::Held(parts))),
             Parts::File(path, state) => {
                 let mut reader = TableReader::open(path)?;
                 let (mut after, mut count) = (f64::NEG_INFINITY, 0);
                 // The names are settled with the first rows of units, which belong to the header.
                 reader.keep(self.columns.sources().map(|source| source.column));
-                loop {
-                    let table = reader.rows(blocks * self.block)?;
-                    if table.rows() == 0 {
-                        break;
-                    }
-                    count += table.rows();
-                    let part = Log::part(&table, &self.columns, 0..table.rows(), after)?;
+                let block = blocks * self.block;
+                let mut next = reader.rows(READ.min(block))?;
+                while next.rows() > 0 {
+                    let (part, rows, following) = read_block(&mut reader, next, &self.columns, after, block)?;
+                    (count, next) = (rows.end, following);
                     after = part.t.last().copied().unwrap_or(after);
-                    take(Arc::new(self.described(part)))?;
+                    take(Part::Read(part))?;
                 }
                 if count != self.report.rows || FileState::of(path)? != *state {
                     let message = "the file changes while it is read, or was replaced since; begin again";
@@ -289,14 +289,16 @@ impl LogStream {
     pub fn blocks(&self, overlap: f64, take: &mut dyn FnMut(Log) -> Result<(), Error>) -> Result<(), Error> {
         let reach = (overlap / self.report.period).ceil() as usize;
         let mut before: Option<Log> = None;
-        let mut current: Option<Arc<Log>> = None;
-        let mut block = |before: &Option<Log>, current: &Log, next: Option<&Log>| {
-            let mut block = before.clone().unwrap_or_else(|| current.range(0..0));
-            let end = next.map_or(f64::INFINITY, |next| next.t[0].next_down());
-            block.window = Some(Window::Seconds(current.t[0], end));
-            block.append(current, 0..current.len());
+        let mut current: Option<Part> = None;
+        let mut block = |before: Option<Log>, current: &Part, next: Option<&Part>| {
+            let after = next.map_or(0, |next| reach.min(next.len()));
+            let mut block = before.unwrap_or_else(|| current.range(0..0));
+            block.reserve(block.len() + current.len() + after);
+            let end = next.map_or(f64::INFINITY, |next| next.start().next_down());
+            block.window = Some(Window::Seconds(current.start(), end));
+            current.append_to(&mut block, 0..current.len());
             if let Some(next) = next {
-                block.append(next, 0..reach.min(next.len()));
+                next.append_to(&mut block, 0..after);
             }
             // Parts were unwrapped by themselves: their ends may be turns apart.
             block.q.iter_mut().for_each(|q| {
@@ -305,17 +307,17 @@ impl LogStream {
             take(self.described(block))
         };
         self.parts((4 * reach).div_ceil(self.block).max(1), &mut |next| {
-            if next.is_empty() {
+            if next.len() == 0 {
                 return Ok(());
             }
             if let Some(current) = current.take() {
-                block(&before, &current, Some(&next))?;
+                block(before.take(), &current, Some(&next))?;
                 before = Some(current.range(current.len().saturating_sub(reach)..current.len()));
             }
             current = Some(next);
             Ok(())
         })?;
-        current.map_or(Ok(()), |current| block(&before, &current, None))
+        current.map_or(Ok(()), |current| block(before.take(), &current, None))
     }
 }
 

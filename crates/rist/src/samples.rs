@@ -11,7 +11,7 @@ use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
-use identification::estimate::rotors::rotors;
+use identification::estimate::rotors::WithRotors;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Trust, Verdict};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
@@ -129,15 +129,20 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
-    let mut fit = Fit::of_records(regressor, &records, logs.iter().map(LogSource::name).collect(), &options)?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let with_rotors = match is_without_rotors(model) {
+        true => WithRotors::of_records(regressor, &records, &options)?,
+        false => None,
+    };
+    let mut fit = match &with_rotors {
+        Some(rows) => Fit::of_observation(regressor, &records, rows.without(regressor, &options), names, &options)?,
+        None => Fit::of_records(regressor, &records, names, &options)?,
+    };
     let load = match request.loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let rotors = match is_without_rotors(model) {
-        true => rotors(regressor, &records, &fit.observation, &options)?,
-        false => None,
-    };
+    let rotors = with_rotors.and_then(|rows| rows.remark(regressor, &fit.observation, &options));
 
     let described = described.map(|x| described_error(model, &fit, &options, &x));
     if request.essential {

@@ -11,9 +11,12 @@
 //! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
 //! | R_kk - beta_k | `lead` | 4 | |
 //!
+//! Beside them the products of the columns with one another, W'W, which need no triangle.
+//!
 //! Every sum runs in four parts, rows 4 i + l in part l (a norm in eight), on every processor; where there are AVX2 and FMA, in registers and
 //! with one rounding a term. All `unsafe` of this package is here. What makes it sound: the registers are used by
-//! `reflect_fused` only, which is compiled for AVX2 and FMA and called where the processor has them.
+//! `reflect_fused` and `add_products_fused` only, which are compiled for AVX2 and FMA and called where the processor has
+//! them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -50,6 +53,25 @@ pub fn reflect(r: &mut [f64], n: usize, columns: Columns, block: &mut RowBlock) 
 #[target_feature(enable = "avx2,fma")]
 fn reflect_fused(r: &mut [f64], n: usize, columns: Columns, rows: Rows) {
     reflect_with::<Register>(r, n, columns, rows);
+}
+
+/// Adds the products of the columns at `places` with one another over the rows of `block` to `products`, m x m, (i, j) with
+/// i <= j at j m + i.
+pub fn add_products(products: &mut [f64], places: &[usize], block: &mut RowBlock) {
+    let stride = block.stride();
+    let rows = Rows { numbers: block.numbers(), stride };
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the processor has what `add_products_fused` is compiled for.
+        return unsafe { add_products_fused(products, places, rows) };
+    }
+    add_products_with::<[f64; 4]>(products, places, rows);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn add_products_fused(products: &mut [f64], places: &[usize], rows: Rows) {
+    add_products_with::<Register>(products, places, rows);
 }
 
 /// Groups of eight rows.
@@ -232,6 +254,21 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
     }
 }
 
+#[inline(always)]
+fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: Rows) {
+    let m = places.len();
+    // Past the last column it is taken again; what that gives is not read.
+    let at = |k: usize| places[k.min(m - 1)];
+    for i in (0..m).step_by(4) {
+        for j in (i..m).step_by(2) {
+            let found = dots::<V, 4, 2>(&rows, [at(i), at(i + 1), at(i + 2), at(i + 3)], [at(j), at(j + 1)]);
+            for (j, found) in (j..m).zip(found) {
+                (i..=j).zip(found).for_each(|(i, product)| products[j * m + i] += product);
+            }
+        }
+    }
+}
+
 /// Applies one reflection, its lead, factor and column, to columns of the triangle and of the rows.
 #[inline(always)]
 fn reflect_columns<V: Four, const Y: usize>(
@@ -300,6 +337,7 @@ mod tests {
         let index: Vec<usize> = (0..m).collect();
         let mut random = Random::new(5);
         let mut triangles = [vec![0.0; m * m], vec![0.0; m * m]];
+        let mut sums = triangles.clone();
         let mut products = vec![0.0; m * m];
         for _ in 0..2 {
             let mut block = RowBlock::new(13);
@@ -311,11 +349,18 @@ mod tests {
                 block.push(row.into_iter());
             }
             let mut plain = block.clone();
+            add_products(&mut sums[0], &places, &mut plain);
+            let rows = Rows { stride: plain.stride(), numbers: plain.numbers() };
+            add_products_with::<[f64; 4]>(&mut sums[1], &places, rows);
             let columns = Columns { index: &index, places: &places };
             reflect(&mut triangles[0], m, columns, &mut block);
             let stride = plain.stride();
             let rows = Rows { numbers: plain.numbers(), stride };
             reflect_with::<[f64; 4]>(&mut triangles[1], m, columns, rows);
+        }
+        for (sums, (k, product)) in sums.iter().flat_map(|sums| products.iter().enumerate().map(move |p| (sums, p))) {
+            // Sums of 256 products of unit size: 256 eps.
+            assert!(k % m > k / m || (sums[k] - product).abs() < 1e-12, "{k}: {} {product}", sums[k]);
         }
         for r in &triangles {
             for (k, product) in products.iter().enumerate() {

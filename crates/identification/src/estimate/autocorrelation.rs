@@ -8,12 +8,10 @@
 //! e: N m (N); l: samples; the memory: s. Not here: what correlated residuals do to deviations
 //! (`estimators::correlated_deviation`).
 
-use logs::Error;
-
 use crate::algebra::fourier::self_products;
-use crate::model::linear_model::Model;
+use crate::model::linear_model::{Model, ResidualGroup};
 use crate::model::states::States;
-use crate::signals::records::Records;
+use crate::rows::residual_sums::ResidualSum;
 
 /// Lags that are looked at.
 const LAGS: usize = 200;
@@ -50,36 +48,29 @@ pub struct Autocorrelation {
     joints: Vec<Products>,
     /// s between successive rows.
     period: f64,
-}
-
-/// The residuals of a record, joint by joint; NaN where a row does not count.
-pub fn residuals_of(model: &Model, states: &States, x: &[f64]) -> Vec<Vec<f64>> {
-    let mut residuals = vec![vec![f64::NAN; states.len()]; model.n()];
-    model.residuals(states, x, |r, j, e| residuals[j][r] = e);
-    residuals
+    /// The residuals of the record that is gone through, joint by joint; NaN where a row does not count.
+    record: Vec<Vec<f64>>,
 }
 
 impl Autocorrelation {
     /// Without a record.
     pub fn new(joints: usize) -> Autocorrelation {
         let none = Products { sums: vec![0.0; LAGS + 1], pairs: vec![0; LAGS + 1] };
-        Autocorrelation { joints: vec![none; joints], period: 0.0 }
-    }
-
-    /// Of records under parameters `x`.
-    ///
-    /// Fails when a record cannot be read.
-    pub fn of_records<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Autocorrelation, Error> {
-        let mut found = Autocorrelation::new(model.n());
-        records.each(&mut |states| found.add(&residuals_of(model, states, x), states.period))?;
-        Ok(found)
+        Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints] }
     }
 
     /// Adds the residuals of a record, one series a joint, `period` s apart; NaN where a row does not count.
-    pub fn add(&mut self, residuals: &[Vec<f64>], period: f64) {
+    pub fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
             let lags = LAGS.min(e.len().saturating_sub(1));
+            if e.iter().all(|e| !e.is_nan()) {
+                for (lag, sum) in self_products(e, lags).iter().enumerate() {
+                    products.sums[lag] += sum;
+                    products.pairs[lag] += e.len() - lag;
+                }
+                continue;
+            }
             let counting: Vec<f64> = e.iter().map(|e| f64::from(u8::from(!e.is_nan()))).collect();
             let of_rows = self_products(&counting, lags);
             let of_residuals =
@@ -126,6 +117,27 @@ impl Autocorrelation {
     }
 }
 
+impl ResidualSum for Autocorrelation {
+    fn add(&mut self, model: &Model, group: &ResidualGroup) {
+        let n = model.n();
+        for (j, (record, residuals)) in self.record.iter_mut().zip(group.residuals).enumerate() {
+            let of = |(r, e): (usize, &f64)| if group.states.used[r * n + j] { *e } else { f64::NAN };
+            record.extend(group.samples.clone().zip(residuals).map(of));
+        }
+    }
+
+    fn append(&mut self, next: Self) {
+        self.record.iter_mut().zip(next.record).for_each(|(all, next)| all.extend(next));
+    }
+
+    fn end_record(&mut self, states: &States) {
+        let mut record = std::mem::take(&mut self.record);
+        self.add_record(&record, states.period);
+        record.iter_mut().for_each(Vec::clear);
+        self.record = record;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,7 +146,7 @@ mod tests {
 
     fn memory(e: Vec<f64>, period: f64) -> f64 {
         let mut found = Autocorrelation::new(1);
-        found.add(&[e], period);
+        found.add_record(&[e], period);
         found.memory(0).unwrap()
     }
 
@@ -165,7 +177,7 @@ mod tests {
     fn rows_that_do_not_count_are_no_zeros() {
         let e: Vec<f64> = (0..400).map(|i| if i % 10 == 9 { f64::NAN } else { 1.0 }).collect();
         let mut found = Autocorrelation::new(2);
-        found.add(&[e, vec![f64::NAN; 400]], 0.1);
+        found.add_record(&[e, vec![f64::NAN; 400]], 0.1);
         let (t, rho) = found.of_joint(0)[2];
         // Rounding of a transform of a thousand samples.
         assert!(t == 0.2 && (rho - 1.0).abs() < 1e-12, "{t} {rho}");

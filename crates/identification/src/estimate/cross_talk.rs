@@ -4,11 +4,10 @@
 //! |e_j|^2 that they explain is near zero where the model is complete. It is large where a motor also turns with
 //! another joint and the model lacks its inertia and friction.
 
-use logs::Error;
-use nalgebra::{Matrix3, Matrix4};
+use nalgebra::{Matrix3, Vector3};
 
-use crate::model::linear_model::Model;
-use crate::signals::records::Records;
+use crate::model::linear_model::{Model, ResidualGroup};
+use crate::rows::residual_sums::ResidualSum;
 
 /// The motion of joint `of` shows in the residual of joint `joint`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,37 +20,88 @@ pub struct CrossTalk {
     pub share: f64,
 }
 
-/// For each joint the other joint that explains most of its residual under parameters `x`.
-///
-/// Fails when a record cannot be read.
-pub fn cross_talk<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) -> Result<Vec<CrossTalk>, Error> {
-    let n = model.n();
-    // Products of ddq_k, dq_k, direction_k and e_j.
-    let mut products = vec![Matrix4::<f64>::zeros(); n * n];
-    records.each(&mut |states| {
-        model.residuals(states, x, |r, j, e| {
-            for k in (0..n).filter(|&k| k != j) {
-                let at = r * n + k;
-                let row = [states.ddq[at], states.dq[at], states.direction[at], e];
-                let row = nalgebra::Vector4::from(row);
-                products[j * n + k] += row * row.transpose();
-            }
-        });
-    })?;
-    let of_joint = |j: usize| {
-        let all = (0..n).filter(|&k| k != j);
-        let talk = all.map(|k| CrossTalk { joint: j, of: k, share: explained(&products[j * n + k]) });
-        talk.max_by(|a, b| a.share.total_cmp(&b.share))
-    };
-    Ok((0..n).filter_map(of_joint).collect())
+/// What is regressed on: ddq_k, dq_k and the direction.
+const COLUMNS: usize = 3;
+
+/// Products of the columns of each joint with one another, and with the residuals of the others.
+#[derive(Clone)]
+pub struct CrossTalkSums {
+    n: usize,
+    /// Of joint k with itself, over the samples at which all joints count: most.
+    motions: Vec<Matrix3<f64>>,
+    /// Of joint k with itself, over the other rows of joint j, at j n + k.
+    more: Vec<Matrix3<f64>>,
+    /// With the residual of joint j, at j n + k, column after column.
+    residuals: [Vec<f64>; COLUMNS],
+    /// |e_j|^2.
+    squares: Vec<f64>,
 }
 
-/// The share of the last square that the other three explain.
-fn explained(products: &Matrix4<f64>) -> f64 {
-    let total = products[(3, 3)];
+impl CrossTalkSums {
+    /// Of no row.
+    pub fn new(n: usize) -> CrossTalkSums {
+        let (none, nothing) = (Matrix3::zeros(), vec![0.0; n * n]);
+        let residuals = [nothing.clone(), nothing.clone(), nothing];
+        CrossTalkSums { n, motions: vec![none; n], more: vec![none; n * n], residuals, squares: vec![0.0; n] }
+    }
+
+    /// For each joint the other joint that explains most of its residual.
+    pub fn cross_talk(&self) -> Vec<CrossTalk> {
+        let n = self.n;
+        let share = |j: usize, k: usize| {
+            let right = Vector3::from_fn(|i, _| self.residuals[i][j * n + k]);
+            explained(&(self.motions[k] + self.more[j * n + k]), &right, self.squares[j])
+        };
+        let of_joint = |j: usize| {
+            let talk = (0..n).filter(|&k| k != j).map(|k| CrossTalk { joint: j, of: k, share: share(j, k) });
+            talk.max_by(|a, b| a.share.total_cmp(&b.share))
+        };
+        (0..n).filter_map(of_joint).collect()
+    }
+}
+
+impl ResidualSum for CrossTalkSums {
+    fn add(&mut self, _: &Model, group: &ResidualGroup) {
+        let (n, states) = (self.n, group.states);
+        for (lane, r) in group.samples.clone().enumerate() {
+            let at = r * n..(r + 1) * n;
+            let (used, columns) = (&states.used[at.clone()], [&states.ddq, &states.dq, &states.direction]);
+            let columns = columns.map(|x| &x[at.clone()]);
+            let square = |k: usize| {
+                let row = Vector3::from_fn(|i, _| columns[i][k]);
+                row * row.transpose()
+            };
+            let all = used.iter().all(|used| *used);
+            if all {
+                self.motions.iter_mut().enumerate().for_each(|(k, sum)| *sum += square(k));
+            }
+            for j in (0..n).filter(|&j| used[j]) {
+                let e = group.residuals[j][lane];
+                self.squares[j] += e * e;
+                for (sums, column) in self.residuals.iter_mut().zip(columns) {
+                    sums[j * n..][..n].iter_mut().zip(column).for_each(|(sum, x)| *sum += e * x);
+                }
+                if !all {
+                    self.more[j * n..][..n].iter_mut().enumerate().for_each(|(k, sum)| *sum += square(k));
+                }
+            }
+        }
+    }
+
+    fn append(&mut self, next: Self) {
+        self.motions.iter_mut().zip(next.motions).for_each(|(a, b)| *a += b);
+        self.more.iter_mut().zip(next.more).for_each(|(a, b)| *a += b);
+        let residuals = self.residuals.iter_mut().flatten().zip(next.residuals.into_iter().flatten());
+        residuals.for_each(|(a, b)| *a += b);
+        self.squares.iter_mut().zip(next.squares).for_each(|(a, b)| *a += b);
+    }
+}
+
+/// The share of the squares of a residual that columns explain, from their products with one another and with it.
+fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) -> f64 {
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));
-    let right = nalgebra::Vector3::from_fn(|i, _| scale(i) * products[(i, 3)]);
+    let right = Vector3::from_fn(|i, _| scale(i) * with_residual[i]);
     // A column that repeats others, or is zero, explains nothing of its own.
     let solved = gram.pseudo_inverse(1e-9).map(|inverse| right.dot(&(inverse * right)));
     match solved {
@@ -68,6 +118,7 @@ mod tests {
     use crate::model::parameter::BaseParameter;
     use crate::model::regressor::Regressor;
     use crate::model::states::States;
+    use crate::rows::residual_sums::residual_sums;
 
     /// Two joints that have nothing to do with one another.
     struct Wheels([String; 2], [BaseParameter; 2]);
@@ -111,7 +162,8 @@ mod tests {
                     .extend([ddq[0] + coupling * (0.2 * ddq[1] + sign(dq[1])) + noise[0], 2.0 * ddq[1] + noise[1]]);
                 states.used.extend([true, true]);
             }
-            let talk = cross_talk(&model, [states].as_slice(), &[1.0, 2.0]).unwrap();
+            let sums = residual_sums(&model, [states].as_slice(), &[1.0, 2.0], CrossTalkSums::new(2)).unwrap();
+            let talk = sums.cross_talk();
             assert_eq!((talk[0].joint, talk[0].of, talk[1].joint), (0, 1, 1));
             (talk[0].share, talk[1].share)
         };

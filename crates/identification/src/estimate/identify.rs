@@ -9,7 +9,7 @@ use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::Autocorrelation;
-use crate::estimate::cross_talk::{CrossTalk, cross_talk};
+use crate::estimate::cross_talk::{CrossTalk, CrossTalkSums};
 use crate::estimate::directions::directions;
 use crate::estimate::held_out::{cross_validate_by_part, residuals};
 use crate::estimate::identified::{Deviations, Identified};
@@ -17,12 +17,13 @@ use crate::estimate::options::Options;
 use crate::estimate::remarks::{driving, little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::{Reweighted, reweighted};
-use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, white_deviation};
+use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, speed_bands, white_deviation};
 use crate::estimators::weighted::fit;
 use crate::model::linear_model::Model;
 use crate::model::parameter::Parameter;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
+use crate::rows::residual_sums::residual_sums;
 use crate::signals::preparation::states;
 use crate::signals::records::Records;
 
@@ -81,7 +82,22 @@ impl Fit {
     ) -> Result<Fit, Error> {
         let couplings = options.transmission.coupled();
         let model = Model::new(regressor, &options.friction, &couplings);
-        let mut observation = Observation::of_records(&model, records, None)?;
+        let observation = Observation::of_records(&model, records, None)?;
+        Fit::of_observation(regressor, records, observation, logs, options)
+    }
+
+    /// From records and the rows that they give the model of these options.
+    ///
+    /// Fails as `of_records` does.
+    pub fn of_observation<R: Records + ?Sized>(
+        regressor: &dyn Regressor,
+        records: &R,
+        mut observation: Observation,
+        logs: Vec<String>,
+        options: &Options,
+    ) -> Result<Fit, Error> {
+        let couplings = options.transmission.coupled();
+        let model = Model::new(regressor, &options.friction, &couplings);
         let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
             return Err(Error::new(AT_REST));
@@ -98,11 +114,14 @@ impl Fit {
             joints = observation.joints(|_| true);
             (solution, weights) = (found.solution.clone(), found.weights.clone());
         }
-        let deviation = replicate_deviation(&model, records, &observation, &solution, &weights, by_rows.as_ref())?;
+        let bands = speed_bands(&model, &observation, &weights, by_rows.as_ref());
+        let sums = (bands, (CrossTalkSums::new(model.n()), Autocorrelation::new(model.n())));
+        let (bands, (talk, autocorrelation)) = residual_sums(&model, records, &solution.x, sums)?;
+        let deviation = replicate_deviation(&model, &observation, &solution, &weights, by_rows.as_ref(), bands);
         let sigma = deviation.sigma();
         let mut estimate = report(&model, &joints, &observation, &solution, &sigma);
         estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
-        estimate.remarks.extend(coupled(&estimate.joints, &cross_talk(&model, records, &solution.x)?));
+        estimate.remarks.extend(coupled(&estimate.joints, &talk.cross_talk()));
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let (held_out, tenths) = cross_validate_by_part(&model, &observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
@@ -111,7 +130,6 @@ impl Fit {
         }
         estimate.tenths = tenths;
         estimate.directions = directions(&model, &joints, &weights, &solution, estimate.discount());
-        let autocorrelation = Autocorrelation::of_records(&model, records, &solution.x)?;
         for (j, joint) in estimate.joints.iter_mut().enumerate() {
             joint.memory = autocorrelation.memory(j);
         }

@@ -1,4 +1,6 @@
 //! Tells whether rotor inertias that the model lacks would predict better.
+//!
+//! The rows with the columns of rotors hold those without: one pass over the records gives both.
 
 use logs::Error;
 
@@ -17,31 +19,54 @@ const WORTH: f64 = 0.97;
 /// Where nothing is left to explain, a difference is rounding.
 const NOTHING_LEFT: f64 = 1e-3;
 
-/// A sentence where rotor inertias predict the tenths left out better; `observation` is that of the records without
-/// them.
-///
-/// Fails when a record cannot be read again.
-pub fn rotors<R: Records + ?Sized>(
-    regressor: &dyn Regressor,
-    records: &R,
-    observation: &Observation,
-    options: &Options,
-) -> Result<Option<String>, Error> {
-    if options.friction.contains(&FrictionTerm::Rotor) {
-        return Ok(None);
+/// The rows of a model that lacks rotor inertias, with their columns.
+pub struct WithRotors {
+    friction: Vec<FrictionTerm>,
+    observation: Observation,
+}
+
+impl WithRotors {
+    /// `None` where the model has the columns already.
+    ///
+    /// Fails when there is no record, or when one cannot be read.
+    pub fn of_records<R: Records + ?Sized>(
+        regressor: &dyn Regressor,
+        records: &R,
+        options: &Options,
+    ) -> Result<Option<WithRotors>, Error> {
+        if options.friction.contains(&FrictionTerm::Rotor) {
+            return Ok(None);
+        }
+        let couplings = options.transmission.coupled();
+        let mut friction = options.friction.clone();
+        friction.push(FrictionTerm::Rotor);
+        let observation = Observation::of_records(&Model::new(regressor, &friction, &couplings), records, None)?;
+        Ok(Some(WithRotors { friction, observation }))
     }
-    let couplings = options.transmission.coupled();
-    let total = |friction: &[FrictionTerm], observation: &Observation| {
-        cross_validate(&Model::new(regressor, friction, &couplings), observation, options.weights).total
-    };
-    let mut friction = options.friction.clone();
-    friction.push(FrictionTerm::Rotor);
-    let wider = Observation::of_records(&Model::new(regressor, &friction, &couplings), records, None)?;
-    let (without, with) = (total(&options.friction, observation), total(&friction, &wider));
-    Ok((with < WORTH * without && without > NOTHING_LEFT).then(|| {
-        format!(
-            "the model has no rotor inertias; with them (--rotor-inertia actuated) the error on tenths left out is \
-             {with:.4} instead of {without:.4}"
-        )
-    }))
+
+    /// The rows without those columns.
+    pub fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
+        let couplings = options.transmission.coupled();
+        let [wider, model] =
+            [&self.friction, &options.friction].map(|friction| Model::new(regressor, friction, &couplings));
+        let is_kept = |c: &usize| model.parameters.iter().any(|parameter| parameter.id == wider.parameters[*c].id);
+        let columns: Vec<usize> = (0..wider.p()).filter(is_kept).collect();
+        self.observation.select(&columns)
+    }
+
+    /// A sentence where rotor inertias predict the tenths left out better; `observation` is that of the records without
+    /// them.
+    pub fn remark(&self, regressor: &dyn Regressor, observation: &Observation, options: &Options) -> Option<String> {
+        let couplings = options.transmission.coupled();
+        let total = |friction: &[FrictionTerm], observation: &Observation| {
+            cross_validate(&Model::new(regressor, friction, &couplings), observation, options.weights).total
+        };
+        let (without, with) = (total(&options.friction, observation), total(&self.friction, &self.observation));
+        (with < WORTH * without && without > NOTHING_LEFT).then(|| {
+            format!(
+                "the model has no rotor inertias; with them (--rotor-inertia actuated) the error on tenths left out is \
+                 {with:.4} instead of {without:.4}"
+            )
+        })
+    }
 }

@@ -23,42 +23,26 @@ pub(crate) const ROUNDING: f64 = 1e-12;
 pub(crate) struct Cluster {
     /// The columns that are not zero in them.
     columns: Vec<usize>,
-    /// A row, its entries of these columns.
-    row: Vec<f64>,
     /// A_g and W_g' e_g of these columns.
     gram: DMatrix<f64>,
     score: DVector<f64>,
 }
 
 impl Cluster {
-    /// Without rows yet; see [`Cluster::add`].
-    pub fn new(columns: &[usize]) -> Cluster {
-        let m = columns.len();
-        Cluster { columns: columns.to_vec(), row: vec![0.0; m], gram: DMatrix::zeros(m, m), score: DVector::zeros(m) }
-    }
-
     /// The rows behind a triangle, of which the first columns are the unknowns: R'R and R'(z - R x).
     pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
         let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
-        Cluster { columns: (0..p).collect(), row: Vec::new(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
+        Cluster { columns: (0..p).collect(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
     }
 
-    /// A row with its weight and its residual; [`Cluster::complete`] ends it.
-    pub fn add(&mut self, row: &[f64], weight: f64, residual: f64) {
-        self.row.iter_mut().zip(&self.columns).for_each(|(entry, &column)| *entry = row[column]);
-        for (b, entry) in self.row.iter().enumerate() {
-            let weighed = weight * entry;
-            self.score[b] += weighed * residual;
-            let column = &mut self.gram.as_mut_slice()[b * self.row.len()..][..=b];
-            column.iter_mut().zip(&self.row).for_each(|(sum, other)| *sum += weighed * other);
-        }
-    }
-
-    /// The lower half of A_g, which rows do not fill.
-    pub fn complete(&mut self) {
-        self.gram.fill_lower_triangle_with_upper_triangle();
+    /// Rows that have these columns only, from the products of the columns and of the residual behind them: (i, j),
+    /// i <= j, at j (m + 1) + i.
+    pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
+        let m = columns.len();
+        let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
+        Cluster { columns, gram: DMatrix::from_fn(m, m, at), score: DVector::from_fn(m, |i, _| at(i, m)) }
     }
 }
 

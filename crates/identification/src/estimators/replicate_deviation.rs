@@ -21,18 +21,14 @@
 //! An error that looks like a column of W cannot be seen here: a wrong gain, a wrong gravity, friction that grows with
 //! the speed in another way over the whole range.
 
-use logs::Error;
+use std::sync::Arc;
 
 use crate::algebra::least_squares::Solution;
-use crate::algebra::vector::dot;
 use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
 use crate::estimators::huber::Reweighted;
+use crate::estimators::speed_bands::SpeedBands;
 use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, weighted};
-use crate::signals::records::Records;
-
-/// Upper ends of the bands of speed, shares of the joint's largest; the last has none.
-const BANDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 
 /// k of the parts of the record, and of the bands.
 const PART: f64 = 0.95;
@@ -68,17 +64,27 @@ fn median_ratio(replicates: &[f64], white: &[f64]) -> f64 {
     ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
 }
 
-/// From the rows of a fit (reweighted where `reweighted` says how), its solution and its weights by joint.
-///
-/// Fails when a record cannot be read.
-pub fn replicate_deviation<R: Records + ?Sized>(
+/// The bands of speed of a fit, without rows yet: its rows (reweighted where `reweighted` says how) and weights by joint.
+pub fn speed_bands<'a>(
     model: &Model,
-    records: &R,
+    observation: &'a Observation,
+    weights: &'a [f64],
+    reweighted: Option<&'a Reweighted>,
+) -> SpeedBands<'a> {
+    let weight = move |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.weight(j, e));
+    SpeedBands::new(model, &observation.speed, Arc::new(weight))
+}
+
+/// From the rows of a fit (reweighted where `reweighted` says how), its solution, its weights by joint, and the
+/// [`speed_bands`] of its rows and residuals.
+pub fn replicate_deviation(
+    model: &Model,
     observation: &Observation,
     solution: &Solution,
     weights: &[f64],
     reweighted: Option<&Reweighted>,
-) -> Result<ReplicateDeviation, Error> {
+    bands: SpeedBands,
+) -> ReplicateDeviation {
     let whole = Whole::of(&weighted(&observation.joints(|_| true), weights));
     // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
     let slope = reweighted.map_or(1.0, |found| found.slope);
@@ -88,42 +94,15 @@ pub fn replicate_deviation<R: Records + ?Sized>(
     let count = parts.len() as f64;
     let by_part = root(whole.variance(&parts, PART, ROUNDING).into_iter().map(|v| v * (count - 1.0) / count).collect());
     let sums = root(whole.variance(&parts, 0.0, ROUNDING).into_iter().map(|v| v * count / (count - 1.0)).collect());
-    let weight = |j: usize, e: f64| weights[j] * weights[j] * reweighted.map_or(1.0, |found| found.weight(j, e));
-    let by_speed = root(whole.variance(&bands(model, records, observation, solution, &weight)?, BAND, ROUNDING));
+    let by_speed = root(whole.variance(&bands.clusters(model), BAND, ROUNDING));
     let white = white_deviation(solution);
     let correlated = median_ratio(&sums, &white);
-    Ok(ReplicateDeviation { white, by_part, by_speed, correlated })
+    ReplicateDeviation { white, by_part, by_speed, correlated }
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
 pub fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
-}
-
-/// One cluster for each joint and band of its speed.
-fn bands<R: Records + ?Sized>(
-    model: &Model,
-    records: &R,
-    observation: &Observation,
-    solution: &Solution,
-    weight: &dyn Fn(usize, f64) -> f64,
-) -> Result<Vec<Cluster>, Error> {
-    let (n, p) = (model.n(), model.p());
-    let of_joint = |j: usize| (0..=BANDS.len()).map(move |_| Cluster::new(&model.layout.joints[j].columns));
-    let mut clusters: Vec<Cluster> = (0..n).flat_map(of_joint).collect();
-    records.each(&mut |states| {
-        model.rows(states, 0..states.len(), |r, w| {
-            for j in (0..n).filter(|&j| states.used[r * n + j]) {
-                let row = &w[j * p..(j + 1) * p];
-                let residual = states.tau[r * n + j] - dot(row, &solution.x);
-                let speed = states.dq[r * n + j].abs();
-                let band = BANDS.iter().take_while(|&&end| speed > end * observation.speed[j]).count();
-                clusters[j * (BANDS.len() + 1) + band].add(row, weight(j, residual), residual);
-            }
-        });
-    })?;
-    clusters.iter_mut().for_each(Cluster::complete);
-    Ok(clusters)
 }
 
 #[cfg(test)]
@@ -135,13 +114,16 @@ mod tests {
     use crate::estimators::weighted::{Weights, fit};
     use crate::model::friction::terms::FrictionTerm;
     use crate::model::states::States;
+    use crate::rows::residual_sums::residual_sums;
     use crate::test_arm::Pendulum;
 
     fn of(model: &Model, states: States) -> (Solution, ReplicateDeviation) {
         let observation = Observation::of(model, &states, 20);
         let (solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
         let records = [states];
-        let found = replicate_deviation(model, records.as_slice(), &observation, &solution, &weights, None).unwrap();
+        let bands = speed_bands(model, &observation, &weights, None);
+        let bands = residual_sums(model, records.as_slice(), &solution.x, bands).unwrap();
+        let found = replicate_deviation(model, &observation, &solution, &weights, None, bands);
         (solution, found)
     }
 
@@ -223,7 +205,9 @@ mod tests {
         let found = reweighted(&model, records.as_slice(), &ls, Loss::Huber).unwrap();
         let records = records.as_slice();
         let (solution, weights) = (&found.solution, &found.weights);
-        let robust = replicate_deviation(&model, records, &found.observation, solution, weights, Some(&found)).unwrap();
+        let bands = speed_bands(&model, &found.observation, weights, Some(&found));
+        let bands = residual_sums(&model, records, &solution.x, bands).unwrap();
+        let robust = replicate_deviation(&model, &found.observation, solution, weights, Some(&found), bands);
         for c in 0..3 {
             assert!(robust.sigma()[c] < 0.5 * plain.sigma()[c], "{robust:?} {plain:?}");
         }

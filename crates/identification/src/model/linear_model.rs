@@ -185,29 +185,56 @@ impl<'a> Model<'a> {
         let joint = &self.layout.joints[j];
         let mut residual = group[joint.torque()].0;
         for (&column, &place) in joint.columns.iter().zip(&joint.places) {
-            for (residual, entry) in residual.iter_mut().zip(group[place].0) {
-                *residual -= entry * x[column];
+            let (entry, x) = (&group[place].0, x[column]);
+            for lane in 0..8 {
+                residual[lane] -= entry[lane] * x;
             }
         }
         residual
     }
 
-    /// tau - W x of the used rows of a range, in turn: `take(r, j, residual)`.
+    /// tau - W x of the used rows of all samples, in turn: `take(r, j, residual)`.
     pub fn residuals(&self, states: &States, x: &[f64], mut take: impl FnMut(usize, usize, f64)) {
         let n = self.n();
-        self.blocks(states, 0..states.len(), |first, block| {
-            let end = first + block.rows;
-            for (g, r) in (first..end).step_by(8).enumerate() {
-                let group = block.group(g);
-                let residuals: Vec<[f64; 8]> = (0..n).map(|j| self.residual(group, j, x)).collect();
-                for (lane, r) in (r..end.min(r + 8)).enumerate() {
-                    for j in (0..n).filter(|&j| states.used[r * n + j]) {
-                        take(r, j, residuals[j][lane]);
-                    }
+        self.residual_groups(states, 0..states.len(), x, |group| {
+            for (lane, r) in group.samples.clone().enumerate() {
+                for j in (0..n).filter(|&j| states.used[r * n + j]) {
+                    take(r, j, group.residuals[j][lane]);
                 }
             }
         });
     }
+
+    /// The rows of a range and tau - W x, eight samples at a time.
+    pub fn residual_groups(
+        &self,
+        states: &States,
+        range: Range<usize>,
+        x: &[f64],
+        mut take: impl FnMut(&ResidualGroup),
+    ) {
+        let mut residuals = vec![[0.0; 8]; self.n()];
+        self.blocks(states, range, |first, block| {
+            let end = first + block.rows;
+            for (g, r) in (first..end).step_by(8).enumerate() {
+                let entries = &*block.group(g);
+                residuals.iter_mut().enumerate().for_each(|(j, e)| *e = self.residual(entries, j, x));
+                take(&ResidualGroup { states, samples: r..end.min(r + 8), entries, residuals: &residuals });
+            }
+        });
+    }
+}
+
+/// The rows of up to eight samples under parameters.
+pub struct ResidualGroup<'a> {
+    /// The record.
+    pub states: &'a States,
+    /// The samples: one a lane, in turn.
+    pub samples: Range<usize>,
+    /// Where the layout of the model says.
+    pub entries: &'a [Eight],
+    /// tau - W x, one a joint; of rows that do not count too.
+    pub residuals: &'a [[f64; 8]],
 }
 
 /// Samples whose regressors are computed together: eight for each lane of the widest processor.

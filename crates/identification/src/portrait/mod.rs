@@ -135,7 +135,7 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
                 }
                 portrait.samples += 1;
             });
-            autocorrelation.add(&residuals, states.period);
+            autocorrelation.add_record(&residuals, states.period);
         })?;
         portrait.logs.push(LogSpan { name: log.name(), from, to });
     }

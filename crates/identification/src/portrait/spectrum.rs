@@ -87,7 +87,7 @@ pub fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option
     let mut spectra: Vec<Spectrum> = Vec::new();
     let mut add = |log: &Log| -> Result<(), Error> {
         for part in log.segments() {
-            let torques = options.transmission.apply(&part)?.tau;
+            let torques = options.transmission.apply(part)?.tau;
             spectra.resize_with(torques.len(), Spectrum::default);
             for (spectrum, torque) in spectra.iter_mut().zip(&torques) {
                 spectrum.begin(log.report.period);

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use logs::Error;
 
-use crate::algebra::triangle::{ColumnTriangle, Triangle};
+use crate::algebra::triangle::{ColumnTriangle, Triangle, select};
 use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::signals::records::Records;
@@ -161,6 +161,25 @@ impl Observation {
         largest.for_each(|(a, b)| *a = a.max(b));
         self.f95.iter_mut().zip(other.f95).for_each(|(a, b)| *a = a.max(b));
         self.still.iter_mut().zip(other.still).for_each(|(a, b)| *a += b);
+    }
+
+    /// The same rows with some of their columns.
+    pub fn select(&self, columns: &[usize]) -> Observation {
+        let part = |part: &Vec<Triangle>| part.iter().map(|triangle| select(triangle, columns)).collect();
+        Observation { parts: self.parts.iter().map(part).collect(), ..self.seen() }
+    }
+
+    /// All but the rows.
+    fn seen(&self) -> Observation {
+        Observation {
+            parts: Vec::new(),
+            range: self.range.clone(),
+            speed: self.speed.clone(),
+            effort: self.effort.clone(),
+            f95: self.f95.clone(),
+            still: self.still.clone(),
+            cutoff: self.cutoff,
+        }
     }
 
     /// One triangle a joint, merged from the parts that `take` chooses.

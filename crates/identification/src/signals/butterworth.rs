@@ -62,42 +62,69 @@ impl Butterworth {
             return signals;
         }
         let pad = (3 * (self.order + 1)).min(n - 1);
-        let mut lanes = vec![[0.0; ABREAST]; n + 2 * pad];
         for group in signals.chunks_mut(ABREAST) {
+            let (mut before, mut behind) = (vec![[0.0; ABREAST]; pad], vec![[0.0; ABREAST]; pad]);
             for (lane, x) in group.iter().enumerate() {
                 for i in 0..pad {
-                    lanes[i][lane] = 2.0 * x[0] - x[pad - i];
-                    lanes[pad + n + i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
+                    before[i][lane] = 2.0 * x[0] - x[pad - i];
+                    behind[i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
                 }
             }
-            // Some rows at a time stay in the cache while the signals are gone through one by one.
-            const ROWS: usize = 256;
-            for (k, rows) in lanes[pad..pad + n].chunks_mut(ROWS).enumerate() {
-                for (lane, x) in group.iter().enumerate() {
-                    rows.iter_mut().zip(&x[k * ROWS..]).for_each(|(row, x)| row[lane] = *x);
-                }
-            }
-            let first = lanes[0];
-            self.run(first, lanes.iter_mut());
-            let last = lanes[n + 2 * pad - 1];
-            self.run(last, lanes.iter_mut().rev());
-            for (k, rows) in lanes[pad..pad + n].chunks(ROWS).enumerate() {
-                for (lane, x) in group.iter_mut().enumerate() {
-                    x[k * ROWS..].iter_mut().zip(rows).for_each(|(x, row)| *x = row[lane]);
-                }
-            }
+            let mut forward = Run::new(&self.sections, before[0]);
+            forward.over(before.iter_mut());
+            in_lanes(group, (0..n).step_by(ROWS), |rows| forward.over(rows.iter_mut()));
+            forward.over(behind.iter_mut());
+            let mut backward = Run::new(&self.sections, behind[pad - 1]);
+            backward.over(behind.iter_mut().rev());
+            in_lanes(group, (0..n).step_by(ROWS).rev(), |rows| backward.over(rows.iter_mut().rev()));
         }
         signals
     }
+}
 
-    /// Filters in place, starting from the steady state of the first sample.
-    fn run<'a>(&self, first: [f64; ABREAST], samples: impl Iterator<Item = &'a mut [f64; ABREAST]>) {
-        let start = |Section { b, a }: &Section| {
-            [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)]
+/// Rows that stay in the cache between the signals, which stand one by one, and the filter, which takes them abreast.
+const ROWS: usize = 256;
+
+/// Signals row by row, `ROWS` from each of these on, handed to `filter` and written back.
+fn in_lanes(
+    group: &mut [Vec<f64>],
+    firsts: impl Iterator<Item = usize>,
+    mut filter: impl FnMut(&mut [[f64; ABREAST]]),
+) {
+    let n = group.first().map_or(0, Vec::len);
+    let mut rows = [[0.0; ABREAST]; ROWS];
+    for first in firsts {
+        let range = first..n.min(first + ROWS);
+        let rows = &mut rows[..range.len()];
+        for (lane, x) in group.iter().enumerate() {
+            rows.iter_mut().zip(&x[range.clone()]).for_each(|(row, x)| row[lane] = *x);
+        }
+        filter(rows);
+        for (lane, x) in group.iter_mut().enumerate() {
+            x[range.clone()].iter_mut().zip(&*rows).for_each(|(x, row)| *x = row[lane]);
+        }
+    }
+}
+
+/// The filter on its way through signals.
+struct Run {
+    sections: Vec<(Section, [[f64; ABREAST]; 2])>,
+}
+
+impl Run {
+    /// In the steady state of a first sample.
+    fn new(sections: &[Section], first: [f64; ABREAST]) -> Run {
+        let start = |&Section { b, a }: &Section| {
+            let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
+            (Section { b, a }, state)
         };
-        let mut states: Vec<[[f64; ABREAST]; 2]> = self.sections.iter().map(start).collect();
+        Run { sections: sections.iter().map(start).collect() }
+    }
+
+    /// Filters in place.
+    fn over<'a>(&mut self, samples: impl Iterator<Item = &'a mut [f64; ABREAST]>) {
         for sample in samples {
-            for (Section { b, a }, [z0, z1]) in self.sections.iter().zip(&mut states) {
+            for (Section { b, a }, [z0, z1]) in &mut self.sections {
                 for lane in 0..ABREAST {
                     let u = sample[lane];
                     let v = b[0] * u + z0[lane];

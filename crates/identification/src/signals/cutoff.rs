@@ -15,8 +15,11 @@
 //! hundredth of the fastest one's do not count: what they show follows the others, or is noise of another colour.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
-use realfft::RealFftPlanner;
+use realfft::{RealFftPlanner, RealToComplex};
+
+use crate::algebra::in_order::in_order;
 
 /// The frequency content of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,6 +41,9 @@ const COUNTS: f64 = 1e-2;
 
 /// Samples that are transformed at once; a power of two, about a minute at 1 kHz.
 const PIECE: usize = 1 << 16;
+
+/// Fewer samples have no spectrum to speak of.
+const SHORTEST: usize = 8;
 
 /// The energy of the joints' velocities by frequency, of as many records as are pushed.
 #[derive(Clone, Debug, Default)]
@@ -98,12 +104,20 @@ impl MotionEnergy {
 
     /// Takes the first `count` of the waiting samples.
     fn transform(&mut self, count: usize) {
-        let mut planner = RealFftPlanner::new();
-        for (joint, waiting) in self.joints.iter_mut().zip(&mut self.waiting) {
-            let rest = waiting.split_off(count);
-            add_energy(joint, waiting, self.period, &mut planner);
-            *waiting = rest;
+        if count < SHORTEST {
+            return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
+        // A length with small factors: the transform of a prime length is several times slower.
+        let fft = RealFftPlanner::new().plan_fft_forward(smooth_length(count));
+        let (period, joints) = (self.period, &mut self.joints);
+        let energy = |_: usize, q: &Vec<f64>| energy_of(&q[..count], period, fft.as_ref());
+        let Ok(()) = in_order(&self.waiting, energy, |j, energy| {
+            for (frequency, energy) in energy {
+                *joints[j].entry(frequency).or_insert(0.0) += energy;
+            }
+            Ok::<(), Infallible>(())
+        });
+        self.waiting.iter_mut().for_each(|q| drop(q.drain(..count)));
     }
 }
 
@@ -120,29 +134,29 @@ fn quantile(joint: &BTreeMap<u64, f64>, sum: f64) -> f64 {
 /// Joints that move less than this (rad, m) between their extremes are at rest: noise has no content.
 const REST: f64 = 1e-3;
 
-fn add_energy(joint: &mut BTreeMap<u64, f64>, q: &[f64], period: f64, planner: &mut RealFftPlanner<f64>) {
+/// The bits of each frequency of motion in Hz, and its energy.
+fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
     let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
-    // A length with small factors: the transform of a prime length is several times slower.
-    let n = smooth_length(q.len());
-    if n < 8 || high - low < REST {
-        return;
+    let n = fft.len();
+    if high - low < REST {
+        return Vec::new();
     }
     // The line through both ends is subtracted, so that the ends of the record make no jump.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
-    let fft = planner.plan_fft_forward(n);
     let mut spectrum = fft.make_output_vec();
     if fft.process(&mut x, &mut spectrum).is_err() {
-        return;
+        return Vec::new();
     }
     let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
     let motion = ABOVE_NOISE * noise(&squares[n / 4..]);
     // Noise beyond a fifth of the rate, differentiated, would outweigh the motion.
-    for (k, &square) in squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > motion) {
+    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > motion);
+    let energy = |(k, square): (usize, &f64)| {
         let frequency = k as f64 / (n as f64 * period);
-        let energy = (std::f64::consts::TAU * frequency).powi(2) * square * period / n as f64;
-        *joint.entry(frequency.to_bits()).or_insert(0.0) += energy;
-    }
+        (frequency.to_bits(), (std::f64::consts::TAU * frequency).powi(2) * square * period / n as f64)
+    };
+    moving.map(energy).collect()
 }
 
 /// The mean square of a bin of noise, by the median of the bins, which lines do not move: the squares of white noise are

@@ -11,7 +11,7 @@
 //!
 //! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
 
-use logs::{Effort, Error, Log, Window};
+use logs::{Error, Log, Window};
 
 use crate::model::coupling::Coupling;
 use crate::model::friction::terms::{FrictionTerm, sign};
@@ -26,9 +26,9 @@ use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
-pub struct JointSignals<'a> {
-    /// The log behind them.
-    pub log: &'a Log,
+pub struct JointSignals {
+    /// The log behind them; its series but the time are those here.
+    pub log: Log,
     /// rad (m), one series a coordinate.
     pub q: Vec<Vec<f64>>,
     /// rad/s (m/s), where measured.
@@ -41,20 +41,10 @@ pub struct JointSignals<'a> {
     pub couplings: Vec<Coupling>,
 }
 
-impl<'a> JointSignals<'a> {
-    /// A log that is already on the joint side.
-    pub fn direct(log: &'a Log) -> Result<JointSignals<'a>, Error> {
-        if log.effort_is == Effort::Current {
-            let message = "the log holds motor currents; drive gains (N m/A) are needed to make torques of them";
-            return Err(Error::at(&log.name, 0, message));
-        }
-        let (q, dq, ddq, tau) = (log.q.clone(), log.dq.clone(), log.ddq.clone(), log.effort.clone());
-        Ok(JointSignals { log, q, dq, ddq, tau, couplings: Vec::new() })
-    }
-
+impl JointSignals {
     /// The signals on a uniform clock, torques without their delay; returns the clock.
     fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
-        let t = match clock(self.log, signal)? {
+        let t = match clock(&self.log, signal)? {
             None => self.log.t.clone(),
             Some(clock) => {
                 let series = [Some(&mut self.q), self.dq.as_mut(), self.ddq.as_mut(), Some(&mut self.tau)];
@@ -94,32 +84,46 @@ impl<'a> JointSignals<'a> {
             .map_err(|message| Error::at(&self.log.name, 0, message))?;
         let decimate = signal.decimation(filters.cutoff, period);
         let border = signal.border_of(filters.cutoff, differentiated);
-        let chosen = chosen_samples(self.log, &t, border, signal.window, decimate);
-        let (log, n) = (self.log, self.log.coordinates.len());
+        let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
+        let JointSignals { log, q, dq, ddq, tau, couplings } = self;
         // Friction that grows with the torque needs it twice.
-        let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(self.tau.clone()));
-        let tau = std::mem::take(&mut self.tau);
-        // Each series goes as soon as its samples are chosen.
-        let torques = |tau: Vec<Vec<f64>>| chosen_rows(&chosen, &filters.effort.pass(tau));
-        let of_motion = Filtering { signal, filters: &filters, friction, load, t: &t, period, chosen: &chosen };
-        let (motion, tau) = match t.len() < PARALLEL {
-            true => (of_motion.motion(self), torques(tau)),
+        let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
+        // Without a filter the direction is the sign at the sample.
+        let rounded = signal.filtered_sign && signal.order > 0;
+        let wide = match &dq {
+            _ if !rounded => None,
+            Some(dq) if !differentiated => Some(dq.clone()),
+            _ => Some(q.iter().map(|q| gradient(q, &t)).collect()),
+        };
+        let filtering = Filtering { signal, filters: &filters, friction, load, t: &t, period, chosen: &chosen };
+        let motion = || filtering.motion(q, dq, ddq);
+        let forces = || {
+            let tau = filtering.rounded(tau);
+            (tau, wide.map(|wide| filtering.directions(filters.reversal.pass(wide), &couplings)))
+        };
+        let (motion, (tau, directions)) = match t.len() < PARALLEL {
+            true => (motion(), forces()),
             false => std::thread::scope(|scope| {
-                let torques = scope.spawn(|| torques(tau));
-                let motion = of_motion.motion(self);
+                let forces = scope.spawn(forces);
+                let motion = motion();
                 // Nothing in it can fail; where it does, so does this.
-                (motion, torques.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause)))
+                (motion, forces.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause)))
             }),
         };
+        let motion = motion.map_err(|message| Error::at(&log.name, 0, message))?;
+        let directions = directions.unwrap_or_else(|| signs(&motion.dq, &couplings, log.coordinates.len()));
         Ok(States {
-            n,
+            n: log.coordinates.len(),
             t: chosen.iter().map(|&r| t[r]).collect(),
             tau,
             cutoff: filters.cutoff,
             effort_cutoff: filters.effort_cutoff,
             period: period * decimate as f64,
             f95: content.f95,
-            ..motion.map_err(|message| Error::at(&log.name, 0, message))?
+            direction: directions.direction,
+            motor_direction: directions.motor_direction,
+            friction: directions.friction,
+            ..motion
         })
     }
 }
@@ -181,11 +185,13 @@ impl Filters {
 }
 
 /// Samples of each series in turn, sample by sample.
-fn chosen_rows(chosen: &[usize], x: &[Vec<f64>]) -> Vec<f64> {
-    chosen.iter().flat_map(|&r| x.iter().map(move |x| x[r])).collect()
+fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
+    let mut rows = Vec::with_capacity(chosen.len() * x.len());
+    chosen.iter().for_each(|&r| rows.extend(x.iter().map(|x| x[r])));
+    rows
 }
 
-/// What the motion of a log goes through.
+/// What the motion and the torques of a log go through.
 struct Filtering<'a> {
     signal: &'a Signal,
     filters: &'a Filters,
@@ -198,56 +204,47 @@ struct Filtering<'a> {
 }
 
 impl Filtering<'_> {
-    /// q, dq, ddq, directions, friction columns, and which rows count.
-    fn motion(&self, signals: JointSignals) -> Result<States, String> {
-        let JointSignals { q, dq, ddq, couplings, .. } = signals;
+    /// q, dq, ddq, and which rows count.
+    fn motion(&self, q: Vec<Vec<f64>>, dq: Series, ddq: Series) -> Result<States, String> {
         let signal = self.signal;
-        // Without a filter the direction is the sign at the sample.
-        let rounded = signal.filtered_sign && signal.order > 0;
-        let wide = match (&dq, signal.velocity) {
-            _ if !rounded => None,
-            (None, _) | (_, Velocity::Differentiated) => Some(q.iter().map(|q| gradient(q, self.t)).collect()),
-            (Some(dq), _) => Some(dq.clone()),
-        };
-        let wide = wide.map(|v| self.filters.reversal.pass(v));
         let q = self.filters.motion.pass(q);
         let still = signal.standstill.is_none().then(|| {
-            let still: Vec<Vec<bool>> = q.iter().map(|q| standstill(q, self.period)).collect();
-            self.chosen.iter().flat_map(|&r| still.iter().map(move |still| !still[r])).collect()
+            let moves = |q: &Vec<f64>| standstill(q, self.period).into_iter().map(|still| !still).collect();
+            chosen_rows(self.chosen, &q.iter().map(moves).collect::<Vec<Vec<bool>>>())
         });
-        let dq = self.derivative(signal.velocity, dq, &q, "velocity")?;
+        let dq = match self.measured(signal.velocity, dq, "velocity")? {
+            Some(dq) => dq,
+            None => q.iter().map(|q| gradient(q, self.t)).collect(),
+        };
         let q = chosen_rows(self.chosen, &q);
-        let ddq = chosen_rows(self.chosen, &self.derivative(signal.acceleration, ddq, &dq, "acceleration")?);
-        let states = match &wide {
-            Some(wide) => self.rounded(wide, &couplings),
-            None => self.signs(&dq, &couplings),
+        let ddq = match self.measured(signal.acceleration, ddq, "acceleration")? {
+            Some(ddq) => chosen_rows(self.chosen, &ddq),
+            None => self.chosen.iter().flat_map(|&r| dq.iter().map(move |dq| slope(dq, self.t, r))).collect(),
         };
         let dq = chosen_rows(self.chosen, &dq);
         let used = match (signal.standstill, still) {
             (Some(speed), _) => dq.iter().map(|dq| dq.abs() > speed || speed == 0.0).collect(),
             (None, still) => still.unwrap_or_default(),
         };
-        Ok(States { q, dq, ddq, used, ..states })
+        Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal through the filter, or the slope of another.
-    fn derivative(
-        &self,
-        wish: Velocity,
-        measured: Option<Vec<Vec<f64>>>,
-        of: &[Vec<f64>],
-        name: &str,
-    ) -> Result<Vec<Vec<f64>>, String> {
+    /// The measured signal through the filter; `None` where it is the slope of another.
+    fn measured(&self, wish: Velocity, measured: Series, name: &str) -> Result<Series, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
-            (Velocity::Differentiated, _) | (_, None) => Ok(of.iter().map(|x| gradient(x, self.t)).collect()),
-            (_, Some(x)) => Ok(self.filters.motion.pass(x)),
+            (Velocity::Differentiated, _) | (_, None) => Ok(None),
+            (_, Some(x)) => Ok(Some(self.filters.motion.pass(x))),
         }
     }
 
+    /// The chosen samples of series behind the filter of the torques.
+    fn rounded(&self, x: Vec<Vec<f64>>) -> Vec<f64> {
+        chosen_rows(self.chosen, &self.filters.effort.pass(x))
+    }
+
     /// Directions and friction columns of a velocity that is hardly filtered, through the filter of the torques.
-    fn rounded(&self, wide: &[Vec<f64>], couplings: &[Coupling]) -> States {
-        let rounded = |x: Vec<Vec<f64>>| chosen_rows(self.chosen, &self.filters.effort.pass(x));
+    fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speeds = wide[c.motor].iter().zip(&wide[c.joint]);
             directions(&speeds.map(|(&m, &k)| c.speed(m, k)).collect::<Vec<f64>>())
@@ -256,23 +253,33 @@ impl Filtering<'_> {
         let of_term = |&term: &FrictionTerm| {
             let torque = |j: usize| self.load.as_ref().map_or(&none, |load| &load[j]);
             let of_joint = |(j, v): (usize, &Vec<f64>)| columns(term, v, torque(j));
-            FilteredFriction { term, columns: rounded(wide.iter().enumerate().flat_map(of_joint).collect()) }
+            FilteredFriction { term, columns: self.rounded(wide.iter().enumerate().flat_map(of_joint).collect()) }
         };
-        States {
-            direction: rounded(wide.iter().map(|v| directions(v)).collect()),
-            motor_direction: rounded(couplings.iter().map(motor).collect()),
-            friction: self.friction.iter().map(of_term).collect(),
-            ..States::default()
-        }
+        let friction = self.friction.iter().map(of_term).collect();
+        let motor_direction = self.rounded(couplings.iter().map(motor).collect());
+        // Each velocity goes as soon as its direction is there.
+        let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
+        Directions { direction, motor_direction, friction }
     }
+}
 
-    /// The signs of the velocities at the samples.
-    fn signs(&self, dq: &[Vec<f64>], couplings: &[Coupling]) -> States {
-        let motor = |c: &Coupling| dq[c.motor].iter().zip(&dq[c.joint]).map(|(&m, &k)| sign(c.speed(m, k))).collect();
-        let direction: Vec<Vec<f64>> = dq.iter().map(|v| v.iter().map(|&v| sign(v)).collect()).collect();
-        let motors: Vec<Vec<f64>> = couplings.iter().map(motor).collect();
-        let (direction, motor_direction) = (chosen_rows(self.chosen, &direction), chosen_rows(self.chosen, &motors));
-        States { direction, motor_direction, ..States::default() }
+/// One series a coordinate, where measured.
+type Series = Option<Vec<Vec<f64>>>;
+
+/// What friction columns are made of, as in [`States`].
+struct Directions {
+    direction: Vec<f64>,
+    motor_direction: Vec<f64>,
+    friction: Vec<FilteredFriction>,
+}
+
+/// The signs of the velocities of n joints at the samples.
+fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
+    let motors = |dq: &[f64]| couplings.iter().map(|c| sign(c.speed(dq[c.motor], dq[c.joint]))).collect::<Vec<f64>>();
+    Directions {
+        direction: dq.iter().map(|&v| sign(v)).collect(),
+        motor_direction: dq.chunks(n.max(1)).flat_map(motors).collect(),
+        friction: Vec::new(),
     }
 }
 
@@ -349,19 +356,18 @@ fn chosen_samples(log: &Log, t: &[f64], border: f64, window: Option<Window>, dec
 /// With steps a before and b after: (a^2 x+ + (b^2 - a^2) x - b^2 x-) / (a b (a + b)), as
 /// `numpy.gradient(x, t)`.
 pub fn gradient(x: &[f64], t: &[f64]) -> Vec<f64> {
-    let n = x.len();
-    if n < 2 {
-        return vec![0.0; n];
+    (0..x.len()).map(|i| slope(x, t, i)).collect()
+}
+
+/// dx/dt at sample i, as [`gradient`] has it.
+fn slope(x: &[f64], t: &[f64], i: usize) -> f64 {
+    let last = x.len() - 1;
+    if i == 0 || i == last {
+        let (i, j) = if i == 0 { (0, 1.min(last)) } else { (last - 1, last) };
+        return if i < j { (x[j] - x[i]) / (t[j] - t[i]) } else { 0.0 };
     }
-    let slope = |i: usize, j: usize| (x[j] - x[i]) / (t[j] - t[i]);
-    let mut d = Vec::with_capacity(n);
-    d.push(slope(0, 1));
-    for i in 1..n - 1 {
-        let (a, b) = (t[i] - t[i - 1], t[i + 1] - t[i]);
-        d.push((a * a * x[i + 1] + (b * b - a * a) * x[i] - b * b * x[i - 1]) / (a * b * (a + b)));
-    }
-    d.push(slope(n - 2, n - 1));
-    d
+    let (a, b) = (t[i] - t[i - 1], t[i + 1] - t[i]);
+    (a * a * x[i + 1] + (b * b - a * a) * x[i] - b * b * x[i - 1]) / (a * b * (a + b))
 }
 
 #[cfg(test)]

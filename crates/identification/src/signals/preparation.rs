@@ -60,7 +60,7 @@ impl Preparation {
 
 /// The states of a log, checked against the regressor: one record for each part between gaps of its clock.
 pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -> Result<Vec<States>, Error> {
-    let states = states_or_none(regressor, log, preparation)?;
+    let states = states_or_none(regressor, log.clone(), preparation)?;
     if states.is_empty() {
         let cutoff = preparation.signal.cutoff.map_or(String::new(), |hz| format!(" (cut-off {hz} Hz)"));
         let message = format!(
@@ -76,7 +76,7 @@ pub fn states(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -
 /// The same as `states`, but empty where nothing is left.
 pub(crate) fn states_or_none(
     regressor: &dyn Regressor,
-    log: &Log,
+    log: Log,
     preparation: &Preparation,
 ) -> Result<Vec<States>, Error> {
     if log.report.gaps == 0 {
@@ -86,10 +86,10 @@ pub(crate) fn states_or_none(
     // One cut-off for all parts.
     let preparation = match preparation.content {
         Some(_) => preparation.clone(),
-        None => preparation.for_logs(std::slice::from_ref(log))?,
+        None => preparation.for_logs(std::slice::from_ref(&log))?,
     };
     let mut records = Vec::new();
-    for part in &log.segments() {
+    for part in log.segments() {
         let states = states_of(regressor, part, &preparation)?;
         if !states.is_empty() {
             records.push(states);
@@ -123,22 +123,19 @@ fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<
 }
 
 /// The states of a log without gaps; none where nothing is left between the ends and the window.
-fn states_of(regressor: &dyn Regressor, log: &Log, preparation: &Preparation) -> Result<States, Error> {
+fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> Result<States, Error> {
     let n = regressor.coordinates().len();
     if log.coordinates.len() != n {
         let message = format!("the log has {} joints, the robot has {n} coordinates", log.coordinates.len());
         return Err(Error::at(&log.name, 0, message));
     }
+    let name = log.name.clone();
     let signals = preparation.transmission.apply(log)?;
-    check_angles(regressor, log, &signals.q)?;
+    check_angles(regressor, &signals.log, &signals.q)?;
     let states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
     let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD));
     if !finite {
-        return Err(Error::at(
-            &log.name,
-            0,
-            "the signals leave the range of numbers; look for absurd values in the log",
-        ));
+        return Err(Error::at(&name, 0, "the signals leave the range of numbers; look for absurd values in the log"));
     }
     Ok(states)
 }

@@ -1,7 +1,7 @@
 //! The records of an identification: states held in memory, or, where they are too many for that, made anew at every pass.
 //!
 //! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. They are made once and
-//! held up to `HELD` numbers: after decimation a million rows of seven joints are some four million.
+//! held where they and the logs have room in `HELD` bytes: a million rows of seven joints have, decimated or not.
 
 use logs::{Error, Log, LogSource, LogStream};
 
@@ -55,7 +55,7 @@ impl<'a> SourceRecords<'a> {
         SourceRecords::new_within(regressor, logs, preparation, HELD)
     }
 
-    /// As `new`, with the numbers up to which the states of logs of several blocks are held.
+    /// As `new`, with the bytes up to which logs of several blocks and their states are held.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -66,19 +66,20 @@ impl<'a> SourceRecords<'a> {
             Some(_) => preparation.clone(),
             None => with_content(logs, preparation)?,
         };
-        let mut left = held;
+        let raw: usize = logs.iter().map(LogSource::held_bytes).sum();
+        let mut left = held.saturating_sub(raw);
         let source = |log: &'a LogSource| match log {
             LogSource::Held(log) => states(regressor, log, &preparation).map(Source::Held),
             LogSource::Streamed(stream) => {
                 let stream = Stream::new(stream, &preparation);
                 let samples = stream.log.report().kept / stream.preparation.signal.decimate.unwrap_or(1);
-                // q, dq, ddq, torque, direction, whether it counts, and friction.
+                // q, dq, ddq, torque, direction and friction, whether the row counts, and the instant.
                 let friction: usize = preparation.friction.iter().map(|term| term.parameters().len()).sum();
-                let numbers = samples * ((6 + friction) * regressor.coordinates().len() + 1);
-                if numbers > left {
+                let bytes = samples * ((8 * (5 + friction) + 1) * regressor.coordinates().len() + 8);
+                if bytes > left {
                     return Ok(Source::Streamed(stream));
                 }
-                left -= numbers;
+                left -= bytes;
                 let mut records = Vec::new();
                 stream.each(regressor, &mut |states| records.push(states))?;
                 Ok(Source::Held(records))
@@ -88,8 +89,8 @@ impl<'a> SourceRecords<'a> {
     }
 }
 
-/// Numbers up to which states are held, 128 MiB.
-const HELD: usize = 1 << 24;
+/// Bytes up to which the numbers of long logs and their states are held.
+const HELD: usize = 1 << 29;
 
 /// The preparation with the content, and so the cut-off, of all logs together.
 fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {
@@ -130,7 +131,7 @@ impl<'a> Stream<'a> {
         let mut any = false;
         self.log.blocks(self.overlap, &mut |block: Log| {
             Interruption::check()?;
-            let records = states_or_none(regressor, &block, &self.preparation)?;
+            let records = states_or_none(regressor, block, &self.preparation)?;
             any |= !records.is_empty();
             records.into_iter().for_each(&mut *take);
             Ok(())

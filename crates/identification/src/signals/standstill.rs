@@ -15,6 +15,10 @@ pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
     let mut still = vec![false; q.len()];
     let mut first = 0;
     while first + span <= q.len() {
+        if (q[first + span - 1] - q[first]).abs() > BAND {
+            first += 1;
+            continue;
+        }
         let (mut low, mut high) = (q[first], q[first]);
         let mut stays = |&x: &f64| {
             (low, high) = (low.min(x), high.max(x));

@@ -97,41 +97,49 @@ impl Transmission {
     /// Fails when a list is not n long, or R is singular.
     pub fn positions(&self, log: &Log) -> Result<Vec<Vec<f64>>, Error> {
         let (_, to_joint) = self.matrices(log.coordinates.len())?;
-        Ok(self.shifted(to_joint.map_or_else(|| log.q.clone(), |m| product(&m, &log.q))))
+        let q = log.q.clone();
+        Ok(self.shifted(match to_joint {
+            Some(m) => product(&m, q),
+            None => q,
+        }))
     }
 
     /// The signals of a log on the joint side.
     ///
     /// Fails when a list is not n long, R is singular, or currents have no drive gains.
-    pub fn apply<'a>(&self, log: &'a Log) -> Result<JointSignals<'a>, Error> {
+    pub fn apply(&self, mut log: Log) -> Result<JointSignals, Error> {
         let (matrix, to_joint) = self.matrices(log.coordinates.len())?;
-        let positions = |x: &Vec<Vec<f64>>| to_joint.as_ref().map_or_else(|| x.clone(), |m| product(m, x));
-        let gained: Vec<Vec<f64>>;
-        let motor = match (&self.drive_gains, log.effort_is) {
+        let positions = |x: Vec<Vec<f64>>| match &to_joint {
+            Some(m) => product(m, x),
+            None => x,
+        };
+        let mut motor = std::mem::take(&mut log.effort);
+        match (&self.drive_gains, log.effort_is) {
             (Some(gains), Effort::Current) => {
-                let by = |(x, gain): (&Vec<f64>, &f64)| x.iter().map(|x| x * gain).collect();
-                gained = log.effort.iter().zip(gains).map(by).collect();
-                &gained
+                motor.iter_mut().zip(gains).for_each(|(x, gain)| x.iter_mut().for_each(|x| *x *= gain));
             }
             (None, Effort::Current) => {
                 let message = "the log holds motor currents; drive gains (N m/A) are needed to make torques of them";
                 return Err(Error::at(&log.name, 0, message));
             }
-            (_, Effort::Torque) => &log.effort,
-        };
+            (_, Effort::Torque) => {}
+        }
         Ok(JointSignals {
-            log,
-            q: self.shifted(positions(&log.q)),
-            dq: log.dq.as_ref().map(positions),
-            ddq: log.ddq.as_ref().map(positions),
+            q: self.shifted(positions(std::mem::take(&mut log.q))),
+            dq: log.dq.take().map(positions),
+            ddq: log.ddq.take().map(positions),
             tau: product(&matrix.transpose(), motor),
             couplings: self.coupled(),
+            log,
         })
     }
 }
 
 /// y_i(t) = sum_j m_ij x_j(t).
-fn product(m: &DMatrix<f64>, x: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn product(m: &DMatrix<f64>, x: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    if m.is_identity(0.0) {
+        return x;
+    }
     let len = x.first().map_or(0, Vec::len);
     let row = |i: usize| {
         let mut y = vec![0.0; len];
@@ -170,7 +178,7 @@ mod tests {
         let transmission =
             Transmission { ratios: Some(vec![45.0, -48.0]), couplings: vec![(2, 1, 32.0)], ..Transmission::default() };
         let log = log(vec![vec![2.0], vec![-3.0]], vec![vec![0.7], vec![0.2]], Effort::Torque);
-        let joints = transmission.apply(&log).unwrap();
+        let joints = transmission.apply(log.clone()).unwrap();
         let dq = joints.dq.unwrap();
         let joint: f64 = joints.tau.iter().zip(&dq).map(|(t, v)| t[0] * v[0]).sum();
         assert!((joint - (0.7 * 2.0 + 0.2 * -3.0)).abs() < 1e-12);
@@ -182,10 +190,10 @@ mod tests {
     #[test]
     fn currents_need_gains() {
         let log = log(vec![vec![1.0]], vec![vec![2.0]], Effort::Current);
-        let message = Transmission::default().apply(&log).err().unwrap().to_string();
+        let message = Transmission::default().apply(log.clone()).err().unwrap().to_string();
         assert!(message.contains("drive gains"), "{message}");
         let gains = Transmission { drive_gains: Some(vec![-3.0]), ..Transmission::default() };
-        assert_eq!(gains.apply(&log).unwrap().tau, [[-6.0]]);
+        assert_eq!(gains.apply(log).unwrap().tau, [[-6.0]]);
     }
 
     #[test]
@@ -198,7 +206,7 @@ mod tests {
             (Transmission { couplings: vec![(1, 2, 1.0), (2, 1, 1.0)], ..Transmission::default() }, "singular"),
         ];
         for (transmission, expected) in broken {
-            let message = transmission.apply(&log).err().unwrap().to_string();
+            let message = transmission.apply(log.clone()).err().unwrap().to_string();
             assert!(message.contains(expected), "{message}");
         }
     }

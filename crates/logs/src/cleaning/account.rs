@@ -87,7 +87,8 @@ impl LogReport {
         self.count(next);
     }
 
-    fn count(&mut self, other: &LogReport) {
+    /// Adds the rows of a part that follows, and nothing of its clock.
+    pub(crate) fn count(&mut self, other: &LogReport) {
         self.rows += other.rows;
         self.kept += other.kept;
         self.not_finite += other.not_finite;

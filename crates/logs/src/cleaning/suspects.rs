@@ -62,7 +62,8 @@ pub fn unwrap(q: &mut [f64]) -> usize {
     let (mut turns, mut count) = (0.0, 0);
     for i in 1..q.len() {
         let step = q[i] + turns * TAU - q[i - 1];
-        let back = (step / TAU).round();
+        // Most steps are far from a turn.
+        let back = if step.abs() < 3.0 { 0.0 } else { (step / TAU).round() };
         if back != 0.0 && back.abs() < 1.5 && (step - back * TAU).abs() < 0.5 {
             turns -= back;
             count += 1;

@@ -5,9 +5,10 @@
 //! with a slope between half and twice the scale of all joints, is the misfit of the joint: 0 where the description
 //! predicts it, 1 where it might as well be absent.
 
-use crate::algebra::vector::dot;
+use generated::Eight;
+
 use crate::estimate::passport::finding::Columns;
-use crate::estimate::passport::regression::{Basis, Partial};
+use crate::estimate::passport::regression::Partial;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
 
@@ -110,12 +111,14 @@ impl Description<'_> {
 
     /// The same; `moves`: 1, or 0 for what holds the robot at rest where it is.
     fn moving(&self, states: &States, rows: &[usize], changes: &[Change], moves: f64) -> Vec<f64> {
-        let (n, p) = (states.n, self.parameters.len());
+        let n = states.n;
         let is_angle: Vec<bool> = (0..n).map(|k| !self.regressor.is_prismatic(k)).collect();
-        let mut out = Vec::with_capacity(rows.len() * n);
+        let non_zeros = self.regressor.non_zeros();
+        let mut out = vec![0.0; rows.len() * n];
         let mut inputs = vec![0.0; TOGETHER * 3 * n];
-        let mut y = vec![0.0; TOGETHER * n * p];
-        for some in rows.chunks(TOGETHER) {
+        let stride = non_zeros.len().max(1);
+        let mut entries = vec![Eight::default(); TOGETHER / 8 * stride];
+        for (some, out) in rows.chunks(TOGETHER).zip(out.chunks_mut((TOGETHER * n).max(1))) {
             for (input, &r) in inputs.chunks_exact_mut(3 * n).zip(some) {
                 let at = r * n..(r + 1) * n;
                 let (q, rates) = input.split_at_mut(n);
@@ -126,14 +129,28 @@ impl Description<'_> {
                 changes.iter().for_each(|change| change.motion(&is_angle, q, dq, ddq));
                 dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
             }
-            self.regressor.fill_many(&inputs[..some.len() * 3 * n], &mut y[..some.len() * n * p]);
-            out.extend(y[..some.len() * n * p].chunks_exact(p).map(|row| dot(row, self.parameters)));
+            // The lanes past the end hold instants of before: nobody reads what they give.
+            let groups = some.len().div_ceil(8);
+            let entries = &mut entries[..groups * stride];
+            self.regressor.fill_blocks(&inputs[..groups * 8 * 3 * n], stride, entries);
+            for (group, out) in entries.chunks_exact(stride).zip(out.chunks_mut(8 * n)) {
+                let mut torques = vec![[0.0; 8]; n];
+                for (entry, &(j, c)) in group.iter().zip(&non_zeros) {
+                    let (sum, x) = (&mut torques[j], self.parameters[c]);
+                    for lane in 0..8 {
+                        sum[lane] += entry.0[lane] * x;
+                    }
+                }
+                for (lane, out) in out.chunks_exact_mut(n).enumerate() {
+                    out.iter_mut().zip(&torques).for_each(|(out, torque)| *out = torque[lane]);
+                }
+            }
         }
         out
     }
 }
 
-/// Instants whose regressors are made together.
+/// Instants whose regressors are made together: eight for each lane of the widest processor.
 const TOGETHER: usize = 64;
 
 /// Joints with fewer samples say nothing.
@@ -147,35 +164,6 @@ pub fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
 /// The chosen samples at which joint j counts: their places among `rows`.
 pub fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
     (0..rows.len()).filter(|&i| states.used[rows[i] * states.n + j]).collect()
-}
-
-/// The columns of a joint's own that no description has: ddq, dq, its direction, 1.
-pub fn own_columns(states: &States, rows: &[usize], j: usize, changes: &[Change]) -> Vec<Vec<f64>> {
-    let (n, k) = (states.n, motion_of(changes, j));
-    vec![
-        vec![1.0; rows.len()],
-        column(&states.dq, n, k, rows),
-        column(&states.direction, n, k, rows),
-        column(&states.ddq, n, k, rows),
-    ]
-}
-
-/// The torque of each joint against that of the description, beside the joint's own columns.
-pub fn partials(description: &Description, states: &States, rows: &[usize], changes: &[Change]) -> Vec<Partial> {
-    let n = states.n;
-    let torques = description.torques(states, rows, changes);
-    let joint = |j: usize| {
-        let places = used(states, rows, j);
-        if places.len() < FEWEST {
-            return Partial::default();
-        }
-        let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();
-        let basis = Basis::of(own_columns(states, &chosen, j, changes));
-        let (of, sign) = torque_of(changes, j);
-        let measured = column(&states.tau, n, of, &chosen).into_iter().map(|x| sign * x).collect();
-        Partial::of(&basis.without(measured), &basis.without(column(&torques, n, j, &places)))
-    };
-    (0..n).map(joint).collect()
 }
 
 /// What is left of each joint's torque, as a share of what its own columns leave of it in the log as it is; a slope

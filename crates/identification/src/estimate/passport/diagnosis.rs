@@ -14,6 +14,7 @@ use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{Passport, TELLING};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
+use crate::estimate::passport::trials::Trials;
 use crate::model::regressor::Regressor;
 
 /// What there is to look at.
@@ -132,8 +133,15 @@ impl Look<'_> {
         } else {
             scale
         };
-        let search =
-            Search { samples: self.samples, rows: self.rows, description, scale, velocities: &suspicions(velocities) };
+        let trials = Trials::new(description, &self.samples.kept, self.rows);
+        let search = Search {
+            samples: self.samples,
+            rows: self.rows,
+            trials: &trials,
+            description,
+            scale,
+            velocities: &suspicions(velocities),
+        };
         let (changes, misfits) = search.best(slopes);
         let is_new = |change: &&Suspicion| change.fault() != Fault::Degrees || self.degrees().is_none();
         found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &changes, &list())));

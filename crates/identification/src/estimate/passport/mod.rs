@@ -24,16 +24,18 @@ mod report;
 mod samples;
 mod search;
 mod signals;
+mod trials;
 
 use logs::{Error, Suspect};
 
-use crate::estimate::passport::change::{Description, FEWEST, column, partials, used};
+use crate::estimate::passport::change::{Description, FEWEST, column, used};
 pub(crate) use crate::estimate::passport::finding::significant;
 use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub use crate::estimate::passport::report::{JointPassport, Passport};
 use crate::estimate::passport::samples::Samples;
+use crate::estimate::passport::trials::Trials;
 use crate::model::regressor::Regressor;
 use crate::signals::records::Records;
 
@@ -54,7 +56,7 @@ pub fn passport<R: Records + ?Sized>(
     let samples = Samples::of(records, n)?;
     let rows = samples.every(samples.kept.len() / TRIED);
     let description = described.map(|parameters| Description { regressor, parameters });
-    let slopes = description.as_ref().map(|d| partials(d, &samples.kept, &rows, &[]));
+    let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
     let mut passport = Passport::default();
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);

@@ -4,9 +4,13 @@
 //! from the tip to the base, turned round by some places, and any three in a circle. An order is a product of
 //! exchanges: (a b c ..) = (a b)(b c)... Some samples rank the orders, all of them say how well the best explains.
 
-use crate::estimate::passport::change::{Change, partials};
+use std::convert::Infallible;
+
+use crate::algebra::in_order::in_order;
+use crate::estimate::passport::change::{Change, misfits};
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::search::Search;
+use crate::estimate::passport::search::{Search, Sum};
+use crate::estimate::passport::trials::Trials;
 
 /// Robots of at most so many joints are tried in all orders: 5 040 of seven.
 const FEW: usize = 7;
@@ -17,17 +21,36 @@ const RANKED: usize = 100;
 /// An exchange of something of two joints.
 type Exchange = fn(usize, usize) -> Change;
 
+/// Of all that two joints have, of their motions, of their torques. The first two exchange the same motions.
+const KINDS: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMotions, Change::SwappedTorques];
+
 impl Search<'_> {
     /// The order that leaves least, as exchanges, with its misfits; `None` for a single joint.
-    pub fn order(&self, as_it_is: &[Partial], sum: &dyn Fn(&[f64]) -> f64) -> Option<(Vec<Change>, Vec<f64>)> {
+    pub fn order(&self, as_it_is: &[Partial], sum: Sum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKED).max(1)).copied().collect();
-        let rough = partials(self.description, &self.samples.kept, &few, &[]);
-        let kinds: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMotions, Change::SwappedTorques];
+        let few = Trials::new(self.description, &self.samples.kept, &few);
+        let unmoved = few.described(&[]);
+        let rough = few.partials_of(&unmoved, &[]);
         let orders = orders(self.description.regressor.coordinates());
-        let changes = orders.iter().flat_map(|order| kinds.map(|kind| exchanges(order, kind)));
-        let ranked = changes.map(|changes| (sum(&self.all_tried(&few, &changes, &rough)), changes));
-        let (_, best) = ranked.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let misfits = self.all_tried(self.rows, &best, as_it_is);
+        let left = |_, order: &Vec<usize>| {
+            let [joints, motions, torques] = KINDS.map(|kind| exchanges(order, kind));
+            let moved = few.described(&motions);
+            [(joints, &moved), (motions, &moved), (torques, &unmoved)].map(|(changes, described)| {
+                sum(&misfits(&few.partials_of(described, &changes), &rough, &changes, self.scale))
+            })
+        };
+        let mut least: Option<(f64, Vec<Change>)> = None;
+        let ranked = in_order(&orders, left, |i, found| {
+            for (left, kind) in found.into_iter().zip(KINDS) {
+                if least.as_ref().is_none_or(|(least, _)| left.total_cmp(least).is_lt()) {
+                    least = Some((left, exchanges(&orders[i], kind)));
+                }
+            }
+            Ok::<(), Infallible>(())
+        });
+        ranked.ok()?;
+        let (_, best) = least?;
+        let misfits = self.all_tried(&best, as_it_is);
         Some((best, misfits))
     }
 }

@@ -6,15 +6,18 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::estimate::passport::change::{Change, Description, misfits, motion_of, partials, torque_of};
+use crate::estimate::passport::change::{Change, Description, misfits, motion_of, torque_of};
 use crate::estimate::passport::finding::{Columns, Fault};
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::samples::Samples;
+use crate::estimate::passport::trials::Trials;
 
 /// Where and with what to search.
 pub struct Search<'a> {
     pub samples: &'a Samples,
     pub rows: &'a [usize],
+    /// At `rows`.
+    pub trials: &'a Trials<'a>,
     pub description: &'a Description<'a>,
     /// Of all torques: measured per described.
     pub scale: f64,
@@ -64,6 +67,9 @@ const FEW: usize = 8;
 const STEP: f64 = PI / 12.0;
 const QUARTER: f64 = PI / 36.0;
 
+/// Of the misfits of all joints, those that count.
+pub type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
+
 impl Search<'_> {
     /// The mistakes found, and the misfits of the joints with them undone.
     pub fn best(&self, as_it_is: &[Partial]) -> (Vec<Suspicion>, Vec<f64>) {
@@ -109,7 +115,7 @@ impl Search<'_> {
     }
 
     /// The change that leaves least beside those undone.
-    fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: &dyn Fn(&[f64]) -> f64) -> Option<(Change, Vec<f64>)> {
+    fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: Sum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
         let zeros: Vec<Change> =
@@ -125,9 +131,9 @@ impl Search<'_> {
         changes: &[Change],
         undone: &[Change],
         as_it_is: &[Partial],
-        sum: &dyn Fn(&[f64]) -> f64,
+        sum: Sum,
     ) -> Option<(Change, Vec<f64>)> {
-        let tried = changes.iter().map(|&change| (change, self.tried(self.rows, undone, change, as_it_is)));
+        let tried = changes.iter().map(|&change| (change, self.all_tried(&[undone, &[change]].concat(), as_it_is)));
         tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
     }
 
@@ -154,23 +160,23 @@ impl Search<'_> {
         all
     }
 
-    fn tried(&self, rows: &[usize], undone: &[Change], change: Change, as_it_is: &[Partial]) -> Vec<f64> {
-        self.all_tried(rows, &[undone, &[change]].concat(), as_it_is)
-    }
-
     /// The misfits with these changes.
-    pub fn all_tried(&self, rows: &[usize], changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
-        let found = partials(self.description, &self.samples.kept, rows, changes);
-        misfits(&found, as_it_is, changes, self.scale)
+    pub fn all_tried(&self, changes: &[Change], as_it_is: &[Partial]) -> Vec<f64> {
+        misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
     /// The best zero of joint k.
-    fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: &dyn Fn(&[f64]) -> f64) -> Change {
+    fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: Sum) -> Change {
         // Few samples show where, all of them how far.
         let few: Vec<usize> = self.rows.iter().step_by(4).copied().collect();
-        let rough = partials(self.description, &self.samples.kept, &few, &[]);
-        let least = |angle: f64| sum(&self.tried(&few, undone, Change::Turned(k, angle), &rough));
-        let left = |angle: f64| sum(&self.tried(self.rows, undone, Change::Turned(k, angle), as_it_is));
+        let few = Trials::new(self.description, &self.samples.kept, &few);
+        let rough = few.partials(&[]);
+        let turned = |angle: f64| [undone, &[Change::Turned(k, angle)]].concat();
+        let least = |angle: f64| {
+            let changes = turned(angle);
+            sum(&misfits(&few.partials(&changes), &rough, &changes, self.scale))
+        };
+        let left = |angle: f64| sum(&self.all_tried(&turned(angle), as_it_is));
         let steps = (2.0 * PI / STEP).round() as i32;
         let coarse = (1..steps).map(|i| STEP * f64::from(i));
         let best = coarse.map(|a| (a, least(a))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |b| b.0);

@@ -1,0 +1,82 @@
+//! The torques of a description against those of a log, one change of the log after the other.
+//!
+//! The columns of a joint's own, and what they leave of a torque, are those of one joint's motion and another's torque,
+//! whatever the change: they are made once, and thousands of changes are tried.
+
+use std::sync::OnceLock;
+
+use crate::estimate::passport::change::{Change, Description, FEWEST, column, motion_of, torque_of, used};
+use crate::estimate::passport::regression::{Basis, Partial};
+use crate::model::states::States;
+
+/// A log and a description, to be held against one another.
+pub struct Trials<'a> {
+    description: &'a Description<'a>,
+    states: &'a States,
+    rows: &'a [usize],
+    joints: Vec<Own>,
+}
+
+/// What of one joint does not depend on a change.
+struct Own {
+    /// Places among `rows` at which the joint counts, and those samples.
+    places: Vec<usize>,
+    chosen: Vec<usize>,
+    /// The joint's own columns, made of the motion of each joint of the log.
+    bases: Vec<OnceLock<Basis>>,
+    /// What those of motion k leave of the torque in column l, at k n + l.
+    torques: Vec<OnceLock<Vec<f64>>>,
+}
+
+impl<'a> Trials<'a> {
+    /// At the samples `rows`.
+    pub fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
+        let n = states.n;
+        let own = |j: usize| {
+            let places = used(states, rows, j);
+            let chosen = places.iter().map(|&i| rows[i]).collect();
+            let (bases, torques) = ((0..n).map(|_| OnceLock::new()), (0..n * n).map(|_| OnceLock::new()));
+            Own { places, chosen, bases: bases.collect(), torques: torques.collect() }
+        };
+        Trials { description, states, rows, joints: (0..n).map(own).collect() }
+    }
+
+    /// The torques of the description, the log changed: sample by sample.
+    pub fn described(&self, changes: &[Change]) -> Vec<f64> {
+        self.description.torques(self.states, self.rows, changes)
+    }
+
+    /// The torque of each joint against that of the description, beside the joint's own columns.
+    pub fn partials(&self, changes: &[Change]) -> Vec<Partial> {
+        self.partials_of(&self.described(changes), changes)
+    }
+
+    /// The same with the torques of the description.
+    pub fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
+        let n = self.states.n;
+        let joint = |(j, own): (usize, &Own)| {
+            if own.places.len() < FEWEST {
+                return Partial::default();
+            }
+            let (k, (of, sign)) = (motion_of(changes, j), torque_of(changes, j));
+            let basis = own.bases[k].get_or_init(|| Basis::of(self.own_columns(&own.chosen, k)));
+            let measured =
+                own.torques[k * n + of].get_or_init(|| basis.without(column(&self.states.tau, n, of, &own.chosen)));
+            let mut partial = Partial::of(measured, &basis.without(column(described, n, j, &own.places)));
+            partial.xy *= sign;
+            partial
+        };
+        self.joints.iter().enumerate().map(joint).collect()
+    }
+
+    /// The columns of a joint's own that no description has, of motion k: 1, dq, its direction, ddq.
+    fn own_columns(&self, rows: &[usize], k: usize) -> Vec<Vec<f64>> {
+        let (states, n) = (self.states, self.states.n);
+        vec![
+            vec![1.0; rows.len()],
+            column(&states.dq, n, k, rows),
+            column(&states.direction, n, k, rows),
+            column(&states.ddq, n, k, rows),
+        ]
+    }
+}

@@ -1,0 +1,97 @@
+//! The rows of each joint by its speed: one cluster of rows for each joint and octave of its speed, below 1/16 to 1 of its
+//! largest. What a model lacks of friction is the same at every pass of such a band (`replicate_deviation`).
+
+use std::sync::Arc;
+
+use crate::algebra::reflection::add_products;
+use crate::algebra::row_block::RowBlock;
+use crate::estimators::clusters::Cluster;
+use crate::model::linear_model::{Model, ResidualGroup};
+use crate::rows::residual_sums::ResidualSum;
+
+/// Upper ends of the bands of speed, shares of the joint's largest; the last has none.
+const ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
+
+/// Of a joint and the residual of a row: how much the row counts.
+pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
+
+/// Rows by joint and band of speed, weighted, with their residuals as the right-hand side.
+#[derive(Clone)]
+pub struct SpeedBands<'a> {
+    /// rad/s (m/s), the largest of each joint.
+    largest: &'a [f64],
+    weight: CountOf<'a>,
+    bands: Vec<Band>,
+}
+
+/// Rows of one joint: the columns that its torque can depend on, then the residual.
+#[derive(Clone)]
+struct Band {
+    places: Vec<usize>,
+    /// (i, j), i <= j, column by column.
+    products: Vec<f64>,
+    /// Rows that are in no product yet.
+    block: RowBlock,
+}
+
+impl Band {
+    /// Without rows, of so many columns.
+    fn new(columns: usize) -> Band {
+        let entries = columns + 1;
+        let places = (0..entries).collect();
+        Band { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
+    }
+
+    fn push(&mut self, row: impl Iterator<Item = f64>) {
+        self.block.push(row);
+        if self.block.is_full() {
+            self.complete();
+        }
+    }
+
+    fn complete(&mut self) {
+        add_products(&mut self.products, &self.places, &mut self.block);
+        self.block.rows = 0;
+    }
+}
+
+impl<'a> SpeedBands<'a> {
+    /// Without rows.
+    pub fn new(model: &Model, largest: &'a [f64], weight: CountOf<'a>) -> SpeedBands<'a> {
+        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); ENDS.len() + 1];
+        SpeedBands { largest, weight, bands: (0..model.n()).flat_map(of_joint).collect() }
+    }
+
+    /// One cluster a band.
+    pub(crate) fn clusters(self, model: &Model) -> Vec<Cluster> {
+        let cluster = |(k, mut band): (usize, Band)| {
+            band.complete();
+            Cluster::of_products(model.layout.joints[k / (ENDS.len() + 1)].columns.clone(), &band.products)
+        };
+        self.bands.into_iter().enumerate().map(cluster).collect()
+    }
+}
+
+impl ResidualSum for SpeedBands<'_> {
+    fn add(&mut self, model: &Model, group: &ResidualGroup) {
+        let n = model.n();
+        for (j, joint) in model.layout.joints.iter().enumerate() {
+            for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
+                let residual = group.residuals[j][lane];
+                let speed = group.states.dq[r * n + j].abs();
+                let band = ENDS.iter().take_while(|&&end| speed > end * self.largest[j]).count();
+                let root = (self.weight)(j, residual).sqrt();
+                let entries =
+                    joint.places[..joint.columns.len()].iter().map(|&place| root * group.entries[place].0[lane]);
+                self.bands[j * (ENDS.len() + 1) + band].push(entries.chain([root * residual]));
+            }
+        }
+    }
+
+    fn append(&mut self, next: Self) {
+        for (all, mut next) in self.bands.iter_mut().zip(next.bands) {
+            next.complete();
+            all.products.iter_mut().zip(&next.products).for_each(|(sum, product)| *sum += product);
+        }
+    }
+}

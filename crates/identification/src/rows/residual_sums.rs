@@ -1,0 +1,73 @@
+//! Sums over the rows and what parameters leave of them, e = tau - W x: all that are asked for in one pass.
+//!
+//! A record is cut into parts that do not depend on the number of threads, each part is summed by itself, and the sums are
+//! put together in their order.
+
+use std::convert::Infallible;
+use std::ops::Range;
+
+use logs::Error;
+
+use crate::algebra::in_order::in_order;
+use crate::model::linear_model::{Model, ResidualGroup};
+use crate::model::states::States;
+use crate::signals::records::Records;
+
+/// A sum over rows and their residuals.
+pub trait ResidualSum: Clone + Send + Sync {
+    /// Adds up to eight samples.
+    fn add(&mut self, model: &Model, group: &ResidualGroup);
+
+    /// Appends the sum over the samples that follow.
+    fn append(&mut self, next: Self);
+
+    /// The samples of a record are complete.
+    fn end_record(&mut self, _states: &States) {}
+}
+
+impl<A: ResidualSum, B: ResidualSum> ResidualSum for (A, B) {
+    fn add(&mut self, model: &Model, group: &ResidualGroup) {
+        self.0.add(model, group);
+        self.1.add(model, group);
+    }
+
+    fn append(&mut self, next: Self) {
+        self.0.append(next.0);
+        self.1.append(next.1);
+    }
+
+    fn end_record(&mut self, states: &States) {
+        self.0.end_record(states);
+        self.1.end_record(states);
+    }
+}
+
+/// Samples of a part of a record.
+const PART: usize = 8192;
+
+/// The sums over all records under parameters `x`, from `empty` ones.
+///
+/// Fails when a record cannot be read.
+pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
+    model: &Model,
+    records: &R,
+    x: &[f64],
+    empty: S,
+) -> Result<S, Error> {
+    let mut all = empty.clone();
+    records.each(&mut |states| {
+        let (len, count) = (states.len(), states.len().div_ceil(PART).max(1));
+        let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();
+        let sum = |_, part: &Range<usize>| {
+            let mut sum = empty.clone();
+            model.residual_groups(states, part.clone(), x, |group| sum.add(model, group));
+            sum
+        };
+        let Ok(()) = in_order(&parts, sum, |_, sum| {
+            all.append(sum);
+            Ok::<(), Infallible>(())
+        });
+        all.end_record(states);
+    })?;
+    Ok(all)
+}

@@ -1,0 +1,91 @@
+//! Rows on their way into a block of a long log: those of packed parts, and those that a text is read into.
+
+use std::ops::Range;
+
+use crate::Error;
+use crate::columns::mapping::Columns;
+use crate::formats::delimited::TableReader;
+use crate::log::Log;
+use crate::packed::PackedLog;
+use crate::table::Table;
+
+/// Rows that are read at once: their numbers stay in the cache on the way into a block.
+pub(crate) const READ: usize = 1 << 15;
+
+/// Rows on their way into a block.
+pub(crate) enum Part<'a> {
+    Held(&'a [PackedLog]),
+    Read(Log),
+}
+
+impl Part<'_> {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Part::Held(parts) => parts.iter().map(PackedLog::len).sum(),
+            Part::Read(log) => log.len(),
+        }
+    }
+
+    /// s, the first instant.
+    pub fn start(&self) -> f64 {
+        match self {
+            Part::Held(parts) => parts.iter().find(|part| part.len() > 0).map_or(0.0, PackedLog::start),
+            Part::Read(log) => log.t.first().copied().unwrap_or(0.0),
+        }
+    }
+
+    /// Some of the samples.
+    pub fn range(&self, range: Range<usize>) -> Log {
+        match self {
+            Part::Held(parts) => {
+                let mut log = parts[0].head();
+                log.reserve(range.len());
+                self.append_to(&mut log, range);
+                log
+            }
+            Part::Read(log) => log.range(range),
+        }
+    }
+
+    /// Appends some of the samples.
+    pub fn append_to(&self, log: &mut Log, range: Range<usize>) {
+        match self {
+            Part::Held(parts) => {
+                let mut first = 0;
+                for part in *parts {
+                    let inside = |r: usize| r.saturating_sub(first).min(part.len());
+                    part.append_to(log, inside(range.start)..inside(range.end));
+                    first += part.len();
+                }
+            }
+            Part::Read(part) => log.append(part, range),
+        }
+    }
+}
+
+/// The usable rows of the next block of a text, whose first rows are `next`; the rows of the file up to its end, and the
+/// rows behind it.
+pub(crate) fn read_block(
+    reader: &mut TableReader,
+    mut next: Table,
+    columns: &Columns,
+    mut after: f64,
+    block: usize,
+) -> Result<(Log, Range<usize>, Table), Error> {
+    let mut rows = next.skipped..next.skipped + next.rows();
+    let mut all = Log::usable(&next, columns, 0..next.rows(), after)?;
+    if next.rows() == READ {
+        all.reserve(block);
+    }
+    loop {
+        after = all.t.last().copied().unwrap_or(after);
+        let left = block - rows.len();
+        next = reader.rows(READ.min(if left > 0 { left } else { block }))?;
+        if left == 0 || next.rows() == 0 {
+            return Ok((all, rows, next));
+        }
+        rows.end += next.rows();
+        all.append_usable(&Log::usable(&next, columns, 0..next.rows(), after)?);
+    }
+}
