@@ -107,6 +107,25 @@ pub struct Bodies {
 const ESSENTIAL_BODIES: &str =
     "a body has all of its parameters: essential parameters and bodies that can exist are two requests";
 
+/// The fit, and the rows that tell of rotor inertias too where the model has none.
+fn fit_of(
+    model: &Model,
+    logs: &[LogSource],
+    records: &SourceRecords,
+    options: &Options,
+) -> Result<(Fit, Option<WithRotors>), Error> {
+    let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
+    let with_rotors = match is_without_rotors(model) {
+        true => WithRotors::of_records(regressor, records, options)?,
+        false => None,
+    };
+    let fit = match &with_rotors {
+        Some(rows) => Fit::of_observation(regressor, records, rows.without(regressor, options), names, options)?,
+        None => Fit::of_records(regressor, records, names, options)?,
+    };
+    Ok((fit, with_rotors))
+}
+
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
 /// Fails where the logs do not fit the robot, where essential parameters and bodies are both asked for, and with a verdict
@@ -129,15 +148,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
-    let names = logs.iter().map(LogSource::name).collect();
-    let with_rotors = match is_without_rotors(model) {
-        true => WithRotors::of_records(regressor, &records, &options)?,
-        false => None,
-    };
-    let mut fit = match &with_rotors {
-        Some(rows) => Fit::of_observation(regressor, &records, rows.without(regressor, &options), names, &options)?,
-        None => Fit::of_records(regressor, &records, names, &options)?,
-    };
+    let (mut fit, with_rotors) = fit_of(model, logs, &records, &options)?;
     let load = match request.loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),

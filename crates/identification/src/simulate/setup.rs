@@ -44,6 +44,8 @@ const BANDWIDTH: f64 = 10.0;
 /// a phase margin of 20 degrees there, and none at 11.
 const MOST_LIGHTNESS: f64 = 7.0;
 const QUANTUM: f64 = 1e-4;
+/// Poses that tell the inertia of the joints.
+const POSES: usize = 20;
 /// s, at most.
 const CONTROL_PERIOD: f64 = 1e-3;
 
@@ -86,6 +88,20 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     (limits, taken.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", "))).collect())
 }
 
+/// A(q) at poses by chance within the limits, and the greatest |h_k(q, 0)| of each joint there, N m.
+fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
+    let n = limits.len();
+    let (mut a, mut h, mut bias) = (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n]);
+    let mut random = Random::new(1);
+    let matrices = (0..POSES).map(|_| {
+        let q: Vec<f64> = limits.iter().map(|l| random.between(l.position.0, l.position.1)).collect();
+        dynamics.fill(&q, &vec![0.0; n], &mut a, &mut h);
+        bias.iter_mut().zip(&h).for_each(|(bias, h)| *bias = bias.max(h.abs()));
+        DMatrix::from_row_slice(n, n, &a)
+    });
+    (matrices.collect(), bias)
+}
+
 /// The inertia J_k that the controller of a joint is tuned to: the mean A_kk, the joint with the others held. Where these
 /// joints move each other so much that the loop would ring, the least 1 / (A^-1)_kk, the joint with the others free.
 fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Option<String>) {
@@ -117,19 +133,9 @@ impl SimulationSetup {
     pub fn for_robot(robot: &Robot, dynamics: &dyn Dynamics) -> SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
-        let (mut a, mut h, mut inertia, mut bias) =
-            (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n], vec![0.0_f64; n]);
-        let mut random = Random::new(1);
-        let mut matrices = Vec::new();
-        for _ in 0..20 {
-            let q: Vec<f64> = limits.iter().map(|l| random.between(l.position.0, l.position.1)).collect();
-            dynamics.fill(&q, &vec![0.0; n], &mut a, &mut h);
-            matrices.push(DMatrix::from_row_slice(n, n, &a));
-            for k in 0..n {
-                inertia[k] += a[k * n + k] / 20.0;
-                bias[k] = bias[k].max(h[k].abs());
-            }
-        }
+        let (matrices, bias) = sampled(dynamics, &limits);
+        let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / POSES as f64).sum::<f64>();
+        let inertia: Vec<f64> = (0..n).map(mean).collect();
         let effort: Vec<f64> = (0..n).map(|k| inertia[k] * limits[k].acceleration).collect();
         let joint = |k: usize| robot.joint_of(CoordinateId(k)).map(|j| &robot.link(j).joint);
         let mut gains = Vec::new();

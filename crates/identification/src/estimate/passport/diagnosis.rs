@@ -105,11 +105,7 @@ impl Look<'_> {
         let mut found = Vec::new();
         let negative = telling.iter().filter(|s| **s < 0.0).count();
         let all_signs = telling.len() >= 2 && 4 * negative >= 3 * telling.len();
-        let mut sizes: Vec<f64> = telling.iter().map(|s| s.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        // A single joint, of several, may be wrong by itself.
-        let are_enough = sizes.len() >= self.n().min(2);
-        let scale = sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0);
+        let scale = self.common_scale(&telling);
         let list = || {
             let text = |p: &Partial| if p.share() > TELLING { significant(p.slope()) } else { "-".into() };
             let texts: Vec<String> = slopes.iter().map(text).collect();
@@ -152,6 +148,14 @@ impl Look<'_> {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
         }
         found
+    }
+
+    /// The median size of the slopes that tell; 1 where they are too few, for a single joint of several may be wrong by itself.
+    fn common_scale(&self, telling: &[f64]) -> f64 {
+        let mut sizes: Vec<f64> = telling.iter().map(|s| s.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let are_enough = sizes.len() >= self.n().min(2);
+        sizes.get(sizes.len() / 2).filter(|_| are_enough).copied().unwrap_or(1.0)
     }
 
     /// Torques that are the description's to rounding, with no friction at all.
