@@ -15,7 +15,7 @@ pub(crate) const READ: usize = 1 << 15;
 /// Rows on their way into a block.
 pub(crate) enum Part<'a> {
     Held(&'a [PackedLog]),
-    Read(Log),
+    Read(Box<Log>),
 }
 
 impl Part<'_> {

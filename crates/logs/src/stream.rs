@@ -271,7 +271,7 @@ impl LogStream {
                     let (part, rows, following) = read_block(&mut reader, next, &self.columns, after, block)?;
                     (count, next) = (rows.end, following);
                     after = part.t.last().copied().unwrap_or(after);
-                    take(Part::Read(part))?;
+                    take(Part::Read(Box::new(part)))?;
                 }
                 if count != self.report.rows || FileState::of(path)? != *state {
                     let message = "the file changes while it is read, or was replaced since; begin again";

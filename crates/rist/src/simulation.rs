@@ -15,7 +15,7 @@ use identification::model::known_load::KnownLoad;
 use identification::model::parameter::{BaseParameter, Parameter, ParameterId};
 use identification::simulate::closed_loop::Stop;
 use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
-use identification::simulate::setup::SimulationSetup;
+use identification::simulate::setup::{self, SimulationSetup};
 use logs::Effort;
 
 use crate::Estimate;
@@ -237,7 +237,7 @@ impl Run<'_> {
     fn motion(&self, name: &str, reference: &Reference, index: usize) -> Result<Record, Error> {
         let noise = (!self.request.noise_free).then_some((self.request.seed, index as u64));
         let added = self.feedforward.as_ref().map(|f| |reference: &Reference| f.torques(self.model, reference));
-        let added = added.as_ref().map(|f| f as &dyn Fn(&Reference) -> Vec<Vec<f64>>);
+        let added = added.as_ref().map(|f| f as &setup::Feedforward);
         let (record, stop) = self.setup.record(self.dynamics.as_ref(), reference, added, noise);
         match stop {
             Stop::End => Ok(record),

@@ -29,7 +29,7 @@ impl Record {
     pub fn thinned(&self, parts: usize) -> Record {
         let parts = parts.max(1);
         // The trapezoidal rule: where `parts` is even, half of each sample at the ends.
-        let (half, ends) = (parts / 2, if parts % 2 == 0 { 0.5 } else { 1.0 });
+        let (half, ends) = (parts / 2, if parts.is_multiple_of(2) { 0.5 } else { 1.0 });
         let mean = |x: &Vec<f64>, i: usize| {
             let about = i.saturating_sub(half)..(i + half + 1).min(x.len());
             let weight = |k: usize| if k.abs_diff(i) == half && half > 0 { ends } else { 1.0 };

@@ -20,6 +20,9 @@ use crate::model::friction::law::FrictionLaw;
 use crate::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
 use crate::simulate::dynamics::{Dynamics, torques};
 
+/// What a controller adds for a reference, N m, `[coordinate][instant]`.
+pub type Feedforward<'a> = dyn Fn(&Reference) -> Vec<Vec<f64>> + 'a;
+
 /// A simulated robot apart from its dynamics.
 #[derive(Clone, Debug)]
 pub struct SimulationSetup {
@@ -190,7 +193,7 @@ impl SimulationSetup {
         &self,
         dynamics: &dyn Dynamics,
         reference: &Reference,
-        feedforward: Option<&dyn Fn(&Reference) -> Vec<Vec<f64>>>,
+        feedforward: Option<&Feedforward>,
         noise: Option<(u64, u64)>,
     ) -> (Record, Stop) {
         let simulation = Simulation {
