@@ -80,7 +80,7 @@ pub struct Simulation<'a> {
     pub quantum: &'a [f64],
     /// One law a coordinate.
     pub friction: &'a [FrictionLaw],
-    /// Runge-Kutta steps in a sample, at least.
+    /// Runge-Kutta steps in a sample.
     pub substeps: usize,
 }
 
@@ -115,7 +115,6 @@ impl Simulation<'_> {
             state.dq[k] = velocity[k];
         }
         let decay = (-self.controller.velocity_pole * h).exp();
-        let substeps = self.substeps.max((h * self.stiffness(reference) / LONGEST_STEP).ceil() as usize);
         for i in 0..count {
             for k in 0..n {
                 let seen = quantised(state.q[k], self.quantum[k]);
@@ -134,13 +133,19 @@ impl Simulation<'_> {
                 held[k] = current;
                 state.tau[k] = torque;
             }
-            for _ in 0..substeps {
-                if !self.step(&mut state, h / substeps as f64) {
+            for _ in 0..self.substeps {
+                if !self.step(&mut state, h / self.substeps as f64) {
                     return (record, Stop::NotPhysical { time: i as f64 * h });
                 }
             }
         }
         (record, Stop::End)
+    }
+
+    /// The same with as many steps in a sample as friction asks for where it turns its sign.
+    pub fn with_short_steps(self, reference: &Reference) -> Self {
+        let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP).ceil() as usize;
+        Simulation { substeps: self.substeps.max(needed), ..self }
     }
 
     /// How fast friction decays where it turns its sign, 1/s, at most: sum_k (A^-1)_kk dG_k/dv over the poses of a reference.

@@ -196,6 +196,9 @@ impl SimulationSetup {
         feedforward: Option<&Feedforward>,
         noise: Option<(u64, u64)>,
     ) -> (Record, Stop) {
+        // A rate of 1 kHz in floating point is 1 kHz.
+        let parts = (reference.sample_time / CONTROL_PERIOD - 1e-9).ceil().max(1.0) as usize;
+        let controlled = reference.refined(parts);
         let simulation = Simulation {
             dynamics,
             controller: &self.controller,
@@ -203,10 +206,8 @@ impl SimulationSetup {
             quantum: &self.sensing.quantum,
             friction: &self.friction,
             substeps: 2,
-        };
-        // A rate of 1 kHz in floating point is 1 kHz.
-        let parts = (reference.sample_time / CONTROL_PERIOD - 1e-9).ceil().max(1.0) as usize;
-        let controlled = reference.refined(parts);
+        }
+        .with_short_steps(&controlled);
         let known = || self.knows_robot.then(|| torques(dynamics, &controlled));
         let feedforward = feedforward.map(|torques| torques(&controlled)).or_else(known);
         let (record, stop) = simulation.run(&controlled, feedforward.as_deref());
