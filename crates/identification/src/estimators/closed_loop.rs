@@ -200,7 +200,7 @@ fn residual_variance(
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::signals::joint_signals::gradient;
+    use crate::signals::gradient::gradient;
     use crate::test_arm::{Loop, Pendulum};
 
     /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.
