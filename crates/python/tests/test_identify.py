@@ -224,8 +224,10 @@ def test_the_table_is_an_arrow_stream(ur5, log, library):
 
 def test_ctrl_c_ends_long_work():
     """A signal to a process that plans for minutes: it ends, with KeyboardInterrupt, long before the plan would."""
+    # A job in the background of a shell ignores the signal, and its children too.
     code = """
-import rist, sys
+import rist, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 model = rist.Model.read(sys.argv[1])
 print("go", flush=True)
 try:
