@@ -285,21 +285,19 @@ unsafe fn four_to_samples(four: &[Eight; 4], samples: &mut [f64], size: usize) {
 /// A function of eight states and the entries that are not always zero; false where the processor has no lanes.
 macro_rules! eight {
     ($robot:ident, $n:ident, $e:ident) => {{
-        /// Twice four samples.
+        /// Twice four samples, each entry stored where it stands.
         #[target_feature(enable = "avx2,fma")]
         fn by_four(states: &[f64], entries: &mut [$crate::Eight; $e]) {
             use $crate::lanes::Lanes4;
-            let mut out = [Lanes4::splat(0.0); $e];
             for half in 0..2 {
                 let states = &states[half * 4 * 3 * $n..];
                 let mut inputs = [[Lanes4::splat(0.0); $n]; 3];
                 for i in 0..3 * $n {
                     inputs[i / $n][i % $n] = Lanes4::gathered(&states[i..], 3 * $n);
                 }
-                $robot::base_regressor_non_zeros(&inputs[0], &inputs[1], &inputs[2], &mut out);
-                for (entry, lanes) in entries.iter_mut().zip(&out) {
-                    entry.0[half * 4..half * 4 + 4].copy_from_slice(&lanes.numbers());
-                }
+                $robot::base_regressor_entries(&inputs[0], &inputs[1], &inputs[2], |k, _, _, x: Lanes4| {
+                    entries[k].0[half * 4..half * 4 + 4].copy_from_slice(&x.numbers());
+                });
             }
         }
 

@@ -78,6 +78,7 @@ fn cases() -> Vec<(&'static str, Defect, Option<usize>, Vec<Effect>)> {
         ("play 1 mrad", Defect::Play(1e-3), None, play.clone()),
         ("ripple 2 % of q2", Defect::Ripple(0.02, 12.0), Some(1), ripple[1..2].to_vec()),
         ("elastic 15 Hz of q2", Defect::Elastic(15.0), Some(1), elastic[1..2].to_vec()),
+        ("elastic 15 Hz of q3", Defect::Elastic(15.0), Some(2), elastic[2..3].to_vec()),
     ]
 }
 

@@ -1,93 +1,210 @@
-//! How long a derivation takes, and one call of what it gives: `cargo bench -p tests --bench speed`.
+//! How long a derivation takes, and one call of what it gives: `cargo bench -p tests --bench speed`; with tables for
+//! docs/benchmarks.md: `cargo xtask bench`.
 //!
-//! Prints ns a derivation or a sample, and how many times faster than the line's first alternative.
+//! Prints ns a derivation or a sample, how many times faster that is than the first alternative of its work, and how far
+//! the torques are from an independent recursion, before and after the time was taken: the largest difference of a joint
+//! over its largest torque. A difference beyond rounding ends the bench with a failure. What cannot be timed says why.
 
 mod harness;
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use expr::{Function, Tape};
-use generated::Eight;
-use harness::{alternative, compare};
-use modeling::Derivation;
+use generated::{Compiled, Eight};
+use harness::{Alternative, Comparison};
+use modeling::{BaseParameters, Derivation};
 use robot::Robot;
+use tests::model;
+use tests::random::{Random, State};
+use tests::recursion;
 
 /// States cycled through: more than a branch predictor remembers, less than a cache holds.
 const STATES: usize = 128;
 
 fn main() {
-    println!("| what | how | ns | times the first |\n|---|---|---|---|");
-    let models = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../models");
-    let read = |name: &str| robot::format::read(&models.join(name)).unwrap_or_else(|e| panic!("{e}"));
-    let [race, ur5, panda] = ["race.yaml", "ur5.yaml", "panda.yaml"].map(read);
+    let mut comparison = Comparison::default();
     let tree = robot::format::read_urdf(&tree_urdf(44), "tree44.urdf").unwrap_or_else(|e| panic!("{e}"));
+    let robots = [
+        ("race", model("race.yaml")),
+        ("ur5", model("ur5.yaml")),
+        ("panda", model("panda.yaml")),
+        ("tree of 44 joints", tree),
+    ];
+    for (name, robot) in &robots {
+        derivations(&mut comparison, name, robot);
+    }
+    for (name, robot) in &robots {
+        base_regressor_calls(&mut comparison, name, robot);
+    }
+    comparison.finish();
+}
 
-    for (name, robot) in [("race", &race), ("ur5", &ur5), ("panda", &panda), ("tree of 44 joints", &tree)] {
-        let regressor = || Derivation::new(robot).unwrap_or_else(|e| panic!("{e}")).regressor();
-        let both = || base_regressor(robot);
-        let work = vec![alternative("regressor", 1, regressor), alternative("and base parameters, rules", 1, both)];
-        compare(&format!("derivation, {name}"), work);
+/// A robot at states, and what the recursion says of its torques there.
+struct Truth {
+    /// Standard parameters, any.
+    x: Vec<f64>,
+    /// q, dq, ddq of one state after the other.
+    states: Vec<f64>,
+    /// N m (N), of one state after the other.
+    torques: Vec<f64>,
+    n: usize,
+}
+
+impl Truth {
+    fn new(robot: &Robot) -> Truth {
+        let mut random = Random(1);
+        let x = random.parameters(robot);
+        let states: Vec<State> = (0..STATES).map(|_| random.state(robot)).collect();
+        let torques = states.iter().flat_map(|state| recursion::torque(robot, state, &x)).collect();
+        Truth { x, states: states.iter().flat_map(State::inputs).collect(), torques, n: robot.n_coordinates() }
     }
-    for (name, robot) in [("race", &race), ("ur5", &ur5), ("panda", &panda)] {
-        base_regressor_calls(name, robot);
+
+    /// The largest difference of a joint's torques over its largest torque; infinite where one is no number.
+    fn difference(&self, torques: &[f64]) -> f64 {
+        assert_eq!(torques.len(), self.torques.len());
+        let of_joint = |j: usize| {
+            let pairs = || torques.iter().zip(&self.torques).skip(j).step_by(self.n);
+            let scale = pairs().map(|(_, truth)| truth.abs()).fold(f64::MIN_POSITIVE, f64::max);
+            // `max` would pass over what is no number.
+            let apart = |(found, truth): (&f64, &f64)| Some((found - truth).abs() / scale).filter(|x| !x.is_nan());
+            pairs().map(|pair| apart(pair).unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
+        };
+        (0..self.n).map(of_joint).fold(0.0, f64::max)
     }
+
+    /// The same of dense matrices Y, row by row, one state after the other.
+    fn difference_of(&self, matrices: &[f64], x: &[f64]) -> f64 {
+        let torques: Vec<f64> = matrices.chunks_exact(x.len()).map(|row| tests::dot(row, x).0).collect();
+        self.difference(&torques)
+    }
+
+    /// The same of a function Y(q, dq, ddq).
+    fn difference_of_function(&self, function: &Function, x: &[f64]) -> f64 {
+        let tape = Tape::new(function);
+        let mut matrices = vec![0.0; tape.n_outputs() * STATES];
+        tape.evaluate_many(&self.states, &mut tape.workspace(), &mut matrices);
+        self.difference_of(&matrices, x)
+    }
+}
+
+fn derivations(comparison: &mut Comparison, name: &str, robot: &Robot) {
+    let truth = Truth::new(robot);
+    let regressor = || Derivation::new(robot).unwrap_or_else(|e| panic!("{e}")).regressor();
+    let both = || base_regressor(robot);
+    let alternatives = vec![
+        Alternative::new("regressor", 1, regressor)
+            .held(|| truth.difference_of_function(&regressor().bound(), &truth.x)),
+        Alternative::new("and base parameters, rules", 1, both).held(|| {
+            let (function, base) = both();
+            truth.difference_of_function(&function, &base.values(&truth.x))
+        }),
+    ];
+    comparison.of(&format!("derivation, {name}"), alternatives);
 }
 
 /// The base regressor of `robot` at [`STATES`] states, by every evaluator there is.
-fn base_regressor_calls(name: &str, robot: &Robot) {
-    let function = base_regressor(robot);
+fn base_regressor_calls(comparison: &mut Comparison, name: &str, robot: &Robot) {
+    let truth = Truth::new(robot);
+    let (function, base) = base_regressor(robot);
+    let x = base.values(&truth.x);
     let tape = Tape::new(&function);
-    let compiled = generated::find(function.fingerprint()).expect("the models are compiled in");
-    let n = robot.n_coordinates();
-    let mut random = random(1);
-    let states: Vec<f64> = (0..STATES * 3 * n).map(|i| [3.1, 2.0, 5.0][i / n % 3] * random()).collect();
     let size = tape.n_outputs();
-    let (mut one, mut two, mut many) = (vec![0.0; size], vec![0.0; size], vec![0.0; size * STATES]);
-    let mut lanes_many = vec![0.0; size * STATES];
-    let (mut work, mut work_many) = (tape.workspace(), tape.workspace());
-    let scalar = alternative("compiled, one call", STATES, || {
-        states.chunks_exact(3 * n).all(|s| compiled.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one))
-    });
-    let lanes = alternative("compiled, many", STATES, || compiled.fill_many(&states, &mut lanes_many));
-    let (mut entries, mut eight) =
-        (vec![0.0; compiled.non_zeros.len()], vec![Eight::default(); compiled.non_zeros.len()]);
-    let entries_one = alternative("entries, one call", STATES, || {
-        states.chunks_exact(3 * n).all(|s| compiled.fill_non_zeros(&s[..n], &s[n..2 * n], &s[2 * n..], &mut entries))
-    });
-    let entries_eight = alternative("entries, eight abreast", STATES, || {
-        states.chunks_exact(24 * n).all(|s| compiled.fill_eight(s, &mut eight))
-    });
-    let tape_one = alternative("Tape, one call", STATES, || {
-        states.chunks_exact(3 * n).for_each(|s| tape.evaluate(s, &mut work, &mut two));
-    });
-    let tape_many = alternative("Tape, many", STATES, || tape.evaluate_many(&states, &mut work_many, &mut many));
-    compare(&format!("base regressor, {name}"), vec![scalar, entries_one, lanes, entries_eight, tape_one, tape_many]);
+    let (mut one, mut work) = (vec![0.0; size], tape.workspace());
+    let (mut many, mut work_many) = (vec![0.0; size * STATES], tape.workspace());
+    let mut alternatives = match generated::find(function.fingerprint()) {
+        Some(compiled) => compiled_calls(compiled, &truth, &x),
+        None => vec![Alternative::not_timed("compiled", "this robot is not compiled in")],
+    };
+    let each = |take: &mut dyn FnMut(&[f64])| truth.states.chunks_exact(3 * truth.n).for_each(take);
+    alternatives.push(
+        Alternative::new("Tape, one call", STATES, || each(&mut |s| tape.evaluate(s, &mut work, &mut one))).held(
+            || {
+                let (mut all, mut one, mut work) = (Vec::new(), vec![0.0; size], tape.workspace());
+                each(&mut |s| {
+                    tape.evaluate(s, &mut work, &mut one);
+                    all.extend_from_slice(&one);
+                });
+                truth.difference_of(&all, &x)
+            },
+        ),
+    );
+    alternatives.push(
+        Alternative::new("Tape, many", STATES, || tape.evaluate_many(&truth.states, &mut work_many, &mut many))
+            .held(|| truth.difference_of_function(&function, &x)),
+    );
+    comparison.of(&format!("base regressor, {name}"), alternatives);
 }
 
-fn base_regressor(robot: &Robot) -> Function {
+/// The evaluators of a compiled robot; `x`: its base parameters.
+fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64]) -> Vec<Alternative<'a>> {
+    let n = truth.n;
+    let size = n * x.len();
+    let split = move |s: &'a [f64]| (&s[..n], &s[n..2 * n], &s[2 * n..]);
+    let each = move || truth.states.chunks_exact(3 * n).map(split);
+    let eights = move || truth.states.chunks_exact(8 * 3 * n);
+    let entries = compiled.non_zeros.len();
+    let (mut one, mut many) = (vec![0.0; size], vec![0.0; size * STATES]);
+    let (mut some, mut eight) = (vec![0.0; entries], vec![Eight::default(); entries]);
+    let calls = Alternative::new("compiled, one call", STATES, move || {
+        each().all(|(q, dq, ddq)| compiled.fill(q, dq, ddq, &mut one))
+    });
+    let entries_one = Alternative::new("entries, one call", STATES, move || {
+        each().all(|(q, dq, ddq)| compiled.fill_non_zeros(q, dq, ddq, &mut some))
+    });
+    let lanes = Alternative::new("compiled, many", STATES, move || compiled.fill_many(&truth.states, &mut many));
+    let entries_eight = Alternative::new("entries, eight abreast", STATES, move || {
+        eights().all(|states| compiled.fill_eight(states, &mut eight))
+    });
+    // Each checks what it times: the same call, every state kept.
+    let dense = move |fill: &dyn Fn(&mut [f64]) -> bool| {
+        let mut all = vec![0.0; size * STATES];
+        if fill(&mut all) { truth.difference_of(&all, x) } else { f64::INFINITY }
+    };
+    let sparse = move |entry: &dyn Fn(usize, usize) -> f64| {
+        let mut torques = vec![0.0; n * STATES];
+        for s in 0..STATES {
+            for (k, (i, c)) in compiled.non_zeros.iter().enumerate() {
+                torques[s * n + i] += entry(s, k) * x[*c];
+            }
+        }
+        truth.difference(&torques)
+    };
+    vec![
+        calls.held(move || {
+            dense(&|all| each().zip(all.chunks_exact_mut(size)).all(|((q, dq, ddq), y)| compiled.fill(q, dq, ddq, y)))
+        }),
+        entries_one.held(move || {
+            let mut all = vec![0.0; entries * STATES];
+            let filled = each()
+                .zip(all.chunks_exact_mut(entries))
+                .all(|((q, dq, ddq), some)| compiled.fill_non_zeros(q, dq, ddq, some));
+            if filled { sparse(&|s, k| all[s * entries + k]) } else { f64::INFINITY }
+        }),
+        lanes.held(move || dense(&|all| compiled.fill_many(&truth.states, all))),
+        entries_eight.held(move || {
+            let mut all = vec![Eight::default(); entries * STATES / 8];
+            let filled =
+                eights().zip(all.chunks_exact_mut(entries)).all(|(states, eight)| compiled.fill_eight(states, eight));
+            if filled { sparse(&|s, k| all[s / 8 * entries + k].0[s % 8]) } else { f64::INFINITY }
+        }),
+    ]
+}
+
+fn base_regressor(robot: &Robot) -> (Function, BaseParameters) {
     let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{e}"));
     let standard = derivation.regressor();
     let base = derivation.base_parameters(&standard).unwrap_or_else(|e| panic!("{e}"));
-    base.regressor(&standard).bound()
-}
-
-/// Uniform in [-1, 1).
-fn random(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
+    (base.regressor(&standard).bound(), base)
 }
 
 /// A tree of `n` revolute joints about oblique axes: four limbs on a base, the shape of a humanoid.
 fn tree_urdf(n: usize) -> String {
-    let mut random = random(44);
+    let mut random = Random(44);
     let mut urdf = String::from("<robot name=\"tree44\"><link name=\"base\"/>");
     for j in 0..n {
         let parent = if j < 4 { "base".to_string() } else { format!("link{}", j - 4) };
-        let mut three = |scale: f64| format!("{} {} {}", scale * random(), scale * random(), scale * random());
+        let mut three =
+            |scale: f64| format!("{} {} {}", scale * random.unit(), scale * random.unit(), scale * random.unit());
         let (xyz, rpy, axis, centre) = (three(0.3), three(1.5), three(1.0), three(0.1));
         let inertia = "ixx=\"0.02\" iyy=\"0.03\" izz=\"0.025\" ixy=\"0.001\" ixz=\"0.002\" iyz=\"-0.001\"";
         write!(

@@ -2,11 +2,15 @@
 //! itself, and the errors of what is identified from simulated logs of it.
 
 use identification::algebra::information_matrix::Rows;
+use identification::algebra::random::Random;
 use identification::estimate::identified::INTERVAL;
 use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::record::Record;
 use identification::model::friction::terms::{FrictionTerm, sign};
 use identification::model::parameter::ParameterId;
-use identification::simulate::dynamics::RegressorDynamics;
+use identification::signals::cutoff::rule;
+use identification::simulate::closed_loop::Sensing;
+use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
 use identification::simulate::setup::SimulationSetup;
 use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
@@ -59,37 +63,51 @@ pub struct Kept {
     pub name: String,
     /// Root mean square error over the promised deviation.
     pub ratio: f64,
+    /// The same where the promise knows that joints are weighted by the noise of their encoders too: its own frequencies are
+    /// above those of the motion, but the weights see it.
+    pub with_weights: f64,
     /// Share of the draws whose 95 % interval holds the truth.
     pub held: f64,
 }
 
-/// Simulates the motion as the robot would play it, with its friction and noise, and identifies it with
-/// this friction and defaults else,
-/// `draws` times: what each base parameter keeps of the promise that the motion makes for that noise of the torques. Those that
-/// the motion or the logs leave open are left out.
-pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64) -> Result<Vec<Kept>, Error> {
+/// Simulates the motion as the robot would play it, with its friction, and identifies it with this friction and defaults
+/// else from `draws` noisy records: what each base parameter keeps of the promise that the motion makes for that noise of the
+/// torques. `encoders`: their quantum and noise, as a share of what is assumed of them. Parameters that the motion or the logs
+/// leave open are left out.
+pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -> Result<Vec<Kept>, Error> {
     let truth = model.described_parameters().expect("inertial parameters in the description");
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
-    let noise = SimulationSetup::for_robot(&model.robot, &dynamics).sensing.torque_noise;
-    let (names, rows) = (columns(model, &FRICTION), information(model, motion, &noise, &FRICTION));
+    let setup = SimulationSetup::for_robot(&model.robot, &dynamics);
+    let noise = &setup.sensing.torque_noise;
+    let share = |x: &[f64]| x.iter().map(|x| encoders * x).collect();
+    let sensing = Sensing {
+        quantum: share(&setup.sensing.quantum),
+        position_noise: share(&setup.sensing.position_noise),
+        torque_noise: noise.clone(),
+    };
+    let mut exact = None;
+    let request = SimulateRequest { validation_motions: 0, noise_free: true, ..Default::default() };
+    rist::simulate(model, motion, &request, &mut |_, record| {
+        exact = Some(record.clone());
+        Ok(())
+    })?;
+    let exact = exact.expect("a motion has a record");
+    let names = columns(model, &FRICTION);
     let is_shown = |name: &ParameterId| motion.parameters.iter().any(|p| p.id == *name && p.deviation.is_some());
     let shown: Vec<usize> = (0..names.len()).filter(|&i| is_shown(&names[i])).collect();
-    let mut square = DMatrix::zeros(shown.len(), shown.len());
-    for row in rows.iter() {
-        let row = DMatrix::from_fn(1, shown.len(), |_, i| row[shown[i]]);
-        square += row.transpose() * row;
-    }
-    let covariance = Cholesky::new(square).expect("the motion shows these columns").inverse();
-    let variance = |i: usize| shown.iter().position(|s| *s == i).map(|place| covariance[(place, place)]);
+    let variances = |weighted_by: &[f64]| {
+        let share: Vec<f64> = noise.iter().zip(weighted_by).map(|(s, w)| s / w).collect();
+        promised(&information(model, motion, weighted_by, &FRICTION), &share, &shown)
+    };
+    let encoder_torque = encoder_torque(&dynamics, &exact, &sensing);
+    let (known, both) = (variances(noise), variances(&root_of_sum(noise, &encoder_torque)));
+    let place = |i: usize| shown.iter().position(|s| *s == i);
+    let variance = |i: usize| place(i).map(|place| known[place]);
     let mut errors: Vec<Option<(f64, usize)>> = (0..truth.len()).map(|i| variance(i).map(|_| (0.0, 0))).collect();
     for seed in 1..=draws {
-        let mut logs = Vec::new();
-        let request = SimulateRequest { validation_motions: 0, seed, ..Default::default() };
+        let record = sensing.measure(&exact, &setup.drives.gain, &mut Random::new(seed));
         let gains = vec![1.0; model.regressor().coordinates().len()];
-        rist::simulate(model, motion, &request, &mut |name, record| {
-            logs.push(LogSource::Held(record.to_log(name, model.regressor().coordinates(), &gains)));
-            Ok(())
-        })?;
+        let logs = [LogSource::Held(record.to_log("motion", model.regressor().coordinates(), &gains))];
         let mut request = IdentifyRequest::default();
         request.options.friction = FRICTION.to_vec();
         let found = rist::identify(model, &logs, &request)?.estimate;
@@ -101,10 +119,53 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64) -> Result<Vec<Ke
             });
         }
     }
-    let of = |(name, sums): (&ParameterId, &Option<(f64, usize)>)| {
-        let (sum, held) = (*sums)?;
-        let draws = draws as f64;
-        Some(Kept { name: name.to_string(), ratio: (sum / draws).sqrt(), held: held as f64 / draws })
+    let of = |(i, sums): (usize, &Option<(f64, usize)>)| {
+        let ((sum, held), draws) = ((*sums)?, draws as f64);
+        let ratio = (sum / draws).sqrt();
+        let place = place(i)?;
+        let with_weights = ratio * (known[place] / both[place]).sqrt();
+        Some(Kept { name: names[i].to_string(), ratio, with_weights, held: held as f64 / draws })
     };
-    Ok(names.iter().zip(&errors).filter_map(of).collect())
+    Ok(errors.iter().enumerate().filter_map(of).collect())
+}
+
+/// The variances of these columns by least squares of rows whose noise is that share of what they are weighted by, one a
+/// joint.
+fn promised(rows: &Rows, share: &[f64], shown: &[usize]) -> Vec<f64> {
+    let mut square = DMatrix::zeros(shown.len(), shown.len());
+    let mut noise = square.clone();
+    for (k, row) in rows.iter().enumerate() {
+        let row = DMatrix::from_fn(1, shown.len(), |_, i| row[shown[i]]);
+        let one = row.transpose() * row;
+        noise += &one * share[k % share.len()].powi(2);
+        square += one;
+    }
+    let inverse = Cholesky::new(square).expect("the motion shows these columns").inverse();
+    (&inverse * noise * &inverse).diagonal().iter().copied().collect()
+}
+
+fn root_of_sum(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a.hypot(*b)).collect()
+}
+
+/// N m a sample and joint: white noise that is as great, below the default cut-off w, as what the inertia matrix makes of the
+/// second derivative of the encoders' noise s: the mean of w^4 below it is a fifth, so that s w^2 / sqrt 5 is its acceleration.
+fn encoder_torque(dynamics: &dyn Dynamics, record: &Record, sensing: &Sensing) -> Vec<f64> {
+    let n = record.q.len();
+    let w = std::f64::consts::TAU * rule(&record.q, record.sample_time).cutoff;
+    // Rounding to a quantum errs evenly within it.
+    let squares =
+        sensing.position_noise.iter().zip(&sensing.quantum).map(|(s, quantum)| s * s + quantum * quantum / 12.0);
+    let accelerations: Vec<f64> = squares.map(|square| square * w.powi(4) / 5.0).collect();
+    let (mut inertia, mut bias, mut sum) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+    let samples = record.q[0].len();
+    for k in 0..samples {
+        let q: Vec<f64> = record.q.iter().map(|q| q[k]).collect();
+        dynamics.fill(&q, &vec![0.0; n], &mut inertia, &mut bias);
+        for (i, sum) in sum.iter_mut().enumerate() {
+            let row = &inertia[i * n..(i + 1) * n];
+            *sum += row.iter().zip(&accelerations).map(|(a, square)| a * a * square).sum::<f64>();
+        }
+    }
+    sum.into_iter().map(|sum| (sum / samples as f64).sqrt()).collect()
 }

@@ -49,7 +49,7 @@ fn the_rate_of_a_log_does_not_change_the_motion() {
 #[test]
 fn errors_are_as_large_as_promised() {
     let model = Model::read(model_path("ur5.urdf")).unwrap();
-    let kept = kept(&model, &motion(&model, 200.0), 4).unwrap();
+    let kept = kept(&model, &motion(&model, 200.0), 4, 1.0).unwrap();
     assert_eq!(kept.len(), model.regressor().parameters().len());
     let mean = |of: &dyn Fn(&Kept) -> f64| kept.iter().map(of).sum::<f64>() / kept.len() as f64;
     let (rms, held) = (mean(&|k| k.ratio.powi(2)).sqrt(), mean(&|k| k.held));

@@ -50,7 +50,10 @@ const ORDERS: [(&str, &[&str]); 12] = [
     ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
     (
         "crates/logs",
-        &["error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "part", "stream"],
+        &[
+            "error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "ahead", "part",
+            "stream",
+        ],
     ),
     (
         "crates/identification",

@@ -1,34 +1,124 @@
-//! `bench`: how long things take on this machine, as the tables of docs/benchmarks.md.
+//! `bench`: how long things take on this machine, each held against an independent recursion.
 //!
-//! The programs measured are benches of the package `tests`: xtask must build without `generated`.
+//! Prints one table, writes it into docs/benchmarks.md between its two marks, and keeps its numbers in
+//! records/COMMIT.csv. The programs measured are a bench of the package `tests`: xtask must build without `generated`.
+//!
+//! `bench instructions` counts instructions in place of time, which needs valgrind and gungraun-runner.
 
+use std::fmt::Write as _;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::cargo::{cargo, root, target};
+use crate::cargo::{cargo, root, said, target};
 
 /// A generated 7R file.
 const FILE: &str = "generated/src/robots/panda.rs";
 
+const PAGE: &str = "docs/benchmarks.md";
+const BEGIN: &str = "<!-- written by cargo xtask bench -->\n";
+const END: &str = "<!-- end of what cargo xtask bench writes -->\n";
+
+const HEAD: &str = "| work | how | ns | times the first | held to |\n|---|---|---|---|---|\n";
+
 pub fn run(arguments: &[String]) -> Result<(), String> {
-    if let Some(argument) = arguments.first() {
-        return Err(format!("bench takes no argument; found `{argument}`"));
+    match arguments {
+        [] => {}
+        [word] if word == "instructions" => return instructions(),
+        [other, ..] => return Err(format!("bench takes `instructions` or nothing; found `{other}`")),
     }
-    cargo(&["bench", "--quiet", "--package", "tests", "--bench", "speed"])?;
-    println!("\n| rustc -O, {FILE} | s |\n|---|---|");
-    for (what, instantiated) in [("base_regressor for f64", true), ("generic, nothing instantiated", false)] {
-        println!("| {what} | {:.2} |", compile(instantiated)?);
+    let mut rows = said_by_bench()?;
+    for (what, is_called) in [("base_regressor for f64", true), ("generic, nothing instantiated", false)] {
+        let seconds = compile(is_called)?;
+        let _ = writeln!(rows, "| rustc -O, {FILE} | {what} | {:.0} | | compiles |", 1e9 * seconds);
     }
-    Ok(())
+    let text = format!("{BEGIN}{}\n{HEAD}{rows}{END}", conditions());
+    print!("{text}");
+    write_page(&text)?;
+    let record = root().join("records").join(format!("{}.csv", commit()));
+    write(&record, &csv(&rows))
+}
+
+/// The rows that the bench prints.
+fn said_by_bench() -> Result<String, String> {
+    let bench = ["bench", "--quiet", "--package", "tests", "--bench", "speed"];
+    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+    let output = Command::new(cargo).args(bench).stderr(Stdio::inherit()).output();
+    let output = output.map_err(|e| format!("cargo {}: {e}", bench.join(" ")))?;
+    match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(format!("cargo {} failed: {}", bench.join(" "), output.status)),
+    }
+}
+
+/// The machine and what it runs, in a sentence.
+fn conditions() -> String {
+    let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": ").map(|(_, m)| m));
+    let compiler = said(Command::new("rustc").arg("-V"));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!(
+        "Commit {}, {}, {cores} cores, {}.\n",
+        commit(),
+        model.unwrap_or("a processor without a name").trim(),
+        compiler.trim()
+    )
+}
+
+/// The commit that is measured, with a mark where files are changed.
+fn commit() -> String {
+    let git = |arguments: &[&str]| said(Command::new("git").args(arguments).current_dir(root()));
+    // What this command writes is no change of what it measures.
+    let status = ["status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", ":!records"];
+    let is_changed = !git(&status).trim().is_empty();
+    let commit = git(&["rev-parse", "--short", "HEAD"]);
+    let commit = if commit.trim().is_empty() { "no-commit" } else { commit.trim() };
+    format!("{commit}{}", if is_changed { "-changed" } else { "" })
+}
+
+/// Puts the table between its marks.
+fn write_page(text: &str) -> Result<(), String> {
+    let page = root().join(PAGE);
+    let old = std::fs::read_to_string(&page).map_err(|e| format!("{PAGE}: {e}"))?;
+    let marked = old.split_once(BEGIN).and_then(|(before, rest)| Some((before, rest.split_once(END)?.1)));
+    let (before, behind) = marked.ok_or_else(|| format!("{PAGE} lacks the marks {BEGIN}{END}"))?;
+    write(&page, &format!("{before}{text}{behind}"))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    let failed = |e| format!("{}: {e}", path.display());
+    path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(failed)?;
+    std::fs::write(path, text).map_err(failed)
+}
+
+/// The rows as records of CSV.
+fn csv(rows: &str) -> String {
+    let mut text = "work,how,ns,times_the_first,held_to\n".to_string();
+    for row in rows.lines().filter(|row| row.starts_with('|')) {
+        let cells: Vec<String> = row.trim_matches('|').split('|').map(|cell| format!("\"{}\"", cell.trim())).collect();
+        text += &(cells.join(",") + "\n");
+    }
+    text
+}
+
+/// Counts instructions by callgrind.
+fn instructions() -> Result<(), String> {
+    for tool in ["valgrind", "gungraun-runner"] {
+        if said(Command::new(tool).arg("--version")).is_empty() {
+            println!("SKIPPED: there is no {tool}: `apt install valgrind`, `cargo install gungraun-runner`");
+            return Ok(());
+        }
+    }
+    cargo(&["bench", "--package", "tests", "--features", "instructions", "--bench", "instructions"])
 }
 
 /// Seconds that rustc takes for the file alone, the best of three; with a caller for f64 or without.
-fn compile(instantiated: bool) -> Result<f64, String> {
+fn compile(is_called: bool) -> Result<f64, String> {
     let folder = target().join("bench");
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let library = folder.join("panda.rs");
     let mut text = format!("#[path = {:?}]\npub mod robot;\n", root().join(FILE));
-    if instantiated {
+    if is_called {
         text += "pub fn call(q: &[f64; 7], dq: &[f64; 7], ddq: &[f64; 7], y: &mut [[f64; 43]; 7]) {
     robot::base_regressor(q, dq, ddq, y)
 }\n";

@@ -35,3 +35,9 @@ pub fn host() -> Result<String, String> {
     let line = text.lines().find_map(|line| line.strip_prefix("host: "));
     line.map(str::to_string).ok_or_else(|| "rustc -vV names no host".into())
 }
+
+/// What a command prints; nothing where there is no such command.
+pub fn said(command: &mut Command) -> String {
+    let output = command.output().map(|output| output.stdout).unwrap_or_default();
+    String::from_utf8_lossy(&output).into_owned()
+}

@@ -17,14 +17,16 @@ Tasks of this repository.
 
 cargo xtask gen [MODEL..]           write generated/src/robots/ from models/ (all, without an argument)
 cargo xtask gen --check [MODEL..]   compare instead of writing, and say what to run
-cargo xtask bench                   time derivations, calls and the compilation of a generated file
+cargo xtask bench                   time derivations, calls and the compilation of a generated file, each held
+                                    against an independent recursion; writes docs/benchmarks.md and records/
+cargo xtask bench instructions      count the instructions of calls (needs valgrind and gungraun-runner)
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
 cargo xtask python [PYTEST..]       build the package for Python in target/python and run its tests; skipped, and
                                     said, where python3, pip or the network is absent
 cargo xtask fuzz SECONDS            build the targets of fuzz/ with coverage and run them for so long in all: every reader,
                                     what is derived of a robot, what is identified from a log
-cargo xtask sanitize                Miri and the address sanitizer on what is unsafe; skipped, and said, where no
-                                    nightly toolchain is
+cargo xtask sanitize                valgrind, Miri and the address sanitizer on what is unsafe; skipped, and said, where
+                                    valgrind or a nightly toolchain is absent
 
 A MODEL is a path such as models/race.yaml.";
 

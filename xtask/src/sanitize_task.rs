@@ -1,10 +1,12 @@
-//! `sanitize`: Miri and the address sanitizer on what is `unsafe`: the lanes of `generated`, the triangle's registers of
-//! `identification`, the fused tape of `expr`.
+//! `sanitize`: valgrind, Miri and the address sanitizer on what is `unsafe`: the lanes of `generated`, the triangle's
+//! registers of `identification`, the fused tape of `expr`.
 //!
-//! Both need a nightly compiler, and Miri its component and `rust-src`. What is not there is said and is no failure.
+//! The latter two need a nightly compiler, and Miri its component and `rust-src`. What is not there is said and is no
+//! failure.
 //!
 //! | | runs | leaves out |
 //! |---|---|---|
+//! | valgrind | the tests of the kernels, on the registers that it knows: AVX2 with FMA, no AVX-512 | |
 //! | address sanitizer | all tests of the libraries of these packages, and those of the lanes, on all registers that the processor has | |
 //! | Miri | the tests of the kernels, each for no vectors, for AVX2 with FMA and for AVX-512 | robots of more than three coordinates: an hour |
 //!
@@ -12,7 +14,7 @@
 
 use std::process::Command;
 
-use crate::cargo::{done, host, root, target};
+use crate::cargo::{done, host, root, said, target};
 
 /// Tests of kernels: package, what cargo selects of it, and part of their names.
 const KERNELS: [[&str; 3]; 3] = [
@@ -28,12 +30,28 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
     if let Some(argument) = arguments.first() {
         return Err(format!("sanitize takes no argument; found `{argument}`"));
     }
+    valgrind()?;
     let Some(nightly) = nightly() else {
         println!("SKIPPED: neither Miri nor the address sanitizer: rustup has no nightly toolchain");
         return Ok(());
     };
     miri(&nightly)?;
     address(&nightly)
+}
+
+fn valgrind() -> Result<(), String> {
+    if said(Command::new("valgrind").arg("--version")).is_empty() {
+        println!("SKIPPED: valgrind: it is not installed");
+        return Ok(());
+    }
+    let runner = format!("CARGO_TARGET_{}_RUNNER", host()?.to_uppercase().replace('-', "_"));
+    for [package, tests, name] in KERNELS {
+        println!("== valgrind: {package} {tests} {name}");
+        let mut test = Command::new("cargo");
+        test.args(["test", "--quiet", "--locked", "--package", package, tests, "--", name]).current_dir(root());
+        done(test.env(&runner, "valgrind --quiet --error-exitcode=9"), &format!("valgrind on {package}"))?;
+    }
+    Ok(())
 }
 
 fn miri(nightly: &str) -> Result<(), String> {
@@ -78,10 +96,4 @@ fn nightly() -> Option<String> {
     let text = said(Command::new("rustup").args(["toolchain", "list"]));
     let names = text.lines().filter_map(|line| line.split_whitespace().next());
     names.filter(|name| name.starts_with("nightly")).max().map(str::to_string)
-}
-
-/// What a command prints; nothing where there is no such command.
-fn said(command: &mut Command) -> String {
-    let output = command.output().map(|output| output.stdout).unwrap_or_default();
-    String::from_utf8_lossy(&output).into_owned()
 }

@@ -83,7 +83,7 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
         }
         #[doc = #entries_doc]
         #[inline(always)]
-        fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
+        pub fn #entries<R: Real>(#arguments mut set: impl FnMut(usize, usize, usize, R)) {
             #(#statements)*
         }
     }

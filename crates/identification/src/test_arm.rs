@@ -1,9 +1,24 @@
-//! The fixture of the unit tests: a pendulum, the smallest robot with inertia and gravity. It hangs on a fixed pivot.
+//! The fixtures of the unit tests: a pendulum, the smallest robot with inertia and gravity, which hangs on a fixed pivot;
+//! and a mass on a rail.
 //! Whole arms are tested in the package `tests`.
 
 use crate::model::parameter::BaseParameter;
 use crate::model::regressor::Regressor;
 use crate::model::states::States;
+use crate::simulate::dynamics::Dynamics;
+
+/// One mass on a rail, kg.
+pub struct Mass(pub f64);
+
+impl Dynamics for Mass {
+    fn n_coordinates(&self) -> usize {
+        1
+    }
+
+    fn fill(&self, _: &[f64], _: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
+        (inertia[0], bias[0]) = (self.0, 0.0);
+    }
+}
 
 /// tau = ZZ ddq + MX g cos q + MY g (-sin q).
 pub struct Pendulum {

@@ -6,6 +6,7 @@
 #![warn(missing_docs)]
 
 mod abreast;
+mod ahead;
 mod cleaning;
 mod columns;
 mod error;

@@ -96,8 +96,14 @@ impl Log {
         // Tables that are taken part by part come from files without lines, whose rows are all alike.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
         let mut report = LogReport { rows: range.len(), ragged, ..LogReport::default() };
-        let rows = usable_rows(table, columns, range, after, &mut report);
-        let take = |s: &Source| rows.iter().map(|&r| s.factor * table.columns[s.column][r]).collect();
+        let rows = usable_rows(table, columns, range.clone(), after, &mut report);
+        let take = |s: &Source| -> Vec<f64> {
+            let column = &table.columns[s.column];
+            match rows.len() == range.len() {
+                true => column[range.clone()].iter().map(|x| s.factor * x).collect(),
+                false => rows.iter().map(|&r| s.factor * column[r]).collect(),
+            }
+        };
         let series = |sources: &[Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
         Ok(Log {
             name: table.file.clone(),

@@ -111,9 +111,8 @@ impl PackedLog {
 
     /// Appends samples to a log of the same series.
     pub fn append_to(&self, log: &mut Log, range: Range<usize>) {
-        for (all, series) in log.series_mut().zip(&self.series) {
-            series.append_to(all, range.clone());
-        }
+        let pairs: Vec<(&mut Vec<f64>, &Series)> = log.series_mut().zip(&self.series).collect();
+        abreast(range.len(), pairs, |(all, series)| series.append_to(all, range.clone()));
         match &self.rows {
             Rows::From(first) => log.rows.extend(range.map(|i| first + i)),
             Rows::Listed(rows) => log.rows.extend_from_slice(&rows[range]),

@@ -3,14 +3,11 @@
 use std::ops::Range;
 
 use crate::Error;
+use crate::ahead::{READ, RowsAhead};
 use crate::columns::mapping::Columns;
-use crate::formats::delimited::TableReader;
 use crate::log::Log;
 use crate::packed::PackedLog;
 use crate::table::Table;
-
-/// Rows that are read at once: their numbers stay in the cache on the way into a block.
-pub(crate) const READ: usize = 1 << 15;
 
 /// Rows on their way into a block.
 pub(crate) enum Part<'a> {
@@ -67,7 +64,7 @@ impl Part<'_> {
 /// The usable rows of the next block of a text, whose first rows are `next`; the rows of the file up to its end, and the
 /// rows behind it.
 pub(crate) fn read_block(
-    reader: &mut TableReader,
+    ahead: &mut RowsAhead,
     mut next: Table,
     columns: &Columns,
     mut after: f64,
@@ -80,9 +77,9 @@ pub(crate) fn read_block(
     }
     loop {
         after = all.t.last().copied().unwrap_or(after);
-        let left = block - rows.len();
-        next = reader.rows(READ.min(if left > 0 { left } else { block }))?;
-        if left == 0 || next.rows() == 0 {
+        let is_full = rows.len() == block;
+        next = ahead.next()?;
+        if is_full || next.rows() == 0 {
             return Ok((all, rows, next));
         }
         rows.end += next.rows();

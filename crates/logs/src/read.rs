@@ -44,7 +44,7 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
     opened(&file, source, again)
 }
 
-fn opened(file: &str, mut source: impl Read + 'static, again: bool) -> Result<Opened, Error> {
+fn opened(file: &str, mut source: impl Read + Send + 'static, again: bool) -> Result<Opened, Error> {
     let failed = |e: std::io::Error| Error::at(file, 0, format!("cannot be read: {e}"));
     let mut head = Vec::new();
     source.by_ref().take(HEAD as u64).read_to_end(&mut head).map_err(failed)?;

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use crate::Error;
+use crate::abreast::abreast;
+use crate::ahead::RowsAhead;
 use crate::cleaning::account::LogReport;
 use crate::cleaning::suspects::unwrap;
 use crate::columns::mapping::Columns;
@@ -16,12 +18,12 @@ use crate::columns::words::Quantity;
 use crate::formats::delimited::TableReader;
 use crate::log::{Effort, Log, Window};
 use crate::packed::PackedLog;
-use crate::part::{Part, READ, read_block};
+use crate::part::{Part, read_block};
 use crate::read::{self, Opened};
 use crate::table::Table;
 
 /// Rows of a block.
-const BLOCK: usize = 1 << 18;
+const BLOCK: usize = 1 << 17;
 
 /// Numbers up to which a log is held: 384 MiB, two million rows of seven joints.
 const HELD: usize = 3 << 24;
@@ -38,7 +40,7 @@ pub enum LogSource {
 }
 
 impl LogSource {
-    /// Opens a file and finds the columns of the coordinates in it. What has more than 262144 rows is gone through block by
+    /// Opens a file and finds the columns of the coordinates in it. What has more than 131072 rows is gone through block by
     /// block; text of more than 50 million numbers of the robot is read again at every pass.
     ///
     /// Fails as `Log::read` does.
@@ -63,7 +65,8 @@ impl LogSource {
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
         reader.keep(columns.sources().map(|source| source.column));
-        let mut next = reader.rows(READ.min(block))?;
+        let mut ahead = RowsAhead::new(reader, block);
+        let mut next = ahead.next()?;
         if next.rows() == 0 {
             return Ok((LogSource::Held(Log::from_table(&first, &columns)?), columns));
         }
@@ -73,7 +76,7 @@ impl LogSource {
         let held = held.min(HELD / columns.sources().count());
         let mut is_held = true;
         while next.rows() > 0 {
-            let (part, rows, following) = read_block(&mut reader, next, &columns, account.end, block)?;
+            let (part, rows, following) = read_block(&mut ahead, next, &columns, account.end, block)?;
             is_held &= rows.end <= held;
             if !is_held && !again {
                 let message = format!(
@@ -266,9 +269,10 @@ impl LogStream {
                 // The names are settled with the first rows of units, which belong to the header.
                 reader.keep(self.columns.sources().map(|source| source.column));
                 let block = blocks * self.block;
-                let mut next = reader.rows(READ.min(block))?;
+                let mut ahead = RowsAhead::new(reader, block);
+                let mut next = ahead.next()?;
                 while next.rows() > 0 {
-                    let (part, rows, following) = read_block(&mut reader, next, &self.columns, after, block)?;
+                    let (part, rows, following) = read_block(&mut ahead, next, &self.columns, after, block)?;
                     (count, next) = (rows.end, following);
                     after = part.t.last().copied().unwrap_or(after);
                     take(Part::Read(Box::new(part)))?;
@@ -301,9 +305,7 @@ impl LogStream {
                 next.append_to(&mut block, 0..after);
             }
             // Parts were unwrapped by themselves: their ends may be turns apart.
-            block.q.iter_mut().for_each(|q| {
-                unwrap(q);
-            });
+            abreast(block.len(), block.q.iter_mut().collect(), |q| unwrap(q));
             take(self.described(block))
         };
         self.parts((4 * reach).div_ceil(self.block).max(1), &mut |next| {

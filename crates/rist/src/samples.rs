@@ -153,7 +153,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let rotors = with_rotors.and_then(|rows| rows.remark(regressor, &fit.observation, &options));
+    let rotors = with_rotors.and_then(|rows| rows.remark(regressor, fit.estimate.cross_validation?, &options));
 
     let described = described.map(|x| described_error(model, &fit, &options, &x));
     if request.essential {

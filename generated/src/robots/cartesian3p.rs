@@ -59,7 +59,7 @@ pub fn base_regressor_non_zeros<R: Real>(
 }
 /// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
 #[inline(always)]
-fn base_regressor_entries<R: Real>(
+pub fn base_regressor_entries<R: Real>(
     _q: &[R; 3],
     _dq: &[R; 3],
     ddq: &[R; 3],

@@ -57,7 +57,7 @@ pub fn base_regressor_non_zeros<R: Real>(
 }
 /// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
 #[inline(always)]
-fn base_regressor_entries<R: Real>(
+pub fn base_regressor_entries<R: Real>(
     q: &[R; 2],
     dq: &[R; 2],
     ddq: &[R; 2],

@@ -323,7 +323,7 @@ pub fn base_regressor_non_zeros<R: Real>(
 }
 /// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
 #[inline(always)]
-fn base_regressor_entries<R: Real>(
+pub fn base_regressor_entries<R: Real>(
     q: &[R; 7],
     dq: &[R; 7],
     ddq: &[R; 7],

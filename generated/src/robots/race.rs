@@ -126,7 +126,7 @@ pub fn base_regressor_non_zeros<R: Real>(
 }
 /// Hands every entry that is not always zero to `set`, after its number in `NON_ZEROS`, row and column.
 #[inline(always)]
-fn base_regressor_entries<R: Real>(
+pub fn base_regressor_entries<R: Real>(
     q: &[R; 3],
     dq: &[R; 3],
     ddq: &[R; 3],

@@ -1,4 +1,5 @@
-//! Times of alternatives, side by side: what one machine says of another run is worth little.
+//! Times of alternatives, side by side, each held against a truth: what one machine says of another run is worth little,
+//! and the time of a wrong result nothing.
 //!
 //! The alternatives take turns; of each turn's repetitions the median counts, and of the medians the
 //! best: other programs on the machine can only slow a turn down, and seldom all of them.
@@ -13,45 +14,102 @@ const REPETITION: Duration = Duration::from_micros(300);
 /// What takes longer than this gets one turn.
 const LONG: Duration = Duration::from_millis(50);
 
-/// One way to do `units` units of work.
+/// A larger difference is no rounding: some ten thousand operations of 1e-16 each on terms that exceed the largest torque
+/// of a joint by a factor of ten.
+const ROUNDING: f64 = 1e-11;
+
+/// One way to do `units` units of work, and how far it is from the truth.
 pub struct Alternative<'a> {
     name: &'a str,
     units: usize,
-    work: Box<dyn FnMut() + 'a>,
+    work: Result<Box<dyn FnMut() + 'a>, &'a str>,
+    difference: Option<Box<dyn Fn() -> f64 + 'a>>,
 }
 
-pub fn alternative<'a, T>(name: &'a str, units: usize, mut work: impl FnMut() -> T + 'a) -> Alternative<'a> {
-    Alternative { name, units, work: Box::new(move || drop(black_box(work()))) }
+impl<'a> Alternative<'a> {
+    pub fn new<T>(name: &'a str, units: usize, mut work: impl FnMut() -> T + 'a) -> Alternative<'a> {
+        Alternative { name, units, work: Ok(Box::new(move || drop(black_box(work())))), difference: None }
+    }
+
+    /// What cannot be timed, and why.
+    pub fn not_timed(name: &'a str, why: &'a str) -> Alternative<'a> {
+        Alternative { name, units: 1, work: Err(why), difference: None }
+    }
+
+    /// Relative difference of what it finds from what is true.
+    pub fn held(self, difference: impl Fn() -> f64 + 'a) -> Alternative<'a> {
+        Alternative { difference: Some(Box::new(difference)), ..self }
+    }
+
+    /// s that so many calls take; infinite where it is not timed.
+    fn run(&mut self, calls: u32) -> f64 {
+        let Ok(work) = &mut self.work else { return f64::INFINITY };
+        let start = Instant::now();
+        for _ in 0..calls {
+            work();
+        }
+        start.elapsed().as_secs_f64()
+    }
+
+    fn difference(&self) -> f64 {
+        self.difference.as_ref().map_or(f64::INFINITY, |difference| difference())
+    }
 }
 
-/// Prints ns a unit of each alternative, and how many times faster it is than the first.
-pub fn compare(title: &str, mut alternatives: Vec<Alternative>) {
+/// A table of alternatives.
+#[derive(Default)]
+pub struct Comparison {
+    wrong: Vec<String>,
+}
+
+impl Comparison {
+    /// Prints a line of each alternative of a work: ns a unit, how many times faster it is than the first that was timed,
+    /// and its difference from the truth.
+    pub fn of(&mut self, work: &str, mut alternatives: Vec<Alternative>) {
+        let before: Vec<f64> = alternatives.iter().map(Alternative::difference).collect();
+        let best = best_times(&mut alternatives);
+        let first = best.iter().copied().find(|seconds| seconds.is_finite()).unwrap_or(f64::INFINITY);
+        for ((alternative, seconds), before) in alternatives.iter().zip(&best).zip(before) {
+            let name = alternative.name;
+            if let Err(why) = alternative.work {
+                println!("| {work} | {name} | not timed | | {why} |");
+                continue;
+            }
+            let difference = before.max(alternative.difference());
+            if difference > ROUNDING {
+                self.wrong.push(format!("{work}, {name}: {difference:.1e}"));
+            }
+            println!("| {work} | {name} | {:.1} | {:.2} | {difference:.0e} |", seconds * 1e9, first / seconds);
+        }
+    }
+
+    /// Fails where something was wrong.
+    pub fn finish(self) {
+        if !self.wrong.is_empty() {
+            eprintln!("not what the recursion says, beyond rounding: {}", self.wrong.join("; "));
+            std::process::exit(1);
+        }
+    }
+}
+
+/// s a unit of each alternative; infinite where it is not timed.
+fn best_times(alternatives: &mut [Alternative]) -> Vec<f64> {
     let once: Vec<f64> = alternatives
         .iter_mut()
         .map(|a| {
-            (a.work)();
-            time(1, &mut a.work).max(1e-9)
+            a.run(1);
+            a.run(1).max(1e-9)
         })
         .collect();
-    let calls: Vec<u32> = once.iter().map(|once| (REPETITION.as_secs_f64() / once).ceil() as u32).collect();
-    let long = once.iter().any(|once| *once > LONG.as_secs_f64());
+    let calls: Vec<u32> = once.iter().map(|once| (REPETITION.as_secs_f64() / once).ceil().max(1.0) as u32).collect();
+    let is_long = once.iter().any(|once| once.is_finite() && *once > LONG.as_secs_f64());
     let mut best = vec![f64::INFINITY; alternatives.len()];
-    for _ in 0..if long { 1 } else { TURNS } {
-        for (k, a) in alternatives.iter_mut().enumerate() {
-            let mut seconds: [f64; REPETITIONS] = std::array::from_fn(|_| time(calls[k], &mut a.work));
+    for _ in 0..if is_long { 1 } else { TURNS } {
+        for ((a, calls), best) in alternatives.iter_mut().zip(&calls).zip(&mut best) {
+            let mut seconds: [f64; REPETITIONS] = std::array::from_fn(|_| a.run(*calls));
             seconds.sort_by(f64::total_cmp);
-            best[k] = best[k].min(seconds[REPETITIONS / 2] / f64::from(calls[k]) / a.units as f64);
+            *best = best.min(seconds[REPETITIONS / 2] / f64::from(*calls) / a.units as f64);
         }
     }
-    for (a, seconds) in alternatives.iter().zip(&best) {
-        println!("| {title} | {} | {:.1} | {:.2} |", a.name, seconds * 1e9, best[0] / seconds);
-    }
-}
-
-fn time(calls: u32, work: &mut dyn FnMut()) -> f64 {
-    let start = Instant::now();
-    for _ in 0..calls {
-        work();
-    }
-    start.elapsed().as_secs_f64()
+    best
 }

@@ -26,6 +26,9 @@ pub struct Triangle {
     pub rows: usize,
 }
 
+/// What is left of a column after those before it, relative to it, is rounding below this.
+const VOID: f64 = 1e-10;
+
 /// Rows on their way into a triangle.
 #[derive(Clone, Debug)]
 pub struct TriangleBuilder {
@@ -176,6 +179,23 @@ impl Triangle {
             residual += (z - fit) * (z - fit);
         }
         (total, residual)
+    }
+
+    /// The least-squares solution x; zero where a column tells nothing beside those before it.
+    pub fn solution(&self) -> Vec<f64> {
+        self.back_substitute(&|i| self.at(i, self.p))
+    }
+
+    /// R x = right; zero where a column tells nothing beside those before it.
+    pub fn back_substitute(&self, right: &dyn Fn(usize) -> f64) -> Vec<f64> {
+        let mut x = vec![0.0; self.p];
+        for i in (0..self.p).rev() {
+            if self.at(i, i).abs() > VOID * self.column_norm(i) {
+                let tail: f64 = (i + 1..self.p).map(|j| self.at(i, j) * x[j]).sum();
+                x[i] = (right(i) - tail) / self.at(i, i);
+            }
+        }
+        x
     }
 
     /// |W_c|, the norm of a column of the rows.

@@ -6,7 +6,6 @@
 
 use logs::Error;
 
-use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::weighted::{Weights, fit};
@@ -64,7 +63,7 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     for ((mut rest, behind), part) in before.into_iter().zip(behind.iter().rev()).zip(&tenths) {
         rest.merge(behind, 1.0);
         rest.merge(&held(&rest, &whole.x), 1.0);
-        let x = solve(&rest).x;
+        let x = rest.solution();
         let squares = |triangle: &Triangle| {
             let (torque, left) = triangle.squares(&x);
             Squares { torque, left, rows: triangle.rows }

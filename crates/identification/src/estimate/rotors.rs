@@ -54,14 +54,11 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// A sentence where rotor inertias predict the tenths left out better; `observation` is that of the records without
-    /// them.
-    pub fn remark(&self, regressor: &dyn Regressor, observation: &Observation, options: &Options) -> Option<String> {
+    /// A sentence where rotor inertias predict the tenths left out better than the model `without` them.
+    pub fn remark(&self, regressor: &dyn Regressor, without: f64, options: &Options) -> Option<String> {
         let couplings = options.transmission.coupled();
-        let total = |friction: &[FrictionTerm], observation: &Observation| {
-            cross_validate(&Model::new(regressor, friction, &couplings), observation, options.weights).total
-        };
-        let (without, with) = (total(&options.friction, observation), total(&self.friction, &self.observation));
+        let model = Model::new(regressor, &self.friction, &couplings);
+        let with = cross_validate(&model, &self.observation, options.weights).total;
         (with < WORTH * without && without > NOTHING_LEFT).then(|| {
             format!(
                 "the model has no rotor inertias; with them (--rotor-inertia actuated) the error on tenths left out is \

@@ -77,8 +77,8 @@ pub struct Evidence<'a> {
 }
 
 /// chi^2 per freedom above which the model lacks something. It is 0.3 to 0.7 in simulations whose model is right, for what
-/// scatters between periods holds the chatter of the controller too; 2.8 with a ripple of 2 %, 18 where joints bend, 32 where
-/// torques are 1.5 ms late (`tests/tests/identification/misfit.rs`).
+/// scatters between periods holds the chatter of the controller too; 2.8 with a ripple of 2 %, 950 where joints bend at 25 Hz,
+/// 32 where torques are 1.5 ms late (`tests/tests/identification/misfit.rs`).
 pub const LACKING: f64 = 2.0;
 
 /// An error on data that were not fitted above which parameters predict nothing.

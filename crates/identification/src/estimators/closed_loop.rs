@@ -200,7 +200,7 @@ fn residual_variance(
 mod tests {
     use super::*;
     use crate::algebra::random::Random;
-    use crate::signals::gradient::gradient;
+    use crate::signals::differences::Differences;
     use crate::test_arm::{Loop, Pendulum};
 
     /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.
@@ -210,8 +210,8 @@ mod tests {
         let mut states = control.simulate(&arm.truth).unwrap();
         let mut random = Random::new(seed);
         states.q.iter_mut().for_each(|q| *q += noise * random.normal());
-        states.dq = gradient(&states.q, &states.t);
-        states.ddq = gradient(&states.dq, &states.t);
+        states.dq = Differences::new(&states.t).of(&states.q);
+        states.ddq = Differences::new(&states.t).of(&states.dq);
         states.tau.iter_mut().for_each(|t| *t += 0.05 * random.normal());
         (arm, control, states)
     }
@@ -260,8 +260,8 @@ mod tests {
         for _ in 0..40 {
             let mut states = clean.clone();
             states.q.iter_mut().for_each(|q| *q += 1e-3 * random.normal());
-            states.dq = gradient(&states.q, &states.t);
-            states.ddq = gradient(&states.dq, &states.t);
+            states.dq = Differences::new(&states.t).of(&states.q);
+            states.ddq = Differences::new(&states.t).of(&states.dq);
             states.tau.iter_mut().for_each(|t| *t += NOISE * random.normal());
             let start = arm.truth.map(|x| 1.2 * x);
             let by = |method| simulated(&model, &states, &control, &start, method).unwrap().x;

@@ -95,14 +95,14 @@ const REWEIGHTINGS: usize = 3;
 /// Solves with the weights asked for; also returns the weights.
 pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
-    let mut solution = solve(&weighted(joints, &w));
     if weights != Weights::None {
         for _ in 0..REWEIGHTINGS {
-            w = joints.iter().map(|joint| inverse_std(joint, &solution.x)).collect();
-            solution = solve(&weighted(joints, &w));
+            // Every solution leaves the same residuals.
+            let x = weighted(joints, &w).solution();
+            w = joints.iter().map(|joint| inverse_std(joint, &x)).collect();
         }
     }
-    (solution, w)
+    (solve(&weighted(joints, &w)), w)
 }
 
 /// 1 / root mean square of the residual; a joint without rows or without residual counts as it is.

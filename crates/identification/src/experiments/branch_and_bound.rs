@@ -1,59 +1,26 @@
 //! The best plan of N experiments, proven: branch and bound over how often each candidate is run.
 //!
 //! A node is a set of bounds low <= x <= high. Its relaxed design ([`crate::experiments::relaxed_design`]) bounds what any
-//! plan within can reach. Bounds of variables that the tangent at that design settles are tightened; then the variable
-//! that is the farthest from a whole number is split. The node with the greatest bound comes next, so that the bound of
-//! the whole falls; it ends within a tolerance, or after so many nodes, with the gap that is left.
-//! [Ponte, Fampa, Lee 2023]
+//! plan within can reach. Bounds of variables that the tangent at that design settles are tightened; then the variable is
+//! split whose two sides lose the most by the second-order model. The nodes with the greatest bounds come next, some at a
+//! time on all processors, so that the bound of the whole falls; it ends within a tolerance, or after so many nodes, with
+//! the gap that is left. [Ponte, Fampa, Lee 2023]
 //!
-//! What is kept is the proof: a tree of splits whose leaves name a design. Every leaf's bound follows from its design and
-//! the splits above it, so that the bound of the whole can be found again from the tree and the candidates alone.
+//! What is kept is the proof ([`crate::experiments::plan_proof`]).
 //!
-//! Not here: the Gamma bound of the same paper, which is the tighter one where N is little above what full rank takes.
+//! Not here: the Gamma bound of the same paper, for N little above what full rank takes. Experiments of several rows have
+//! full rank with fewer runs than parameters, and the natural bound proves the plans of the RACE without it.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-use std::rc::Rc;
+use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
+use crate::algebra::in_order::in_order;
 use crate::algebra::information_matrix::Rows;
 use crate::algebra::interruption::Interruption;
 use crate::experiments::exchange::{Criterion, scales, value_of};
+use crate::experiments::plan_node::{Choice, Look, Open, cuts};
+use crate::experiments::plan_proof::{PlanProof, equal_candidates};
 use crate::experiments::relaxed_design::{Bounds, Tangent, relaxed};
-
-/// A node of a proof.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ProofNode {
-    /// Plans that run a candidate at most so often, and those that run it more often.
-    Split {
-        /// Index of the candidate.
-        candidate: usize,
-        /// Runs at most, below.
-        at_most: usize,
-        /// Node of those that run it at most so often.
-        below: usize,
-        /// Node of the others.
-        above: usize,
-    },
-    /// Plans that the tangent at a design bounds.
-    Leaf {
-        /// Index of the design.
-        design: usize,
-    },
-}
-
-/// A proof that no plan is better than it says.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PlanProof {
-    /// log det F of any plan of as many experiments, rows over their noise.
-    pub log_det_at_most: f64,
-    /// Designs: (candidate, how often), of those above zero.
-    pub designs: Vec<Vec<(usize, f64)>>,
-    /// The first node is the root.
-    pub tree: Vec<ProofNode>,
-}
 
 /// The best plan found, with its proof.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,193 +42,145 @@ pub struct Work {
     pub tolerance: f64,
 }
 
-/// Steps of an ascent at the root, and at a node, which begins where the one above ended.
-const ROOT_STEPS: usize = 3000;
-const STEPS: usize = 150;
-/// A fraction nearer to a whole number is one.
-const WHOLE: f64 = 1e-6;
+/// Newton steps at the root.
+const ROOT_STEPS: usize = 60;
+/// Of the tolerance: a relaxed design this near to the best one is left.
+const ASCENT: f64 = 0.01;
+/// Nodes looked at between two changes of the tree, however many processors there are.
+const BATCH: usize = 16;
 
-/// A node still to be looked at.
-struct Open {
-    bound: f64,
-    node: usize,
-    bounds: Bounds,
-    /// What bounds it so far, and the design of that.
-    tangent: Rc<Tangent>,
-    design: usize,
-    /// Where an ascent begins.
-    x: Rc<Vec<f64>>,
-}
-
-impl PartialEq for Open {
-    fn eq(&self, other: &Open) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Open {}
-
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Open) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Open {
-    /// The greatest bound first, of equals the oldest.
-    fn cmp(&self, other: &Open) -> Ordering {
-        self.bound.total_cmp(&other.bound).then(other.node.cmp(&self.node))
-    }
-}
-
-impl Open {
-    /// Its plans with at most so many of a candidate, and those with more, at these nodes.
-    fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [Open; 2] {
-        let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
-        below.high[candidate] = at_most;
-        above.low[candidate] = at_most + 1;
-        let half = |node, bounds: Bounds| {
-            let (bound, _) = self.tangent.bound(&bounds, count);
-            Open { bound, node, bounds, design: self.design, tangent: self.tangent.clone(), x: self.x.clone() }
-        };
-        [half(nodes[0], below), half(nodes[1], above)]
-    }
+/// The state of a search.
+struct Search {
+    choice: Choice,
+    best: (f64, Vec<usize>),
+    /// Of log det F.
+    tolerance: f64,
+    proof: PlanProof,
+    open: BinaryHeap<Open>,
+    /// What leaves that are done with allow.
+    closed: f64,
 }
 
 /// A better plan than `chosen` where there is one, and what no plan of as many experiments exceeds; `None` where the
 /// candidates together have not full rank, or nothing is chosen. Interrupted, it gives what is proven until then.
 pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Option<ProvenPlan> {
     let p = blocks.first().map_or(0, Rows::width);
-    let count = chosen.len();
     let scale = scales(p, blocks.iter());
     let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
     let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
-    let mut best = (value_of(&blocks, chosen, Criterion::Determinant), chosen.to_vec());
-    let tolerance = work.tolerance * p as f64;
-
-    let bounds = Bounds { low: vec![0; blocks.len()], high: vec![count; blocks.len()] };
-    let even = vec![count as f64 / blocks.len().max(1) as f64; blocks.len()];
-    let mut proof = Proof::default();
-    let root = relaxed(&blocks, &bounds, count, &even, (f64::NEG_INFINITY, 0.1 * tolerance), ROOT_STEPS)?;
-    let (design, node) = (proof.add_design(&root.x), proof.add_leaf(0));
-    let mut open = BinaryHeap::new();
-    // What leaves that are done with allow.
-    let mut closed = f64::NEG_INFINITY;
+    let mut search = Search::at_root(&blocks, chosen, work.tolerance * p as f64)?;
     let mut looked_at = 0;
-    open.push(Open { bound: root.bound, node, bounds, design, tangent: Rc::new(root.tangent), x: Rc::new(root.x) });
-    while let Some(mut next) = open.pop() {
-        if next.bound <= best.0 + tolerance || looked_at >= work.nodes || Interruption::check().is_err() {
-            closed = closed.max(next.bound);
+    while looked_at < work.nodes && Interruption::check().is_ok() {
+        let batch = search.next(BATCH.min(work.nodes - looked_at));
+        if batch.is_empty() {
             break;
         }
-        looked_at += 1;
-        let goal = (best.0 + tolerance, 0.1 * tolerance);
-        if let Some(found) = relaxed(&blocks, &next.bounds, count, &next.x, goal, STEPS) {
-            if let Some(plan) = rounded(&found.x, &next.bounds, count) {
-                let value = value_of(&blocks, &plan, Criterion::Determinant);
-                best = if value > best.0 { (value, plan) } else { best };
-            }
-            next.x = Rc::new(found.x);
-            // The tangent above may be the better one here.
-            if found.bound < next.bound {
-                next.bound = found.bound;
-                next.tangent = Rc::new(found.tangent);
-                next.design = proof.add_design(&next.x);
-                proof.tree[next.node] = ProofNode::Leaf { design: next.design };
-            }
-        }
-        let known = best.0 + tolerance;
-        if next.bound > known {
-            tighten(&mut next, known, count, &mut proof, &mut closed);
-        }
-        let Some((candidate, at_most)) = split(&next.x, &next.bounds).filter(|_| next.bound > known) else {
-            closed = closed.max(next.bound);
-            continue;
-        };
-        let (below, above) = proof.split(next.node, candidate, at_most, next.design);
-        for child in next.halves(candidate, at_most, [below, above], count) {
-            if child.bound <= known { closed = closed.max(child.bound) } else { open.push(child) }
-        }
+        looked_at += batch.len();
+        search.step(batch);
     }
-    let bound = open.iter().map(|o| o.bound).fold(closed.max(best.0), f64::max);
-    let mut chosen = best.1;
+    let open = search.open.iter().map(|o| o.bound);
+    let bound = open.fold(search.closed.max(search.best.0), f64::max);
+    let (value, mut chosen) = search.best;
     chosen.sort_unstable();
-    let proof = PlanProof { log_det_at_most: bound - log_scale, designs: proof.designs, tree: proof.tree };
-    Some(ProvenPlan { chosen, value: best.0 - log_scale, proof })
+    let proof = PlanProof { log_det_at_most: bound - log_scale, ..search.proof.without_unused() };
+    Some(ProvenPlan { chosen, value: value - log_scale, proof })
 }
 
-/// The tree as it grows.
-#[derive(Default)]
-struct Proof {
-    designs: Vec<Vec<(usize, f64)>>,
-    tree: Vec<ProofNode>,
-}
-
-impl Proof {
-    fn add_design(&mut self, x: &[f64]) -> usize {
-        self.designs.push(x.iter().copied().enumerate().filter(|(_, x)| *x > 0.0).collect());
-        self.designs.len() - 1
+impl Search {
+    /// The search with its root in the tree: equal candidates are one, and those that no good plan runs are left out.
+    fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<Search> {
+        let count = chosen.len();
+        let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
+        let known = best.0 + tolerance;
+        let equal = equal_candidates(blocks);
+        let is_kept = |i: &usize| equal.binary_search_by_key(i, |e| e.0).is_err();
+        let all = Choice::of(blocks, (0..blocks.len()).filter(is_kept).collect(), count);
+        let m = all.index.len();
+        let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
+        let goal = (f64::NEG_INFINITY, ASCENT * tolerance);
+        let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, ROOT_STEPS)?;
+        let mut proof = PlanProof::new(equal, all.design(&root.x));
+        let (mut node, mut closed) = (0, f64::NEG_INFINITY);
+        let mut left: Vec<usize> = (0..m).collect();
+        for cut in cuts(&root.tangent, &bounds, known, count) {
+            if cut.keeps_below && cut.at_most == 0 {
+                node = proof.split(node, all.index[cut.candidate], 0, 0)[0];
+                left.retain(|i| *i != cut.candidate);
+                closed = known;
+            }
+        }
+        let of = |x: &[f64]| -> Vec<f64> { left.iter().map(|&i| x[i]).collect() };
+        let first = Open {
+            bound: root.bound,
+            node,
+            bounds: Bounds { low: vec![0; left.len()], high: vec![count; left.len()] },
+            design: 0,
+            tangent: Arc::new(Tangent { constant: root.tangent.constant, gain: of(&root.tangent.gain) }),
+            x: Arc::new(of(&root.x)),
+        };
+        let choice = Choice::of(blocks, left.iter().map(|&i| all.index[i]).collect(), count);
+        Some(Search { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
-    fn add_leaf(&mut self, design: usize) -> usize {
-        self.tree.push(ProofNode::Leaf { design });
-        self.tree.len() - 1
+    /// A bound that ends the work at a node.
+    fn known(&self) -> f64 {
+        self.best.0 + self.tolerance
     }
 
-    /// Splits a leaf into two with the same design.
-    fn split(&mut self, node: usize, candidate: usize, at_most: usize, design: usize) -> (usize, usize) {
-        let (below, above) = (self.tree.len(), self.tree.len() + 1);
-        self.tree.extend([ProofNode::Leaf { design }; 2]);
-        self.tree[node] = ProofNode::Split { candidate, at_most, below, above };
-        (below, above)
+    /// The nodes with the greatest bounds, of those that are above what is known.
+    fn next(&mut self, most: usize) -> Vec<Open> {
+        let known = self.known();
+        let mut batch = Vec::new();
+        while batch.len() < most && self.open.peek().is_some_and(|o| o.bound > known) {
+            batch.extend(self.open.pop());
+        }
+        batch
     }
-}
 
-/// Takes away what the tangent shows to hold no plan better than `known`: each cut is a split with a leaf that is done.
-fn tighten(next: &mut Open, known: f64, count: usize, proof: &mut Proof, closed: &mut f64) {
-    let (bound, price) = next.tangent.bound(&next.bounds, count);
-    let slack = bound - known;
-    for i in 0..next.bounds.low.len() {
-        let worth = next.tangent.gain[i] - price;
-        // How far a candidate can be from the bound that its worth sends it to before the tangent falls to what is known.
-        let steps = (slack / worth.abs()).floor();
-        let reach = if steps.is_finite() && steps < 1e6 { steps.max(0.0) as usize } else { continue };
-        let (low, high) = (next.bounds.low[i], next.bounds.high[i]);
-        if worth < 0.0 && low + reach < high {
-            let (below, _) = proof.split(next.node, i, low + reach, next.design);
-            (next.node, next.bounds.high[i]) = (below, low + reach);
-            *closed = closed.max(known);
-        } else if worth > 0.0 && high > low + reach {
-            let (_, above) = proof.split(next.node, i, high - reach - 1, next.design);
-            (next.node, next.bounds.low[i]) = (above, high - reach);
-            *closed = closed.max(known);
+    /// Looks at nodes and puts what is found into the tree.
+    fn step(&mut self, batch: Vec<Open>) {
+        let known = self.known();
+        let mut looks = Vec::new();
+        let look = |_, open: &Open| self.choice.look(open, known, ASCENT * self.tolerance);
+        let done: Result<(), std::convert::Infallible> = in_order(&batch, look, |_, look| {
+            looks.push(look);
+            Ok(())
+        });
+        let Ok(()) = done;
+        for (open, look) in batch.into_iter().zip(looks) {
+            self.take(open, look, known);
         }
     }
-}
 
-/// The candidate to split at and how often it is run at most on one side: the farthest from a whole number, or else the
-/// first that can vary.
-fn split(x: &[f64], bounds: &Bounds) -> Option<(usize, usize)> {
-    let varies = |i: &usize| bounds.low[*i] < bounds.high[*i];
-    let off = |i: usize| (x[i] - x[i].round()).abs();
-    let all = (0..x.len()).filter(varies);
-    let candidate = all.reduce(|a, b| if off(b) > off(a) { b } else { a })?;
-    let below = x[candidate].floor().max(bounds.low[candidate] as f64) as usize;
-    Some((candidate, below.min(bounds.high[candidate] - 1)))
-}
-
-/// The whole numbers nearest to a design with the right sum.
-fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
-    let whole = |i: usize| ((x[i] + WHOLE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
-    let mut often: Vec<usize> = (0..x.len()).map(whole).collect();
-    let mut order: Vec<usize> = (0..x.len()).filter(|&i| often[i] < bounds.high[i]).collect();
-    order.sort_by(|&a, &b| (x[b] - often[b] as f64).total_cmp(&(x[a] - often[a] as f64)).then(a.cmp(&b)));
-    let missing = count.checked_sub(often.iter().sum())?;
-    if order.len() < missing {
-        return None;
+    /// Puts what is found at a node into the tree; its cuts are those of what was known.
+    fn take(&mut self, mut open: Open, look: Look, known: f64) {
+        if let Some(plan) = look.plan.filter(|plan| plan.0 > self.best.0) {
+            self.best = plan;
+        }
+        open.bound = look.bound;
+        if let Some((tangent, x)) = look.better {
+            open.design = self.proof.set_design(open.node, self.choice.design(&x));
+            (open.tangent, open.x) = (Arc::new(tangent), Arc::new(x));
+        }
+        let Some((candidate, at_most)) = look.split.filter(|_| open.bound > self.known()) else {
+            self.closed = self.closed.max(open.bound);
+            return;
+        };
+        for cut in look.cuts {
+            let nodes = self.proof.split(open.node, self.choice.index[cut.candidate], cut.at_most, open.design);
+            open.node = nodes[usize::from(!cut.keeps_below)];
+            self.closed = self.closed.max(known);
+        }
+        open.bounds = look.bounds;
+        let nodes = self.proof.split(open.node, self.choice.index[candidate], at_most, open.design);
+        for child in open.halves(candidate, at_most, nodes, self.choice.count) {
+            if child.bound <= self.known() {
+                self.closed = self.closed.max(child.bound);
+            } else {
+                self.open.push(child);
+            }
+        }
     }
-    order[..missing].iter().for_each(|&i| often[i] += 1);
-    Some(often.iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(i, *n)).collect())
 }
 
 #[cfg(test)]

@@ -11,12 +11,13 @@ use serde::{Deserialize, Serialize};
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::TriangleBuilder;
-use crate::experiments::branch_and_bound::{PlanProof, Work, branch_and_bound};
+use crate::experiments::branch_and_bound::{Work, branch_and_bound};
 use crate::experiments::candidates::Candidate;
 use crate::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
 use crate::experiments::exchange::{Criterion, Search, exchange, scales, value_of};
 use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion};
 use crate::experiments::motion_kind::MotionKind;
+use crate::experiments::plan_proof::PlanProof;
 use crate::experiments::planned_experiment::{
     PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names,
 };

@@ -10,11 +10,22 @@
 //! experiment. An x_i is worth g_i - nu, so one that stands at a bound and is far from the price cannot leave it in any
 //! plan as good as one known.
 //!
-//! The ascent exchanges the best against the worst candidate, with an exact line search [Fedorov 1972]; the bound holds
-//! wherever it stops.
+//! The ascent is Newton's: each step is the best one of [`crate::experiments::quadratic_model`] between the bounds, halved
+//! until it gains. The bound holds wherever it stops.
 
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
-use crate::experiments::certificate::line_search;
+use crate::experiments::quadratic_model::{QuadraticModel, Room};
+
+/// Moves of the model's ascent: some for each of the candidates that are worth a run.
+const MOVES: usize = 400;
+/// Candidates that a step may add to those that are run.
+const ENTERING: usize = 40;
+/// Runs of a candidate that are next to none.
+const LITTLE: f64 = 1e-3;
+/// Parts of an experiment: what a bound loses by it is of the order of its square.
+const GRID: f64 = 1e5;
+/// Of a step that does not gain.
+const HALVINGS: i32 = 12;
 
 /// Least and greatest number of each candidate.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +52,8 @@ pub struct Relaxed {
     pub x: Vec<f64>,
     /// What it proves.
     pub tangent: Tangent,
+    /// log det F about it.
+    pub model: QuadraticModel,
     /// No design between the bounds has a greater log det.
     pub bound: f64,
 }
@@ -48,6 +61,48 @@ pub struct Relaxed {
 impl Bounds {
     fn has_room_for(&self, count: usize) -> bool {
         self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
+    }
+
+    /// Leaves plans with a candidate at most so often, or the others.
+    pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
+        if keeps_below {
+            self.high[candidate] = self.high[candidate].min(at_most);
+        } else {
+            self.low[candidate] = self.low[candidate].max(at_most + 1);
+        }
+    }
+
+    /// How far each candidate may go from a design.
+    pub fn room(&self, x: &[f64]) -> Room {
+        let to = |ends: &[usize]| ends.iter().zip(x).map(|(end, x)| *end as f64 - x).collect();
+        Room { least: to(&self.low), most: to(&self.high) }
+    }
+
+    /// The candidates that a step moves: those above their least number, and those of the others that gain the most.
+    fn members(&self, x: &[f64], gain: &[f64]) -> Vec<usize> {
+        let is_above = |i: usize| x[i] > self.low[i] as f64;
+        let mut found: Vec<usize> = (0..x.len()).filter(|&i| !is_above(i) && self.low[i] < self.high[i]).collect();
+        found.sort_by(|&a, &b| gain[b].total_cmp(&gain[a]).then(a.cmp(&b)));
+        found.truncate(ENTERING);
+        found.extend((0..x.len()).filter(|&i| is_above(i)));
+        found.sort_unstable();
+        found
+    }
+
+    /// Fractions with few digits and the right sum, so that a file holds what was computed with.
+    fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
+        let ends = |i: usize| (self.low[i] as f64 * GRID, self.high[i] as f64 * GRID);
+        let mut parts: Vec<f64> = x.map(|x| (x * GRID).round()).collect();
+        parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
+        // Whole numbers, so that sums are exact. What is run most bears what rounding leaves.
+        let mut left = count as f64 * GRID - parts.iter().sum::<f64>();
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
+        for i in order {
+            let by = left.clamp(ends(i).0 - parts[i], ends(i).1 - parts[i]);
+            (parts[i], left) = (parts[i] + by, left - by);
+        }
+        parts.into_iter().map(|x| x / GRID).collect()
     }
 
     /// A design within, as near as it may be to `wanted`.
@@ -99,7 +154,7 @@ pub fn tangent(blocks: &[Rows], x: &[f64]) -> Option<Tangent> {
 }
 
 /// Ascends from `start` until the bound is below `target`, or within `tolerance` of what is reached, or for so many
-/// steps; `None` where no design between the bounds has full rank.
+/// steps. Where no design between the bounds has full rank, the design is outside; `None` where there is none, or no room.
 pub fn relaxed(
     blocks: &[Rows],
     bounds: &Bounds,
@@ -112,47 +167,51 @@ pub fn relaxed(
     if !bounds.has_room_for(count) {
         return None;
     }
-    let mut x = bounds.nearest(start, count);
-    if tangent(blocks, &x).is_none() {
+    let factor_of = |x: &[f64]| {
+        let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
+        InformationMatrix::sum(p, 0.0, used).factor()
+    };
+    let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
+    if factor_of(&x).is_none() {
         // A little of all that is allowed: without rank then, there is none between the bounds.
         let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
         x = x.iter().zip(&all).map(|(x, y)| 0.9 * x + 0.1 * y).collect();
     }
+    let Some(mut factor) = factor_of(&x) else { return without_rank(blocks, bounds, count, &x) };
     let mut best: Option<Relaxed> = None;
     for step in 0..=steps {
-        let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
-        let Some(factor) = InformationMatrix::sum(p, 0.0, used).factor() else { break };
         let mut out = vec![0.0; p];
-        let gain: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
+        let gain = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
         let tangent = Tangent { constant: factor.log_det - p as f64, gain };
         let (bound, _) = tangent.bound(bounds, count);
-        let gap = bound - factor.log_det;
-        let (can_grow, can_shrink) =
-            (|i: usize| x[i] < bounds.high[i] as f64 - 1e-9, |i: usize| x[i] > bounds.low[i] as f64 + 1e-9);
-        let gain = &tangent.gain;
-        let grows = (0..x.len()).filter(|&i| can_grow(i)).reduce(|a, b| if gain[b] > gain[a] { b } else { a });
-        let shrinks = (0..x.len()).filter(|&i| can_shrink(i)).reduce(|a, b| if gain[b] < gain[a] { b } else { a });
+        let model = QuadraticModel::new(blocks, bounds.members(&x, &tangent.gain), &factor);
+        let (change, expected) = model.step(&bounds.room(&x), MOVES);
+        let is_done = bound <= target || bound - factor.log_det <= tolerance || step == steps || expected <= 0.0;
         if best.as_ref().is_none_or(|b| bound < b.bound) {
-            best = Some(Relaxed { x: x.clone(), tangent: tangent.clone(), bound });
+            best = Some(Relaxed { x: x.clone(), tangent, model, bound });
         }
-        let (Some(grows), Some(shrinks)) = (grows, shrinks) else { break };
-        if bound <= target || gap <= tolerance || step == steps || grows == shrinks {
+        if is_done {
             break;
         }
-        let most = (bounds.high[grows] as f64 - x[grows]).min(x[shrinks] - bounds.low[shrinks] as f64);
-        let by = line_search(&factor, &blocks[grows], &blocks[shrinks], most);
-        if by <= 0.0 {
-            break;
-        }
-        x[grows] += by;
-        // What is meant to reach its bound does, whatever rounding leaves.
-        x[shrinks] = if x[shrinks] - by - bounds.low[shrinks] as f64 <= 1e-12 {
-            bounds.low[shrinks] as f64
-        } else {
-            x[shrinks] - by
-        };
+        let at = |share: f64| bounds.on_grid(x.iter().zip(&change).map(|(x, d)| x + share * d), count);
+        let tries = (0..HALVINGS).map(|k| at(0.5_f64.powi(k)));
+        let better = tries.filter_map(|x| factor_of(&x).map(|f| (x, f))).find(|(_, f)| f.log_det > factor.log_det);
+        let Some(better) = better else { break };
+        (x, factor) = better;
     }
     best
+}
+
+/// The tangent at a design with a little of every candidate: between the bounds each direction that has no information there
+/// takes the logarithm of that little from the bound, so that it is low.
+fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
+    let x: Vec<f64> = x.iter().map(|x| x + LITTLE).collect();
+    let tangent = tangent(blocks, &x)?;
+    let p = blocks.first().map_or(0, Rows::width);
+    let factor = InformationMatrix::sum(p, 0.0, blocks.iter().zip(x.iter().copied())).factor()?;
+    let model = QuadraticModel::new(blocks, bounds.members(&x, &tangent.gain), &factor);
+    let (bound, _) = tangent.bound(bounds, count);
+    Some(Relaxed { x, tangent, model, bound })
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use crate::model::states::{FilteredFriction, States};
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
-use crate::signals::gradient::{gradient, slope};
+use crate::signals::differences::Differences;
 use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::reversals::{columns, directions};
 use crate::signals::signal_options::{REVERSAL, Signal, Velocity};
@@ -89,26 +89,25 @@ impl JointSignals {
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
         // Friction that grows with the torque needs it twice.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
+        let differences = Differences::new(&t);
         // Without a filter the direction is the sign at the sample.
         let rounded = signal.filtered_sign && signal.order > 0;
         let wide = match &dq {
             _ if !rounded => None,
             Some(dq) if !differentiated => Some(dq.clone()),
-            _ => Some(q.iter().map(|q| gradient(q, &t)).collect()),
+            _ => Some(q.iter().map(|q| differences.of(q)).collect()),
         };
-        let filtering = Filtering { signal, filters: &filters, friction, load, t: &t, period, chosen: &chosen };
+        let filtering =
+            Filtering { signal, filters: &filters, friction, load, differences: &differences, period, chosen: &chosen };
         let motion = || filtering.motion(q, dq, ddq);
-        let forces = || {
-            let tau = filtering.rounded(tau);
-            (tau, wide.map(|wide| filtering.directions(filters.reversal.pass(wide), &couplings)))
-        };
-        let (motion, (tau, directions)) = match t.len() < PARALLEL {
-            true => (motion(), forces()),
+        let torques = || filtering.rounded(tau);
+        let directions = || wide.map(|wide| filtering.directions(filters.reversal.pass(wide), &couplings));
+        let (motion, tau, directions) = match t.len() < PARALLEL {
+            true => (motion(), torques(), directions()),
             false => std::thread::scope(|scope| {
-                let forces = scope.spawn(forces);
+                let (torques, directions) = (scope.spawn(torques), scope.spawn(directions));
                 let motion = motion();
-                // Nothing in it can fail; where it does, so does this.
-                (motion, forces.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause)))
+                (motion, joined(torques), joined(directions))
             }),
         };
         let motion = motion.map_err(|message| Error::at(&log.name, 0, message))?;
@@ -185,6 +184,11 @@ impl Filters {
     }
 }
 
+/// What a thread found. Nothing in it can fail; where it does, so does this.
+fn joined<T>(thread: std::thread::ScopedJoinHandle<T>) -> T {
+    thread.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
+}
+
 /// Samples of each series in turn, sample by sample.
 fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
     let mut rows = Vec::with_capacity(chosen.len() * x.len());
@@ -199,7 +203,7 @@ struct Filtering<'a> {
     friction: &'a [FrictionTerm],
     /// Torques by the filter of reversals, where a term needs them.
     load: Option<Vec<Vec<f64>>>,
-    t: &'a [f64],
+    differences: &'a Differences<'a>,
     period: f64,
     chosen: &'a [usize],
 }
@@ -215,12 +219,12 @@ impl Filtering<'_> {
         });
         let dq = match self.measured(signal.velocity, dq, "velocity")? {
             Some(dq) => dq,
-            None => q.iter().map(|q| gradient(q, self.t)).collect(),
+            None => q.iter().map(|q| self.differences.of(q)).collect(),
         };
         let q = chosen_rows(self.chosen, &q);
         let ddq = match self.measured(signal.acceleration, ddq, "acceleration")? {
             Some(ddq) => chosen_rows(self.chosen, &ddq),
-            None => self.chosen.iter().flat_map(|&r| dq.iter().map(move |dq| slope(dq, self.t, r))).collect(),
+            None => self.chosen.iter().flat_map(|&r| dq.iter().map(move |dq| self.differences.at(dq, r))).collect(),
         };
         let dq = chosen_rows(self.chosen, &dq);
         let used = match (signal.standstill, still) {

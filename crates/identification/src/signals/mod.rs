@@ -2,7 +2,7 @@
 
 pub mod butterworth;
 pub mod cutoff;
-pub mod gradient;
+pub mod differences;
 pub mod joint_signals;
 pub mod preparation;
 pub mod records;

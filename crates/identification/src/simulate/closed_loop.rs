@@ -155,11 +155,11 @@ impl Simulation<'_> {
         let mut most = 0.0_f64;
         for i in (0..count).step_by(count.div_ceil(POSES).max(1)) {
             let q: Vec<f64> = reference.q.iter().map(|q| q[i]).collect();
+            self.dynamics.fill(&q, &rest, &mut inertia, &mut bias);
             let of = |k: usize| {
-                self.dynamics.fill(&q, &rest, &mut inertia, &mut bias);
                 let mut unit = vec![0.0; n];
                 unit[k] = 1.0;
-                solve_positive(&mut inertia, &mut unit).then(|| unit[k] * self.friction[k].slope_at_rest())
+                solve_positive(&mut inertia.clone(), &mut unit).then(|| unit[k] * self.friction[k].slope_at_rest())
             };
             most = most.max((0..n).filter_map(of).sum());
         }
@@ -244,18 +244,7 @@ mod tests {
     use crate::experiments::exciting_trajectory::ExcitingTrajectory;
     use crate::experiments::motion_kind::MotionKind;
     use crate::experiments::profile::Profile;
-
-    /// One mass on a rail, inertia 2.
-    struct Mass;
-    impl Dynamics for Mass {
-        fn n_coordinates(&self) -> usize {
-            1
-        }
-        fn fill(&self, _: &[f64], _: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
-            inertia[0] = 2.0;
-            bias[0] = 0.0;
-        }
-    }
+    use crate::test_arm::Mass;
 
     #[test]
     fn feedforward_alone_follows_the_reference() {
@@ -275,7 +264,7 @@ mod tests {
         let controller = Controller { proportional: vec![0.0], derivative: vec![0.0], velocity_pole: 900.0 };
         let drives = Drives { gain: vec![0.5], greatest_torque: vec![100.0] };
         let simulation = Simulation {
-            dynamics: &Mass,
+            dynamics: &Mass(2.0),
             controller: &controller,
             drives: &drives,
             quantum: &[0.0],

@@ -160,10 +160,10 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // Where the model lacks something, what it lacks is in the value too.
-        estimate.parameters.push(match found.misfit.is_lacking() {
-            true => one.widened_beyond_white(found.lacked(i)),
-            false => one,
+        // What the model lacks is in the value too.
+        estimate.parameters.push(match found.lacked(i) {
+            0.0 => one,
+            lacked => one.widened_beyond_white(lacked),
         });
     };
     regressor.parameters().iter().enumerate().for_each(|(i, base)| push(base.into(), i));
@@ -210,9 +210,9 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     });
 }
 
-/// Widens parameters and gains, in the order of [`with_gains`], where the model lacks something.
+/// Widens parameters and gains, in the order of [`with_gains`], where a joint is beyond its noise.
 fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
-    if !found.misfit.is_lacking() {
+    if found.misfit.by_experiment.is_empty() {
         return;
     }
     let lacked = (0..found.parameters).map(|i| found.lacked(i));

@@ -42,8 +42,15 @@ pub fn size_words(
             } else {
                 String::new()
             };
+            // Of a spring, not where noise made the sign.
+            let damping = if with_deviation && value(1) > 0.0 {
+                let unit = unit(joint, "N s/m", "N m s/rad");
+                format!(", damping {} {unit}", significant(value(1) / value(0).powi(2)))
+            } else {
+                String::new()
+            };
             let unit = unit(joint, "N/m", "N m/rad");
-            format!("{} bends: {}{spread} {unit}{at}", name(joint), significant(stiffness))
+            format!("{} bends: {}{spread} {unit}{damping}{at}", name(joint), significant(stiffness))
         }
         Effect::Play { joint } => format!("{} has play of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad")),
     }

@@ -39,7 +39,7 @@ pub struct TableReader<'a> {
     file: String,
     header: Vec<String>,
     dialect: Dialect,
-    text: Box<dyn Read + 'a>,
+    text: Box<dyn Read + Send + 'a>,
     /// The window: bytes from `at` on are not read yet.
     window: Vec<u8>,
     at: usize,
@@ -70,7 +70,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// Reads the header of a text, or of one in a gzip stream.
-    pub fn of_content(file: &str, content: Content, source: impl Read + 'a) -> Result<TableReader<'a>, Error> {
+    pub fn of_content(file: &str, content: Content, source: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
         match content {
             Content::Gzip => TableReader::new(file, flate2::read::MultiGzDecoder::new(BufReader::new(source))),
             _ => TableReader::new(file, source),
@@ -78,7 +78,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// Reads the header of a text.
-    pub fn new(file: &str, mut text: impl Read + 'a) -> Result<TableReader<'a>, Error> {
+    pub fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
         let mut head = Vec::new();
         let failed = |e: IoError| unreadable(file, 0, &e);
         text.by_ref().take(HEAD).read_to_end(&mut head).map_err(failed)?;

@@ -87,10 +87,11 @@ impl HarmonicData<'_> {
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_told = |(size, carried): (&EffectSize, &f64)| {
-            // A spring pulls and a gap opens: the other sign is something else.
-            let is_signed = matches!(size.effect, Effect::Elastic { .. } | Effect::Play { .. });
-            let beyond = |(x, s): (&f64, &f64)| if is_signed { *x > TOLD * s } else { x.abs() > TOLD * s };
-            *carried >= TRACE * most && size.values.iter().zip(&size.deviations).any(beyond)
+            // A spring pulls and a gap opens: the other sign is something else, and damping alone is no spring.
+            let is_yielding = size.effect.yielding().is_some();
+            let told = if is_yielding { 1 } else { size.values.len() };
+            let beyond = |(x, s): (&f64, &f64)| if is_yielding { *x > TOLD * s } else { x.abs() > TOLD * s };
+            *carried >= TRACE * most && size.values.iter().zip(&size.deviations).take(told).any(beyond)
         };
         let named: Vec<bool> = sizes.iter().zip(&carried).map(is_told).collect();
         let mut named = named.into_iter();

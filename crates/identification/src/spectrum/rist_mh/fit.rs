@@ -237,24 +237,11 @@ impl Fit {
 /// R x = z and the diagonal of (R'R)^-1; a column without information gets zero.
 fn back_substitute(triangle: &Triangle) -> (Vec<f64>, Vec<f64>) {
     let p = triangle.columns();
-    // The rest of a column after the columns before it, relative to the column.
-    let void: Vec<bool> = (0..p).map(|c| triangle.at(c, c).abs() <= 1e-10 * triangle.column_norm(c)).collect();
-    let solve = |right: &dyn Fn(usize) -> f64| {
-        let mut x = vec![0.0; p];
-        for i in (0..p).rev() {
-            if !void[i] {
-                let tail: f64 = (i + 1..p).map(|j| triangle.at(i, j) * x[j]).sum();
-                x[i] = (right(i) - tail) / triangle.at(i, i);
-            }
-        }
-        x
-    };
-    let x = solve(&|i| triangle.at(i, p));
     let mut variances = vec![0.0; p];
     for k in 0..p {
         // Column k of R^-1.
-        let column = solve(&|i| if i == k { 1.0 } else { 0.0 });
+        let column = triangle.back_substitute(&|i| if i == k { 1.0 } else { 0.0 });
         variances.iter_mut().zip(column).for_each(|(v, c)| *v += c * c);
     }
-    (x, variances)
+    (triangle.solution(), variances)
 }

@@ -6,10 +6,14 @@
 //! another law of friction repeat from period to period: they are in no scatter, and chi^2 has all of them.
 //!
 //! What is left then is no noise. Each experiment and joint counts as one draw of it (a cluster g):
-//!   var x = (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
+//!   var x = a (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
 //! with A = sum_g A_g of the parameters and the friction; what belongs to one experiment alone (drift, ends) is
 //! projected out of its rows first. k is 19/20 as for the parts of a log (`estimators::replicate_deviation`): a direction
 //! that one experiment alone shows keeps a value.
+//!
+//! a grows with chi^2 / freedom of the joint that lacks most, from 0 at 1, where noise explains all, to 1 at [`LACKING`]: an
+//! interval does not jump where the model is said to lack something. A joint alone counts, for the chatter of the others
+//! makes their part of the total small.
 
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::verdict::LACKING;
@@ -33,7 +37,7 @@ pub struct Misfit {
     /// Their degrees of freedom.
     pub freedom: f64,
     /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few; empty
-    /// where the model lacks nothing.
+    /// where every joint is within its noise.
     pub by_experiment: Vec<f64>,
     /// The same of the drive gains that are estimated, N m per unit of current, one a joint; zero of known ones.
     pub gains_by_experiment: Vec<f64>,
@@ -44,18 +48,26 @@ impl Misfit {
     pub fn is_lacking(&self) -> bool {
         self.total.is_finite() && self.total > LACKING
     }
+
+    /// a: 0 where noise explains all, 1 where the model lacks something.
+    fn beyond_noise(&self) -> f64 {
+        let most = self.joints.iter().copied().fold(self.total, f64::max);
+        if most.is_finite() { ((most - 1.0) / (LACKING - 1.0)).clamp(0.0, 1.0) } else { 0.0 }
+    }
 }
 
 impl HarmonicData<'_> {
     /// Of a finished fit; `gains`: empty where all are known.
     pub(crate) fn misfit(&self, fit: &Fit, options: &HarmonicOptions, gains: &[Gain]) -> Misfit {
         let mut misfit = self.squares_left(fit, options);
-        if misfit.is_lacking() {
+        let beyond = misfit.beyond_noise();
+        if beyond > 0.0 {
             let mut x = fit.shared(self);
             let shared = x.len();
             // The gains are linearised about themselves.
             x.extend(gains.iter().filter(|g| is_unknown(g)).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, options, gains), &x);
+            found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
             let mut of_gains = found.split_off(shared).into_iter();
             let next = |g: &Gain| if is_unknown(g) { of_gains.next().unwrap_or(0.0) } else { 0.0 };
             misfit.gains_by_experiment = gains.iter().map(next).collect();
@@ -150,4 +162,31 @@ fn projected(rows: &[(Vec<f64>, f64)], out: &[usize], kept: &[usize]) -> Triangl
         builder.push(&(own.len()..order.len()).map(|j| whole.at(i, j)).collect::<Vec<f64>>(), whole.at(i, order.len()));
     }
     builder.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn misfit(joints: &[f64], total: f64) -> Misfit {
+        Misfit {
+            joints: joints.to_vec(),
+            total,
+            chi_square: total,
+            freedom: 1.0,
+            by_experiment: vec![],
+            gains_by_experiment: vec![],
+        }
+    }
+
+    /// Intervals widen with the joint that lacks most, and are as wide as they get where it is said aloud.
+    #[test]
+    fn the_allowance_grows_and_does_not_jump() {
+        assert_eq!(misfit(&[0.3, 1.0], 0.6).beyond_noise(), 0.0);
+        assert_eq!(misfit(&[0.1, 1.5], 0.6).beyond_noise(), 0.5 / (LACKING - 1.0));
+        let said = misfit(&[0.1, 5.0], LACKING * (1.0 + f64::EPSILON));
+        assert!(said.is_lacking() && said.beyond_noise() == 1.0);
+        // Where no noise was measured, nothing is known.
+        assert_eq!(misfit(&[0.1, f64::INFINITY], f64::INFINITY).beyond_noise(), 0.0);
+    }
 }

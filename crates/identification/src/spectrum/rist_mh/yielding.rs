@@ -2,11 +2,13 @@
 //!
 //! Delay and ripple are linear. Behind springs and gaps Y(q) X is linearised about the present size u of each,
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
-//! e_k is what the joint yields a unit of u, s a small step, and the fit is repeated until u' is u (`search`). tau_k is the
-//! torque behind the motor's friction: that of the drive less the friction of the fit where the joint moves, Y_k(q) X where
-//! it is held, for there friction hides it. A spring must carry all of the model's torque: the inertia of a rotor that is
-//! estimated too stands behind it here, and does not in the robot.
+//! e_k is what the joint yields a unit of u (a spring has two: its torque, and the rate of that for its damping), s a small
+//! step, and the fit is repeated until u' is u (`search`). tau_k is the torque behind the motor's friction: that of the drive
+//! less the friction of the fit where the joint moves, Y_k(q) X where it is held, for there friction hides it. A spring must
+//! carry all of the model's torque: the inertia of a rotor that is estimated too stands behind it here, and does not in the
+//! robot.
 
+use crate::algebra::fourier::harmonic_derivatives;
 use crate::experiments::measured_motion::MeasuredMotion;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::HarmonicData;
@@ -78,7 +80,7 @@ impl HarmonicData<'_> {
         let Some(first) = self.spectra.iter().find(|s| s.experiment == experiment) else { return };
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load().get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time(), first.kept_harmonics());
-        let yields = self.yields(experiment, motor, &total, fit);
+        let yields = self.yields(experiment, motor, &total, fit, (h, highest));
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {
@@ -121,6 +123,7 @@ impl HarmonicData<'_> {
         motor: &MeasuredMotion,
         total: &[f64],
         fit: &Fit,
+        (step, highest): (f64, usize),
     ) -> Vec<(usize, usize, Vec<f64>)> {
         let mut found = Vec::new();
         let mut column = 0;
@@ -136,11 +139,13 @@ impl HarmonicData<'_> {
                         (0..motor.len()).map(of).collect()
                     }
                 };
-                let e = match effect {
-                    Effect::Play { .. } => sides(&torque),
-                    _ => torque,
-                };
-                found.push((column, joint, e));
+                if let Effect::Play { .. } = effect {
+                    found.push((column, joint, sides(&torque)));
+                } else {
+                    let [torque, rate, _] = harmonic_derivatives(&torque, step, highest);
+                    found.push((column, joint, torque));
+                    found.push((column + 1, joint, rate.iter().map(|r| -r).collect()));
+                }
             }
             column += effect.columns();
         }

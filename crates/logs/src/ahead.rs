@@ -1,0 +1,53 @@
+//! Rows of a text, read on a thread of their own while those before them go into blocks.
+
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::JoinHandle;
+
+use crate::Error;
+use crate::formats::delimited::TableReader;
+use crate::table::Table;
+
+/// Rows that are read at once: their numbers stay in the cache on the way into a block.
+pub(crate) const READ: usize = 1 << 14;
+
+/// Tables that wait.
+const WAITING: usize = 2;
+
+/// The rows of a text that come next.
+pub(crate) struct RowsAhead {
+    tables: Receiver<Result<Table, Error>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl RowsAhead {
+    /// In tables of at most [`READ`] rows; every block of so many rows begins with a table.
+    pub fn new(mut text: TableReader<'static>, block: usize) -> RowsAhead {
+        let (sender, tables) = sync_channel(WAITING);
+        let read = move || {
+            let mut left = block;
+            loop {
+                let table = text.rows(READ.min(left));
+                let rows = table.as_ref().map_or(0, Table::rows);
+                left = if rows < left { left - rows } else { block };
+                // Whoever failed on an earlier table waits for no other.
+                if sender.send(table).is_err() || rows == 0 {
+                    break;
+                }
+            }
+        };
+        RowsAhead { tables, reader: Some(std::thread::spawn(read)) }
+    }
+
+    /// The next rows; none at the end, behind which nothing is to be asked for.
+    ///
+    /// Fails as [`TableReader::rows`] does.
+    pub fn next(&mut self) -> Result<Table, Error> {
+        match (self.tables.recv(), &mut self.reader) {
+            (Ok(table), _) => table,
+            (Err(_), reader) => {
+                let cause = reader.take().and_then(|reader| reader.join().err());
+                cause.map_or_else(|| Ok(Table::default()), |cause| std::panic::resume_unwind(cause))
+            }
+        }
+    }
+}
