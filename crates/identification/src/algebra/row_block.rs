@@ -25,27 +25,32 @@ impl RowBlock {
     }
 
     /// Groups of eight that hold rows.
+    #[inline]
     pub fn groups(&self) -> usize {
         self.rows.div_ceil(8)
     }
 
     /// Distance between groups.
+    #[inline]
     pub fn stride(&self) -> usize {
         self.stride
     }
 
     /// The entries of the eight rows from 8 g on.
+    #[inline]
     pub fn group(&mut self, g: usize) -> &mut [Eight] {
         &mut self.numbers[g * self.stride..(g + 1) * self.stride]
     }
 
     /// The groups that hold rows, one after the other.
+    #[inline]
     pub fn numbers(&mut self) -> &mut [Eight] {
         let groups = self.groups();
         &mut self.numbers[..groups * self.stride]
     }
 
     /// Appends a row of entries; the block must not be full.
+    #[inline]
     pub fn push(&mut self, row: impl Iterator<Item = f64>) {
         let (g, lane) = (self.rows / 8, self.rows % 8);
         let group = self.group(g);
@@ -59,6 +64,7 @@ impl RowBlock {
     }
 
     /// Whether no further row has room.
+    #[inline]
     pub fn is_full(&self) -> bool {
         self.rows == BLOCK_ROWS
     }

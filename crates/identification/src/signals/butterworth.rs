@@ -70,13 +70,13 @@ impl Butterworth {
                     behind[i][lane] = 2.0 * x[n - 1] - x[n - 2 - i];
                 }
             }
-            let mut forward = Run::new(&self.sections, before[0]);
-            forward.over(before.iter_mut());
-            in_lanes(group, (0..n).step_by(ROWS), |rows| forward.over(rows.iter_mut()));
-            forward.over(behind.iter_mut());
-            let mut backward = Run::new(&self.sections, behind[pad - 1]);
-            backward.over(behind.iter_mut().rev());
-            in_lanes(group, (0..n).step_by(ROWS).rev(), |rows| backward.over(rows.iter_mut().rev()));
+            let mut run = Run::new(&self.sections, before[0]);
+            run.forward(&mut before);
+            in_lanes(group, (0..n).step_by(ROWS), |rows| run.forward(rows));
+            run.forward(&mut behind);
+            let mut run = Run::new(&self.sections, behind[pad - 1]);
+            run.backward(&mut behind);
+            in_lanes(group, (0..n).step_by(ROWS).rev(), |rows| run.backward(rows));
         }
         signals
     }
@@ -121,19 +121,32 @@ impl Run {
         Run { sections: sections.iter().map(start).collect() }
     }
 
-    /// Filters in place.
-    fn over<'a>(&mut self, samples: impl Iterator<Item = &'a mut [f64; ABREAST]>) {
+    /// Filters in place, from the first sample on.
+    fn forward(&mut self, samples: &mut [[f64; ABREAST]]) {
+        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut()));
+    }
+
+    /// Filters in place, from the last sample back.
+    fn backward(&mut self, samples: &mut [[f64; ABREAST]]) {
+        self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut().rev()));
+    }
+}
+
+impl Section {
+    /// Filters in place; its state stays in registers on the way.
+    #[inline]
+    fn over<'a>(&self, state: &mut [[f64; ABREAST]; 2], samples: impl Iterator<Item = &'a mut [f64; ABREAST]>) {
+        let (Section { b, a }, [mut z0, mut z1]) = (*self, *state);
         for sample in samples {
-            for (Section { b, a }, [z0, z1]) in &mut self.sections {
-                for lane in 0..ABREAST {
-                    let u = sample[lane];
-                    let v = b[0] * u + z0[lane];
-                    z0[lane] = b[1] * u - a[0] * v + z1[lane];
-                    z1[lane] = b[2] * u - a[1] * v;
-                    sample[lane] = v;
-                }
+            for lane in 0..ABREAST {
+                let u = sample[lane];
+                let v = b[0] * u + z0[lane];
+                z0[lane] = b[1] * u - a[0] * v + z1[lane];
+                z1[lane] = b[2] * u - a[1] * v;
+                sample[lane] = v;
             }
         }
+        *state = [z0, z1];
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use memchr::{memchr, memchr_iter, memchr2, memchr3};
+use memchr::{memchr, memchr_iter, memchr2, memchr3, memchr3_iter};
 
 use crate::formats::number::{leading, number};
 use crate::table::Lines;
@@ -148,12 +148,14 @@ impl Dialect {
     /// exceed. `last`: the text ends with these bytes.
     pub fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
-        if memchr(b'"', bytes).is_some() || memchr_iter(b'\r', bytes).any(is_lone) {
-            return self.whole_rows_by_cell(bytes, most, last);
-        }
         let (mut end, mut count) = (0, 0);
-        for at in memchr_iter(b'\n', bytes).take(most) {
-            (end, count) = (at + 1, count + 1);
+        for at in memchr3_iter(b'\n', b'\r', b'"', bytes) {
+            match bytes[at] {
+                _ if count == most => break,
+                b'\n' => (end, count) = (at + 1, count + 1),
+                b'\r' if !is_lone(at) => {}
+                _ => return self.whole_rows_by_cell(bytes, most, last),
+            }
         }
         if last && count < most && end < bytes.len() {
             (end, count) = (bytes.len(), count + 1);

@@ -106,6 +106,7 @@ impl FrictionTerm {
 
     /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
     /// or that sign after the filter of the torques, between -1 and 1.
+    #[inline]
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
         match (self, out) {
             (Viscous, [v]) => *v = dq,
