@@ -14,7 +14,10 @@ fn main() {
     let files = ["ur5.urdf", "panda.yaml", "scara.yaml", "race.yaml"];
     let is_wanted = |name: &str| words.iter().all(|w| !files.contains(&w.as_str())) || words.iter().any(|w| w == name);
     println!("{draws} draws, error over promise, encoders {encoders} of what is assumed of them");
-    println!("{:<12} {:>6} {:>6} {:>14} {:>9} {:>7}  of", "robot", "rms", "mean", "with weights", "held, %", "worst");
+    println!(
+        "{:<12} {:>6} {:>6} {:>6} {:>14} {:>9} {:>7}  of",
+        "robot", "rms", "+-", "mean", "with weights", "held, %", "worst"
+    );
     for file in files.into_iter().filter(|file| is_wanted(file)) {
         let model = Model::read(model_path(file)).expect("a description");
         let request = ExciteRequest { friction: FRICTION.to_vec(), ..Default::default() };
@@ -24,6 +27,20 @@ fn main() {
         let (rms, held) = (mean(&|k| k.ratio.powi(2)).sqrt(), 100.0 * mean(&|k| k.held));
         let worst = kept.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)).expect("a parameter");
         let (plain, knowing) = (mean(&|k| k.ratio), mean(&|k| k.with_weights));
-        println!("{file:<12} {rms:>6.2} {plain:>6.2} {knowing:>14.2} {held:>9.1} {:>7.2}  {}", worst.ratio, worst.name);
+        let deviation = deviation(&kept, draws);
+        println!(
+            "{file:<12} {rms:>6.2} {deviation:>6.2} {plain:>6.2} {knowing:>14.2} {held:>9.1} {:>7.2}  {}",
+            worst.ratio, worst.name
+        );
     }
+}
+
+/// The standard deviation of the root mean square over all parameters: draws are independent, parameters of a draw are not.
+fn deviation(kept: &[Kept], draws: u64) -> f64 {
+    let of_draw = |d: usize| kept.iter().map(|k| k.errors[d].powi(2)).sum::<f64>() / kept.len() as f64;
+    let squares: Vec<f64> = (0..draws as usize).map(of_draw).collect();
+    let count = draws as f64;
+    let mean = squares.iter().sum::<f64>() / count;
+    let variance = squares.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (variance / count).sqrt() / (2.0 * mean.sqrt())
 }

@@ -63,7 +63,9 @@ pub struct Kept {
     pub name: String,
     /// Root mean square error over the promised deviation.
     pub ratio: f64,
-    /// The same where the promise knows that joints are weighted by the noise of their encoders too: its own frequencies are
+    /// The error of each draw over the promised deviation.
+    pub errors: Vec<f64>,
+    /// The ratio where the promise knows that joints are weighted by the noise of their encoders too: its own frequencies are
     /// above those of the motion, but the weights see it.
     pub with_weights: f64,
     /// Share of the draws whose 95 % interval holds the truth.
@@ -103,7 +105,8 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     let (known, both) = (variances(noise), variances(&root_of_sum(noise, &encoder_torque)));
     let place = |i: usize| shown.iter().position(|s| *s == i);
     let variance = |i: usize| place(i).map(|place| known[place]);
-    let mut errors: Vec<Option<(f64, usize)>> = (0..truth.len()).map(|i| variance(i).map(|_| (0.0, 0))).collect();
+    let mut errors: Vec<Option<(Vec<f64>, usize)>> =
+        (0..truth.len()).map(|i| variance(i).map(|_| Default::default())).collect();
     for seed in 1..=draws {
         let record = sensing.measure(&exact, &setup.drives.gain, &mut Random::new(seed));
         let gains = vec![1.0; model.regressor().coordinates().len()];
@@ -113,20 +116,22 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
         let found = rist::identify(model, &logs, &request)?.estimate;
         for (i, truth) in truth.iter().enumerate() {
             let found = found.parameters.iter().find(|p| p.id == names[i]).and_then(|p| Some((p.value?, p.sigma?)));
-            errors[i] = errors[i].zip(found).zip(variance(i)).map(|(((sum, held), (value, sigma)), variance)| {
+            let known = errors[i].take().zip(found).zip(variance(i));
+            errors[i] = known.map(|(((mut over, held), (value, sigma)), variance)| {
                 let error = value - truth;
-                (sum + error.powi(2) / variance, held + usize::from(error.abs() <= INTERVAL * sigma))
+                over.push(error / variance.sqrt());
+                (over, held + usize::from(error.abs() <= INTERVAL * sigma))
             });
         }
     }
-    let of = |(i, sums): (usize, &Option<(f64, usize)>)| {
-        let ((sum, held), draws) = ((*sums)?, draws as f64);
-        let ratio = (sum / draws).sqrt();
+    let of = |(i, sums): (usize, Option<(Vec<f64>, usize)>)| {
+        let (errors, held) = sums?;
+        let ratio = (errors.iter().map(|e| e * e).sum::<f64>() / draws as f64).sqrt();
         let place = place(i)?;
         let with_weights = ratio * (known[place] / both[place]).sqrt();
-        Some(Kept { name: names[i].to_string(), ratio, with_weights, held: held as f64 / draws })
+        Some(Kept { name: names[i].to_string(), ratio, errors, with_weights, held: held as f64 / draws as f64 })
     };
-    Ok(errors.iter().enumerate().filter_map(of).collect())
+    Ok(errors.into_iter().enumerate().filter_map(of).collect())
 }
 
 /// The variances of these columns by least squares of rows whose noise is that share of what they are weighted by, one a

@@ -1,7 +1,7 @@
 //! The file of an accumulator, `.tri`: a line, a head in YAML, the triangles.
 //!
 //! ```text
-//! rist-tri 1 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
+//! rist-tri 2 2712 18440 8a41f00c5be7d913      version, bytes of the head, bytes of the triangles, digest of both
 //! settings: ..                                the head: robot, columns, options, logs, failed logs
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
@@ -21,8 +21,9 @@ use crate::rows::observation::Observation;
 /// The word that such a file begins with.
 const WORD: &str = "rist-tri";
 
-/// The version that is written, and the newest that is read.
-const VERSION: u32 = 1;
+/// The version that is written and read. Version 1 holds accelerations by differences of second order, and digests of other
+/// blocks: its sums do not add to these.
+const VERSION: u32 = 2;
 
 /// Entries of all triangles of a file, its zeros counted: 4 GiB, that a stranger's head may ask for in memory.
 const MOST_CELLS: usize = 1 << 29;
@@ -59,7 +60,7 @@ impl Accumulator {
 
     /// Reads the content of a `.tri` file; `file` stands in messages.
     ///
-    /// Fails where it is none, was cut short or damaged, or is of a newer version.
+    /// Fails where it is none, was cut short or damaged, or is of another version.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let (head, body) = divided(bytes).map_err(at)?;
@@ -110,7 +111,12 @@ fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
                  it, or a newer one"
             ));
         }
-        _ => return Err(format!("its first line, `{line}`, has no version: make it again")),
+        Some(version) => {
+            return Err(format!(
+                "version {version} of its format, whose sums do not add to those of version {VERSION}: make it again from its logs"
+            ));
+        }
+        None => return Err(format!("its first line, `{line}`, has no version: make it again")),
     }
     let [head, body] = [2, 3].map(|k| words.get(k).and_then(|word| word.parse::<usize>().ok()));
     let (Some(head), Some(body), Some(digest)) = (head, body, words.get(4)) else {
@@ -287,10 +293,16 @@ mod tests {
     }
 
     #[test]
-    fn a_newer_version_is_named() {
+    fn another_version_is_named() {
         let mut bytes = some().to_bytes().unwrap();
-        bytes[WORD.len() + 1] = b'2';
-        let refused = Accumulator::from_bytes("a.tri", &bytes).unwrap_err().to_string();
-        assert!(refused.contains("version 2 of its format, and this program reads up to 1"), "{refused}");
+        let versions = [
+            (b'3', "version 3 of its format, and this program reads up to 2"),
+            (b'1', "version 1 of its format, whose sums do not add to those of version 2: make it again"),
+        ];
+        for (version, message) in versions {
+            bytes[WORD.len() + 1] = version;
+            let refused = Accumulator::from_bytes("a.tri", &bytes).unwrap_err().to_string();
+            assert!(refused.contains(message), "{refused}");
+        }
     }
 }
