@@ -333,17 +333,14 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
     ];
     let (given, customary) = (Keywords::new("excite", known, options)?, ExciteRequest::default());
     let (count, seconds, number) = ("a whole number", "a number of s", "a number");
-    let limits = match given.get::<PathBuf>("limits", "a path")? {
-        Some(path) => LimitsFile::from_yaml(&path.display().to_string(), &read_text(&path)?).or_error()?,
-        None => customary.limits,
-    };
+    let limits = given.get::<PathBuf>("limits", "a path")?.as_deref().map(read_limits).transpose()?;
     let friction: Option<Vec<FrictionTerm>> = crate::identify::friction(&given)?;
     let request = ExciteRequest {
         family: family(&given)?,
         period: given.get("period", seconds)?,
         repetitions: given.get("repetitions", count)?.unwrap_or(customary.repetitions),
         rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
-        limits,
+        limits: limits.unwrap_or(customary.limits),
         effort_share: given.get("effort_share", number)?.unwrap_or(customary.effort_share),
         friction: friction.unwrap_or(customary.friction),
         aim: given
@@ -369,9 +366,16 @@ fn family(given: &Keywords<'_>) -> PyResult<Family> {
     Family::new(word, blend, given.get("harmonics", count)?, given.get("spans", count)?).or_error()
 }
 
-/// Proves anew that a motion keeps its limits; returns what speaks against it, nothing where every limit is proven.
+/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML, too; returns what speaks against it,
+/// nothing where every limit is proven.
 #[pyfunction]
-pub fn check(py: Python<'_>, model: &Model, motion: &ExcitingMotion) -> PyResult<Vec<String>> {
-    let checked = py.detach(|| rist::check(&model.inner, Path::new("motion"), &motion.inner, None)).or_error()?;
-    Ok(checked.faults().map(ToString::to_string).collect())
+#[pyo3(signature = (model, motion, *, limits=None))]
+pub fn check(py: Python<'_>, model: &Model, motion: &ExcitingMotion, limits: Option<PathBuf>) -> PyResult<Vec<String>> {
+    let asked = limits.as_deref().map(read_limits).transpose()?;
+    let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, asked.as_ref());
+    Ok(py.detach(check).or_error()?.faults().map(ToString::to_string).collect())
+}
+
+fn read_limits(path: &Path) -> PyResult<LimitsFile> {
+    LimitsFile::from_yaml(&path.display().to_string(), &read_text(path)?).or_error()
 }

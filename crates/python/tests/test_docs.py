@@ -45,8 +45,16 @@ def arguments_of(stub):
     return [a.arg for a in (*found.posonlyargs, *found.args, *found.kwonlyargs) if a.arg != "self"]
 
 
+def defaults_of(stub):
+    """Defaults by name, of what has one."""
+    positional = [*stub.args.posonlyargs, *stub.args.args]
+    behind = positional[len(positional) - len(stub.args.defaults) :]
+    pairs = [*zip(behind, stub.args.defaults), *zip(stub.args.kwonlyargs, stub.args.kw_defaults)]
+    return {argument.arg: ast.literal_eval(default) for argument, default in pairs if default is not None}
+
+
 def test_every_name_has_its_stub():
-    """What the stubs say is there, with these arguments, and what is there has its stub."""
+    """What the stubs say is there, with these arguments and defaults, and what is there has its stub."""
     stubs = ast.parse((ROOT / "crates/python/python/rist/__init__.pyi").read_text()).body
     classes = {node.name: node for node in stubs if isinstance(node, ast.ClassDef)}
     functions = {node.name: node for node in stubs if isinstance(node, ast.FunctionDef)}
@@ -54,7 +62,10 @@ def test_every_name_has_its_stub():
     # Frame is a protocol for the reader of the stubs.
     assert names == (set(classes) | set(functions)) - {"Frame"}
     for name, stub in functions.items():
-        assert list(inspect.signature(getattr(rist, name)).parameters) == arguments_of(stub), name
+        found = inspect.signature(getattr(rist, name)).parameters
+        assert list(found) == arguments_of(stub), name
+        defaults = {p.name: p.default for p in found.values() if p.default is not inspect.Parameter.empty}
+        assert defaults == defaults_of(stub), name
     for name in names & set(classes):
         members = {m: value for m, value in vars(getattr(rist, name)).items() if not m.startswith("_")}
         methods = {node.name: node for node in classes[name].body if isinstance(node, ast.FunctionDef)}

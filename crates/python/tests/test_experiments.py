@@ -52,6 +52,11 @@ def test_a_motion_is_proven(planar, program, tmp_path):
     program("excite", MODELS / "planar2r_vertical.yaml", "--harmonics", 2, "--starts", 1, "--iterations", 5, "--period", 5, "--out", tmp_path / "motion.yaml")
     assert motion.to_yaml() == (tmp_path / "motion.yaml").read_text()
     assert motion.proven and rist.check(planar, motion) == []
+    (tmp_path / "limits.yaml").write_text("all:\n  velocity: 0.01\n")
+    faults = rist.check(planar, motion, limits=tmp_path / "limits.yaml")
+    assert len(faults) == 2 and all("velocity" in fault for fault in faults)
+    with pytest.raises(rist.Error, match="none.yaml"):
+        rist.check(planar, motion, limits=tmp_path / "none.yaml")
     assert pickle.loads(pickle.dumps(motion)).to_yaml() == motion.to_yaml()
     played = np.loadtxt(motion.trajectory().splitlines()[1:], delimiter=",")
     assert played.shape[0] > 3 * 5 * 200 and np.isfinite(played).all()

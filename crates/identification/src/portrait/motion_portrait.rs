@@ -42,7 +42,7 @@ pub struct JointCourse {
     pub is_prismatic: Option<bool>,
     /// What it is held to.
     pub limits: CoordinateLimits,
-    /// By kind of limit: position, velocity, acceleration; then torque and power where they are known.
+    /// By kind of limit: position, velocity, acceleration, jerk; then torque and power where they are known.
     pub courses: Vec<(LimitKind, Envelope)>,
 }
 
@@ -106,6 +106,7 @@ impl MotionPortrait {
                         (LimitKind::Position, _) => state[k][0],
                         (LimitKind::Velocity, _) => state[k][1],
                         (LimitKind::Acceleration, _) => state[k][2],
+                        (LimitKind::Jerk, _) => state[k][3],
                         (LimitKind::Effort, Some(torques)) => torques[k][0],
                         (_, Some(torques)) => torques[k][1],
                         (_, None) => continue,
@@ -132,7 +133,7 @@ impl MotionPortrait {
 
 /// What is drawn of a coordinate: the power only where it is limited.
 fn kinds(limits: &CoordinateLimits, known: Option<KnownRobot>) -> Vec<LimitKind> {
-    let mut kinds = vec![LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration];
+    let mut kinds = vec![LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
     if known.is_some_and(|known| known.parameters.is_some()) {
         kinds.push(LimitKind::Effort);
         kinds.extend(limits.power.map(|_| LimitKind::Power));

@@ -347,11 +347,11 @@ def excite(
     friction: str | Sequence[str] | None = None,
     criterion: Literal["determinant", "condition"] = "determinant",
     noise: float = 0.01,
-    starts: int = 8,
-    iterations: int = 40,
+    starts: int = 12,
+    iterations: int = 100,
     seed: int = 1,
     after: Estimate | None = None,
     progress: Progress | None = None,
 ) -> ExcitingMotion: ...
-def check(model: Model, motion: ExcitingMotion) -> list[str]: ...
+def check(model: Model, motion: ExcitingMotion, *, limits: Path | None = None) -> list[str]: ...
 def compare(reference: Accumulator, robots: Mapping[str, Accumulator], fdr: float = 0.05) -> Comparison: ...
