@@ -118,8 +118,8 @@ fn a_motion_is_drawn_within_its_limits() {
     assert_eq!(run.code, Some(0), "{}{}", run.out, run.err);
     let text = |file: &str| std::fs::read_to_string(here.join(file)).unwrap();
     let page = text("page.html");
-    // Position, velocity, acceleration, torque and power of six joints, and three planes.
-    assert_eq!(page.matches("<svg").count(), 6 * 5 + 3);
+    // Position, velocity, acceleration, jerk, torque and power of six joints, and three planes.
+    assert_eq!(page.matches("<svg").count(), 6 * 6 + 3);
     assert!(!page.contains("could not be made") && !page.contains("NaN") && !page.contains("NOT proven"), "{page}");
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count(), "it loads something");
     let parts = ["1 April", "Path of tool0", "locked at 0.3000", "not visible (locked: wrist_3)", "power of elbow"];
@@ -141,11 +141,11 @@ fn a_motion_is_drawn_within_its_limits() {
     let run = rist(&here, &[&report[..], &["--model", &arm, "--svg", "pictures"]].concat());
     assert_eq!(run.code, Some(0), "{}", run.err);
     assert!(drawn(&page) == drawn(&text("again.html")), "the charts differ");
-    assert_eq!(std::fs::read_dir(here.join("pictures")).unwrap().count(), 6 * 5 + 3);
+    assert_eq!(std::fs::read_dir(here.join("pictures")).unwrap().count(), 6 * 6 + 3);
 
     // Without the model: what the motion itself tells, and that its certificate was not found anew.
     assert_eq!(rist(&here, &report).code, Some(0));
-    assert_eq!(drawn(&text("again.html")).len(), 6 * 3);
+    assert_eq!(drawn(&text("again.html")).len(), 6 * 4);
     assert!(text("again.html").contains("read from the file of the motion"));
 
     let broken = text("motion.yaml").replacen("centre: ", "centre: 9 # ", 1);
