@@ -186,19 +186,7 @@ impl Search {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-
-    fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
-        let mut random = Random::new(seed);
-        let mut block = || {
-            let mut rows = Rows::new(p);
-            for _ in 0..1 + random.index(2) {
-                rows.push(&(0..p).map(|_| random.normal()).collect::<Vec<_>>());
-            }
-            rows
-        };
-        (0..count).map(|_| block()).collect()
-    }
+    use crate::experiments::exchange::tests::random_blocks;
 
     /// From the worst beginning it ends at the best of all plans, and proves it.
     #[test]
@@ -225,7 +213,8 @@ mod tests {
             let short = branch_and_bound(&blocks, &worst.1, &Work { nodes: 2, tolerance: 1e-7 }).unwrap();
             assert!(short.proof.log_det_at_most >= best, "{short:?}");
         }
-        let flat = random_blocks(3, 9, 1);
+        // At most nine rows.
+        let flat = random_blocks(3, 10, 1);
         assert!(branch_and_bound(&flat, &[0, 1, 2], &Work { nodes: 10, tolerance: 1e-3 }).is_none());
     }
 }

@@ -298,10 +298,11 @@ fn eliminate(a: &mut [f64], b: &mut [f64], m: usize, mut pivot: impl FnMut(f64))
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
+    /// Candidates of one to three random rows.
+    pub fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
         let mut random = Random::new(seed);
         let mut block = || {
             let mut rows = Rows::new(p);
