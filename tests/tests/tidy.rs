@@ -107,6 +107,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
             "load",
             "samples",
             "fleet",
+            "harmonic_request",
             "experiments",
             "planning",
             "excite_request",

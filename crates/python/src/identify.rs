@@ -7,13 +7,13 @@ use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
 use identification::spectrum::identify::SpectralMethod;
-use identification::spectrum::rist_mh::data::HarmonicOptions;
-use identification::spectrum::rist_mh::effects::Effect;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::IdentifyRequest;
 use rist::experiments::ExperimentLogs;
+use rist::harmonic_request::Delay;
 
+use crate::effects::{joint_effects, refuse_effects};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::experiments::{ExperimentPlan, gains, read_load};
@@ -24,7 +24,7 @@ use crate::model::Model;
 use crate::work::work;
 
 /// Options of `identify`, as of the program.
-const OPTIONS: [&str; 16] = [
+const OPTIONS: [&str; 19] = [
     "cutoff",
     "order",
     "decimate",
@@ -41,6 +41,9 @@ const OPTIONS: [&str; 16] = [
     "plan",
     "load",
     "validate",
+    "ripple",
+    "elastic",
+    "play",
 ];
 
 /// The options that experiments do not heed.
@@ -59,9 +62,14 @@ const OF_SAMPLES: [&str; 9] =
 /// load), validate (logs that are predicted, not fitted, for the verdict), options (a path to YAML, or its text, with any
 /// option of an identification), method, plan, load.
 ///
+/// With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
+/// {"q2": [6, 12]}), elastic and play (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
+/// the encoders; the equations end at 10 Hz then, unless cutoff says otherwise), delay="auto". cutoff: highest frequency of
+/// the equations (20 Hz).
+///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, cutoff=None, order=None, decimate=None, delay=None, friction=None, weights=None, gain=None, consistent=False, covariance=False, loaded=(), loaded_link=None, validate=(), options=None, method='ls', plan=None, load=None)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, cutoff=None, order=None, decimate=None, delay=None, friction=None, weights=None, gain=None, consistent=False, covariance=False, loaded=(), loaded_link=None, validate=(), options=None, method='ls', plan=None, load=None, ripple=None, elastic=False, play=False)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, Model>,
@@ -101,6 +109,7 @@ fn identify_samples(
     if let Some(other) = given.given(&["plan", "load"]).first() {
         return Err(error(format_args!("identify: {other} is for method='rist' and 'rist-mh'")));
     }
+    refuse_effects(&joint_effects(given)?)?;
     let inner = &model.get().inner;
     let mut options = options_of_samples(given, inner)?;
     options.covariance |= given.get("covariance", "True or False")?.unwrap_or(false);
@@ -170,22 +179,19 @@ fn identify_experiments(
         Some(path) => Some((path.clone(), read_load(&path)?)),
         None => None,
     };
-    let mut options = HarmonicOptions::default();
-    if method == SpectralMethod::Paper && !given.given(&["cutoff", "delay"]).is_empty() {
-        return Err(error("identify: cutoff and delay: the paper's rows have neither; method='rist-mh' has both"));
-    }
-    if let Some(hz) = given.get::<f64>("cutoff", "a number of Hz")? {
-        if !(hz.is_finite() && hz > 0.0) {
-            return Err(error(format_args!("identify: cutoff={hz}: a positive number of Hz is expected")));
+    let mut asked = joint_effects(given)?;
+    if method == SpectralMethod::Paper {
+        if !given.given(&["cutoff", "delay"]).is_empty() {
+            return Err(error("identify: cutoff and delay: the paper's rows have neither; method='rist-mh' has both"));
         }
-        options.band.equations = hz;
-        options.band.motion = options.band.motion.max(2.0 * hz);
+        refuse_effects(&asked)?;
     }
-    if is_auto(given, "delay") {
-        options.effects.push(Effect::Delay);
-    } else if let Some(seconds) = given.get("delay", "'auto', or seconds")? {
-        options.band.delay = seconds;
-    }
+    asked.cutoff = given.get("cutoff", "a number of Hz")?;
+    asked.delay = match is_auto(given, "delay") {
+        true => Some(Delay::Auto),
+        false => given.get("delay", "'auto', or seconds")?.map(Delay::Seconds),
+    };
+    let options = asked.options(inner).map_err(|e| error(format_args!("identify: {e}")))?;
     let gains = gains(given, "gain", inner)?;
     let estimate = work(py, None, |_| {
         let logs = ExperimentLogs { directory: &directory, plan: &plan, columns, gains, load, options };

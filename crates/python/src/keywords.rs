@@ -47,11 +47,14 @@ impl<'py> Keywords<'py> {
         let Some(value) = self.any(name) else { return Ok(None) };
         match value.extract::<T>() {
             Ok(value) => Ok(Some(value)),
-            Err(_) => {
-                let found = value.repr().map(|r| r.to_string()).unwrap_or_default();
-                Err(error(format_args!("{}: {name}={found}: {expected} is expected", self.function)))
-            }
+            Err(_) => Err(self.wrong(name, expected)),
         }
+    }
+
+    /// That an option is not what it can be.
+    pub fn wrong(&self, name: &str, expected: &str) -> PyErr {
+        let found = self.any(name).and_then(|value| value.repr().ok()).map_or(String::new(), |r| r.to_string());
+        error(format_args!("{}: {name}={found}: {expected} is expected", self.function))
     }
 
     /// The value of an option that is one of some words.

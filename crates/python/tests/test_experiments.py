@@ -46,6 +46,60 @@ def test_the_walk_is_that_of_the_program(program, tmp_path):
     assert pickle.loads(pickle.dumps(plan)).to_yaml() == plan.to_yaml()
 
 
+@pytest.fixture(scope="module")
+def experiments(planar, tmp_path_factory):
+    """The plan, and the directory of its simulated logs."""
+    logs = tmp_path_factory.mktemp("effects")
+    plan = rist.plan(planar, experiments=4, starts=2, configurations=10)
+    plan.save(logs / "plan.yaml")
+    rist.simulate(planar, plan, validation=1, out=logs)
+    return plan, logs
+
+
+def test_effects_are_those_of_the_program(planar, experiments, program, tmp_path):
+    plan, logs = experiments
+    for flags, options in [
+        (("--ripple", "q2=12,q2=6"), dict(ripple={"q2": [12, 6]})),
+        (("--ripple", "q1=3,q2=12", "--delay", "auto"), dict(ripple={"q1": np.float64(3), "q2": 12}, delay="auto")),
+        (("--ripple", "12"), dict(ripple=12, elastic=False, play=[])),
+        (("--elastic", "q2", "--cutoff", "15"), dict(elastic=["q2"], cutoff=15)),
+        (("--elastic", "all"), dict(elastic=True)),
+        (("--play", "q1"), dict(play="q1")),
+    ]:
+        done = program("identify", MODELS / "planar2r_vertical.yaml", logs, "--plan", logs / "plan.yaml", "--method", "rist-mh", *flags, "--out", tmp_path / "program.yaml")
+        found = rist.identify(planar, logs, method="rist-mh", plan=plan, **options)
+        assert found.to_yaml() == (tmp_path / "program.yaml").read_text(), (flags, done.stderr)
+        assert ("ripple" in options) == any("ripple" in remark for remark in found.remarks), found.remarks
+
+
+def test_effects_that_cannot_be_are_refused(planar, experiments):
+    plan, logs = experiments
+
+    def message(method="rist-mh", **options):
+        with pytest.raises(rist.Error) as raised:
+            rist.identify(planar, logs, method=method, plan=plan, **options)
+        return str(raised.value)
+
+    assert message(ripple={"q9": 12}) == "identify: ripple: there is no coordinate `q9`; there are q1, q2"
+    assert message(elastic=["q9"]) == "identify: elastic: there is no coordinate `q9`; there are q1, q2"
+    assert message(play="q9") == "identify: play: there is no coordinate `q9`; there are q1, q2"
+    for wrong in (True, "12", {"q2": "12"}, {2: 12}, {"q2": True}):
+        assert "{'q2': 12} or {'q2': [6, 12]}, is expected" in message(ripple=wrong), wrong
+    for wrong in (0, -1, float("nan"), {"q2": [6, 0]}, 1e5):
+        assert "a number above 0 and up to 10000 is expected" in message(ripple=wrong), wrong
+    for wrong in (2, [1], {"q2": True}, [True]):
+        for name in ("elastic", "play"):
+            said = message(**{name: wrong})
+            assert said.startswith(f"identify: {name}=") and "True for all joints, or a list" in said, (wrong, said)
+    assert "a positive number of Hz is expected" in message(cutoff=-1.0)
+    assert "seconds between -1 and 1 are expected" in message(delay=2.0)
+    for options in (dict(ripple=12), dict(elastic=True), dict(play=["q1"])):
+        assert message(method="rist", **options) == "identify: ripple, elastic and play are for method='rist-mh'"
+        for method in ("ls", "essential"):
+            with pytest.raises(rist.Error, match="ripple, elastic and play are for method='rist-mh'"):
+                rist.identify(planar, logs / "e01.csv", method=method, **options)
+
+
 def test_a_motion_is_proven(planar, program, tmp_path):
     options = dict(harmonics=2, starts=1, iterations=5, period=5.0)
     motion = rist.excite(planar, **options)

@@ -9,7 +9,6 @@ use identification::model::known_load::KnownLoad;
 use identification::spectrum::experiment::SpectralExperiment;
 use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
 use identification::spectrum::rist_mh::data::HarmonicOptions;
-use identification::spectrum::rist_mh::effects::Effect;
 use logs::{ColumnNames, Effort, Log};
 
 use crate::Estimate;
@@ -31,35 +30,6 @@ pub struct ExperimentLogs<'a> {
     pub load: Option<(PathBuf, KnownLoad)>,
     /// Band and effects of RIST-MH; the paper's rows heed neither.
     pub options: HarmonicOptions,
-}
-
-/// Most periods a turn that are taken for ripple: a hundred times those of a motor with a hundred poles.
-const MOST_PERIODS: f64 = 1e4;
-
-/// The effects that words of the command line ask for: `ripple` by `q2=12`, or `12` for all coordinates; `elastic` and `play`
-/// by the names of coordinates, or `all`.
-///
-/// Fails where there is no such coordinate, and where the periods are no number.
-pub fn effects(model: &Model, ripple: &[String], elastic: &[String], play: &[String]) -> Result<Vec<Effect>, Error> {
-    let n = model.regressor().coordinates().len();
-    let joints = |word: &str| if word == "all" { Ok(0..n) } else { model.coordinate(word).map(|k| k..k + 1) };
-    let mut found = Vec::new();
-    for word in ripple {
-        let (name, number) = word.split_once('=').unwrap_or(("all", word));
-        let periods = number.parse::<f64>().ok().filter(|k| *k > 0.0 && *k <= MOST_PERIODS).ok_or_else(|| {
-            Error::new(format_args!("--ripple {word}: periods a turn above 0 and up to {MOST_PERIODS} are expected"))
-        })?;
-        found.extend(joints(name)?.map(|joint| Effect::Ripple { joint, periods }));
-    }
-    for word in elastic {
-        found.extend(joints(word)?.map(|joint| Effect::Elastic { joint }));
-    }
-    for word in play {
-        found.extend(joints(word)?.map(|joint| Effect::Play { joint }));
-    }
-    // What is asked for twice is one effect.
-    let is_new = |i: &usize| !found[..*i].contains(&found[*i]);
-    Ok((0..found.len()).filter(is_new).map(|i| found[i]).collect())
 }
 
 /// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan.

@@ -47,6 +47,7 @@ mod excite_timing;
 pub mod exciting;
 pub mod experiments;
 pub mod fleet;
+pub mod harmonic_request;
 pub mod load;
 pub mod model;
 pub mod motion_portrait;

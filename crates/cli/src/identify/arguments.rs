@@ -6,6 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
+use rist::harmonic_request::{Delay, Whose};
 
 use crate::model::ModelArguments;
 
@@ -83,17 +84,17 @@ pub struct Arguments {
     pub delay: Option<Delay>,
 
     /// rist-mh: estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
-    #[arg(long, value_name = "[COORDINATE=]PERIODS", value_delimiter = ',', help_heading = METHOD)]
-    pub ripple: Vec<String>,
+    #[arg(long, value_name = "[COORDINATE=]PERIODS", value_delimiter = ',', value_parser = ripple, help_heading = METHOD)]
+    pub ripple: Vec<(Whose, f64)>,
 
     /// rist-mh: estimate the springs of these coordinates, or of all; the encoders are at the motors. Its equations end at
     /// 10 Hz then, unless --cutoff says otherwise
-    #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', help_heading = METHOD)]
-    pub elastic: Vec<String>,
+    #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', value_parser = whose, help_heading = METHOD)]
+    pub elastic: Vec<Whose>,
 
     /// rist-mh: the same of the play of joints
-    #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', help_heading = METHOD)]
-    pub play: Vec<String>,
+    #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', value_parser = whose, help_heading = METHOD)]
+    pub play: Vec<Whose>,
 
     /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
     /// stribeck=V (V in rad/s), none, or auto: the set that best predicts what was left out [default:
@@ -173,13 +174,6 @@ pub enum Method {
     Didim,
 }
 
-/// The delay of the torques.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Delay {
-    Auto,
-    Seconds(f64),
-}
-
 /// A word of --friction.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Friction {
@@ -194,6 +188,18 @@ fn delay(text: &str) -> Result<Delay, String> {
         (_, Ok(s)) if s.abs() < 1.0 => Ok(Delay::Seconds(s)),
         _ => Err("expected auto, or seconds between -1 and 1".into()),
     }
+}
+
+/// `q2`, or `all`.
+fn whose(text: &str) -> Result<Whose, String> {
+    Ok(if text == "all" { Whose::All } else { Whose::Coordinate(text.into()) })
+}
+
+/// `q2=12`, or `12` for all.
+fn ripple(text: &str) -> Result<(Whose, f64), String> {
+    let (name, number) = text.split_once('=').unwrap_or(("all", text));
+    let periods = number.parse().map_err(|_| format!("`{number}` is no number of periods a turn"))?;
+    Ok((whose(name)?, periods))
 }
 
 /// Those of the library, with what they do in the help.

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use identification::estimators::closed_loop::ClosedLoop;
 use rist::closed_loop::ClosedLoopLogs;
+use rist::harmonic_request::Delay;
 use rist::output::check_output;
 
-use super::arguments::{Arguments, Delay};
+use super::arguments::Arguments;
 use super::experiments::told;
 use super::samples::options;
 use crate::artefact::{gains, read_plan};

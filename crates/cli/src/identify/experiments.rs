@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 
 use identification::estimate::options::Options;
 use identification::spectrum::identify::SpectralMethod;
-use identification::spectrum::rist_mh::data::HarmonicOptions;
-use identification::spectrum::rist_mh::effects::Effect;
 use logs::ColumnNames;
-use rist::experiments::{ExperimentLogs, effects};
-use rist::{Estimate, Model};
+use rist::Estimate;
+use rist::experiments::ExperimentLogs;
+use rist::harmonic_request::HarmonicRequest;
 use serde_json::json;
 
-use super::arguments::{Arguments, Delay};
+use super::arguments::Arguments;
 use crate::artefact::{gains, read_load, read_plan};
 use crate::failure::Failure;
 use crate::terminal::{at_work, print_result};
@@ -34,7 +33,7 @@ pub fn run(arguments: &Arguments, plan: &Path, method: SpectralMethod) -> Result
     let plan = read_plan(plan, &model)?;
     let load = arguments.load.as_ref().map(|file| Ok::<_, Failure>((file.clone(), read_load(file)?))).transpose()?;
     let gains = gains(&arguments.gain, &model)?;
-    let options = options(arguments, &model)?;
+    let options = request(arguments).options(&model)?;
     let logs = ExperimentLogs { directory, plan: &plan, columns, gains, load, options };
     at_work(format_args!("identifying from {}", directory.display()));
     let estimate = rist::identify_experiments(&model, &logs, method)?;
@@ -71,21 +70,13 @@ fn columns(path: &Path) -> Result<ColumnNames, Failure> {
     }
 }
 
-/// The band and the effects of RIST-MH; the paper's rows have neither.
-fn options(arguments: &Arguments, model: &Model) -> Result<HarmonicOptions, Failure> {
-    let effects = effects(model, &arguments.ripple, &arguments.elastic, &arguments.play)?;
-    let mut options = HarmonicOptions::default().with_effects(effects);
-    if let Some(hz) = arguments.cutoff {
-        if !(hz.is_finite() && hz > 0.0) {
-            return Err(Failure::new(format_args!("--cutoff {hz}: a positive number of Hz is expected")));
-        }
-        options.band.equations = hz;
-        options.band.motion = options.band.motion.max(2.0 * hz);
+/// What is asked of RIST-MH; the paper's rows have neither band nor effects.
+fn request(arguments: &Arguments) -> HarmonicRequest {
+    HarmonicRequest {
+        cutoff: arguments.cutoff,
+        delay: arguments.delay,
+        ripple: arguments.ripple.clone(),
+        elastic: arguments.elastic.clone(),
+        play: arguments.play.clone(),
     }
-    match arguments.delay {
-        Some(Delay::Seconds(seconds)) => options.band.delay = seconds,
-        Some(Delay::Auto) => options.effects.push(Effect::Delay),
-        None => {}
-    }
-    Ok(options)
 }

@@ -8,6 +8,7 @@ use identification::estimate::residuals::Residuals;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
+use rist::harmonic_request::Delay;
 use rist::load::Load;
 use rist::samples::Identification;
 use rist::verdict::{Trust, Verdict};
@@ -15,7 +16,7 @@ use rist::{IdentifyRequest, Model, Validation};
 use robot::Inertial;
 use serde_json::{Value, json};
 
-use super::arguments::{Arguments, Delay, Friction, Method};
+use super::arguments::{Arguments, Friction, Method};
 use crate::artefact::{check_outputs, gain, read_text, series_text};
 use crate::doctor::findings;
 use crate::failure::Failure;

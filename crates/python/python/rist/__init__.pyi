@@ -291,9 +291,12 @@ def identify(
     loaded_link: str | None = None,
     validate: Logs = (),
     options: Path | None = None,
-    method: Literal["ls", "rist", "rist-mh"] = "ls",
+    method: Literal["ls", "essential", "rist", "rist-mh"] = "ls",
     plan: ExperimentPlan | Path | None = None,
     load: Path | None = None,
+    ripple: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
+    elastic: bool | str | Sequence[str] = False,
+    play: bool | str | Sequence[str] = False,
 ) -> Estimate: ...
 def validate(
     model: Model,
