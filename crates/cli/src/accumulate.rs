@@ -8,6 +8,7 @@ use clap::Args;
 use identification::estimate::options::Options;
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
+use identification::signals::signal_options::possible_delay;
 use rist::fleet::AccumulateRequest;
 use rist::{Accumulator, Model};
 use serde_json::json;
@@ -195,13 +196,13 @@ fn account(sums: &Accumulator) -> String {
 
 fn delay(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(s) if s.abs() < 1.0 => Ok(s),
+        Ok(seconds) => possible_delay(seconds),
         _ if text == "auto" => {
             Err("the search goes over the rows many times, and sums have no rows: let rist identify \
                                     --delay auto find it on some of the logs, and give it here"
                 .into())
         }
-        _ => Err("expected seconds between -1 and 1".into()),
+        _ => Err("expected seconds".into()),
     }
 }
 

@@ -6,6 +6,7 @@ use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
+use identification::signals::signal_options::possible_delay;
 use identification::spectrum::identify::SpectralMethod;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -214,11 +215,7 @@ pub fn options_of_samples(given: &Keywords<'_>, model: &rist::Model) -> PyResult
     if !is_auto(given, "delay")
         && let Some(delay) = given.get::<f64>("delay", "'auto', or seconds between -1 and 1")?
     {
-        // Not a number is none either.
-        if !(delay.abs() < 1.0) {
-            return Err(error(format_args!("delay={delay}: 'auto', or seconds between -1 and 1 is expected")));
-        }
-        signal.delay = delay;
+        signal.delay = possible_delay(delay).map_err(error)?;
     }
     options.weights = given.word("weights", &Weights::ALL.map(|w| (w.word(), w)))?.unwrap_or(options.weights);
     if !is_auto(given, "friction")

@@ -1,5 +1,6 @@
 //! What RIST-MH is asked for beside the parameters, by names of coordinates: the program and Python ask alike.
 
+use identification::signals::signal_options::possible_delay;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
 use identification::spectrum::rist_mh::effects::Effect;
 
@@ -8,9 +9,6 @@ use crate::model::Model;
 
 /// Most periods a turn that are taken for ripple: a hundred times those of a motor with a hundred poles.
 const MOST_PERIODS: f64 = 1e4;
-
-/// A delay is a fault of a logger; a second is longer than any.
-const LONGEST_DELAY: f64 = 1.0;
 
 /// Whose effect is meant.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,11 +62,7 @@ impl HarmonicRequest {
             options.band.motion = options.band.motion.max(2.0 * hz);
         }
         match self.delay {
-            // Not a number is none either.
-            Some(Delay::Seconds(seconds)) if seconds.is_nan() || seconds.abs() >= LONGEST_DELAY => {
-                return Err(Error::new(format_args!("a delay of {seconds} s: seconds between -1 and 1 are expected")));
-            }
-            Some(Delay::Seconds(seconds)) => options.band.delay = seconds,
+            Some(Delay::Seconds(seconds)) => options.band.delay = possible_delay(seconds).map_err(Error::new)?,
             Some(Delay::Auto) => options.effects.push(Effect::Delay),
             None => {}
         }

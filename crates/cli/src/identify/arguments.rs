@@ -6,6 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use identification::estimators::weighted::Weights;
 use identification::model::friction::terms::FrictionTerm;
+use identification::signals::signal_options::possible_delay;
 use rist::harmonic_request::{Delay, Whose};
 
 use crate::model::ModelArguments;
@@ -185,8 +186,8 @@ pub enum Friction {
 fn delay(text: &str) -> Result<Delay, String> {
     match (text, text.parse::<f64>()) {
         ("auto", _) => Ok(Delay::Auto),
-        (_, Ok(s)) if s.abs() < 1.0 => Ok(Delay::Seconds(s)),
-        _ => Err("expected auto, or seconds between -1 and 1".into()),
+        (_, Ok(seconds)) => possible_delay(seconds).map(Delay::Seconds),
+        _ => Err("expected auto, or seconds".into()),
     }
 }
 

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimators::weighted::Weights;
 use crate::model::friction::terms::FrictionTerm;
 use crate::signals::preparation::Preparation;
-use crate::signals::signal_options::Signal;
+use crate::signals::signal_options::{Signal, possible_delay};
 use crate::signals::transmission::Transmission;
 
 /// How an identification is done; every part has a default.
@@ -53,7 +53,9 @@ impl Options {
 
     /// The same of a text; `file` stands in messages.
     pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))
+        let options: Options = serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))?;
+        possible_delay(options.signal.delay).map_err(|message| Error::at(file, 0, message))?;
+        Ok(options)
     }
 
     /// The preparation of a log: the signal options, which keep rows at standstill where no friction of the model is dry.
@@ -64,5 +66,22 @@ impl Options {
         }
         let friction = self.friction.iter().copied().filter(|term| term.is_bent()).collect();
         Preparation { transmission: self.transmission.clone(), signal, friction, content: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A logger is late by less than a second; what is no number is not the log's fault.
+    #[test]
+    fn a_delay_that_cannot_be_is_refused_with_its_file() {
+        let parse = |delay: &str| Options::parse("options.yaml", &format!("signal: {{delay: {delay}}}\n"));
+        assert_eq!(parse("-0.0205").unwrap().signal.delay, -0.0205);
+        for delay in [".nan", "1.0", "-30", ".inf"] {
+            let said = parse(delay).unwrap_err().to_string();
+            assert!(said.starts_with("options.yaml: a delay of "), "{said}");
+            assert!(said.ends_with("seconds between -1 and 1 are expected"), "{said}");
+        }
     }
 }

@@ -22,7 +22,7 @@ use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::differences::Differences;
 use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::reversals::{columns, directions};
-use crate::signals::signal_options::{REVERSAL, Signal, Velocity};
+use crate::signals::signal_options::{REVERSAL, Signal, Velocity, possible_delay};
 use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
 
@@ -55,8 +55,9 @@ impl JointSignals {
                 clock
             }
         };
-        if signal.delay != 0.0 {
-            let later: Vec<f64> = t.iter().map(|t| t + signal.delay).collect();
+        let delay = possible_delay(signal.delay).map_err(|message| Error::at(&self.log.name, 0, message))?;
+        if delay != 0.0 {
+            let later: Vec<f64> = t.iter().map(|t| t + delay).collect();
             for x in &mut self.tau {
                 *x = interpolate(&t, x, &later);
             }

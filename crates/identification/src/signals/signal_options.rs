@@ -32,7 +32,7 @@ pub struct Signal {
     /// Speed below which rows of a joint are dropped, rad/s; 0: none. By default the rows of a joint that stays
     /// where it is (`standstill`) are dropped where the model has dry friction.
     pub standstill: Option<f64>,
-    /// Time by which the torques lag the positions, s.
+    /// Time by which the torques lag the positions, s: a [`possible_delay`].
     pub delay: f64,
     /// Make the columns of dry friction of a velocity of its own cut-off, and pass them through the filter of the torques:
     /// the torques' jumps at reversals are rounded by their filter, and so are the columns'.
@@ -64,6 +64,20 @@ impl Default for Signal {
 
 /// Cut-off of the velocity that tells reversals, over that of the torques.
 pub const REVERSAL: f64 = 10.0;
+
+/// A delay is a fault of a logger; a second is longer than any, s.
+const LONGEST_DELAY: f64 = 1.0;
+
+/// The same seconds, where torques can lag positions by them.
+///
+/// Fails, saying what is expected, where they cannot.
+pub fn possible_delay(seconds: f64) -> Result<f64, String> {
+    // Not a number is no delay either.
+    let is_possible = seconds.abs() < LONGEST_DELAY;
+    is_possible.then_some(seconds).ok_or_else(|| {
+        format!("a delay of {seconds} s: seconds between -{LONGEST_DELAY} and {LONGEST_DELAY} are expected")
+    })
+}
 
 impl Signal {
     /// Keep every n-th sample: n.
