@@ -108,7 +108,7 @@ impl Adjoint {
         let graph = self.function.graph();
         for (i, &node) in graph.nodes().iter().enumerate().rev() {
             let own = slopes[i];
-            if !graph.varies(Expr::new(i, false)) || own == [0.0; LANES] {
+            if !graph.varies(Expr::new(i, false)) || own.iter().all(|x| *x == 0.0) {
                 continue;
             }
             let at = |e: Expr| values[e.node()];
@@ -144,6 +144,7 @@ fn sign(e: Expr) -> f64 {
 }
 
 /// Adds dL/d(the expression) to the node behind it.
+#[inline(always)]
 fn add(slopes: &mut [[f64; LANES]], e: Expr, slope: [f64; LANES]) {
     let sign = sign(e);
     for (sum, x) in slopes[e.node()].iter_mut().zip(slope) {

@@ -3,6 +3,7 @@
 use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_summary, proven_text};
 use identification::experiments::excitation::limits::LimitKind;
 use identification::experiments::excitation::proof::{CertificateRow, Kept};
+use identification::experiments::excitation::space_limits::SpaceLimits;
 use identification::experiments::excitation::visibility::VisibleParameter;
 use identification::portrait::envelope::Envelope;
 use identification::portrait::motion_portrait::{JointCourse, MotionPortrait, TipPath};
@@ -98,7 +99,7 @@ pub fn motion(shown: ShownMotion) -> MotionPart {
         notes: portrait.notes.clone(),
         joints: portrait.joints.iter().map(charts).collect(),
         tip: portrait.tip.as_ref().map(|tip| tip.name.clone()),
-        path: portrait.tip.iter().flat_map(paths).map(|(_, plane, chart)| figure(plane, chart)).collect(),
+        path: of_tip(shown).map(|(_, plane, chart)| figure(plane, chart)).collect(),
         scale,
         parameters,
     }
@@ -115,9 +116,13 @@ pub fn pictures(shown: ShownMotion) -> Vec<(String, String)> {
         drawn(joint, shown.portrait).into_iter().map(file).collect::<Vec<_>>()
     };
     let of_joints = shown.portrait.joints.iter().flat_map(of_joint);
-    let of_tip =
-        shown.portrait.tip.iter().flat_map(paths).map(|(name, _, chart)| (format!("motion_{name}"), chart.alone()));
+    let of_tip = of_tip(shown).map(|(name, _, chart)| (format!("motion_{name}"), chart.alone()));
     of_joints.chain(of_tip).collect()
+}
+
+/// The path of the tip, where there is one: file name, caption, chart.
+fn of_tip<'a>(shown: ShownMotion<'a>) -> impl Iterator<Item = (&'static str, String, Chart<'a>)> {
+    shown.portrait.tip.iter().flat_map(move |tip| paths(tip, &shown.artefact.space))
 }
 
 /// A quantity of a coordinate over time.
@@ -205,8 +210,8 @@ fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     }
 }
 
-/// Seen along the three axes of the base frame: file name, caption, chart.
-fn paths(tip: &TipPath) -> Vec<(&'static str, String, Chart<'static>)> {
+/// Seen along the three axes of the base frame, between floor, walls and boxes: file name, caption, chart.
+fn paths(tip: &TipPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart<'static>)> {
     let planes = [
         ("path_xy", "x and y: from above", 0, 1),
         ("path_xz", "x and z: from the side", 0, 2),
@@ -218,10 +223,41 @@ fn paths(tip: &TipPath) -> Vec<(&'static str, String, Chart<'static>)> {
         let chart = Chart::new(format!("Path of {}, {caption}", tip.name), (axes[a], axes[b]))
             .true_to_scale()
             .line("path", "a", &points);
+        let edges = edges(space, [a, b], &points);
+        let chart = if edges.is_empty() { chart } else { chart.pieces("floor, walls, boxes", "c", edges) };
         (name, caption.to_string(), points.first().into_iter().fold(chart, |chart, p| chart.mark("start", "b", *p)))
     };
     planes.map(plane).into_iter().collect()
 }
+
+/// What limits of space are lines where one looks along an axis of the base frame: boxes, and planes along that axis, each
+/// as far as the path reaches. `axes`: those that are seen.
+fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+    let [a, b] = axes;
+    let reach = |of: fn(&(f64, f64)) -> f64| {
+        path.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let ((left, right), (low, high)) = (reach(|p| p.0), reach(|p| p.1));
+    let (centre, radius) = ((0.5 * (left + right), 0.5 * (low + high)), 0.5 * (right - left).hypot(high - low));
+    let floor = space.floor.map(|z| ([0.0, 0.0, z], [0.0, 0.0, 1.0]));
+    let planes = floor.into_iter().chain(space.walls.iter().map(|wall| (wall.point, wall.normal)));
+    let line = |(point, normal): ([f64; 3], [f64; 3])| {
+        let (size, seen) = (normal.iter().fold(0.0, |sum: f64, x| sum.hypot(*x)), normal[a].hypot(normal[b]));
+        let n = (normal[a] / seen, normal[b] / seen);
+        let beyond = (centre.0 - point[a]) * n.0 + (centre.1 - point[b]) * n.1;
+        let foot = (centre.0 - beyond * n.0, centre.1 - beyond * n.1);
+        let end = |side: f64| (foot.0 - side * radius * n.1, foot.1 + side * radius * n.0);
+        (seen >= EDGE_ON * size).then(|| vec![end(-1.0), end(1.0)])
+    };
+    let cells = space.boxes.iter().map(|cell| {
+        let ((left, low), (right, high)) = ((cell.low[a], cell.low[b]), (cell.high[a], cell.high[b]));
+        vec![(left, low), (right, low), (right, high), (left, high), (left, low)]
+    });
+    planes.filter_map(line).chain(cells).collect()
+}
+
+/// The sine of the angle between a plane's normal and the line of sight from which on the plane is seen as a line.
+const EDGE_ON: f64 = 0.9999;
 
 /// Per cent of the widest bar at least: what is there is seen.
 const LEAST: f64 = 2.0;
@@ -270,4 +306,37 @@ fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
 fn power_of_ten(exponent: f64) -> String {
     let digits = (-exponent).max(0.0) as usize;
     format!("{:.digits$}", 10f64.powf(exponent))
+}
+
+#[cfg(test)]
+mod tests {
+    use identification::experiments::excitation::space_limits::{SpaceBox, Wall};
+
+    use super::*;
+
+    #[test]
+    fn planes_are_lines_where_they_are_seen_edge_on() {
+        let wall = |normal| Wall { point: [0.5, 0.0, 0.0], normal, links: None };
+        let path = [(0.0, 0.2), (0.4, 0.5)];
+        // Half of the diagonal of the path.
+        let radius = 0.25;
+        let of = |space: SpaceLimits, axes| edges(&space, axes, &path);
+        let floor = SpaceLimits { floor: Some(-0.1), ..Default::default() };
+        assert_eq!(of(floor.clone(), [0, 1]), Vec::<Vec<_>>::new());
+        let line = &of(floor, [0, 2])[0];
+        assert!(line.iter().all(|p| (p.1 + 0.1).abs() < 1e-12), "{line:?}");
+        let mut ends = [line[0].0, line[1].0];
+        ends.sort_by(f64::total_cmp);
+        assert!((ends[0] - (0.2 - radius)).abs() < 1e-12 && (ends[1] - (0.2 + radius)).abs() < 1e-12, "{line:?}");
+        // x + y = 0.5 is seen from above alone; x = 0.5 from above and from the side, where its normal has any length.
+        let slanting = SpaceLimits { walls: vec![wall([-2.0, -2.0, 0.0])], ..Default::default() };
+        let line = &of(slanting.clone(), [0, 1])[0];
+        assert!(line.iter().all(|p| (p.0 + p.1 - 0.5).abs() < 1e-12), "{line:?}");
+        assert!(of(slanting, [0, 2]).is_empty());
+        let upright = SpaceLimits { walls: vec![wall([-3.0, 0.0, 0.0])], ..Default::default() };
+        assert_eq!([[0, 1], [0, 2], [1, 2]].map(|axes| of(upright.clone(), axes).len()), [1, 1, 0]);
+        let cell = SpaceBox { low: [-1.0, -2.0, 0.0], high: [1.0, 2.0, 1.5], links: None };
+        let cells = SpaceLimits { boxes: vec![cell], ..Default::default() };
+        assert_eq!(of(cells, [1, 2])[0], [(-2.0, 0.0), (2.0, 0.0), (2.0, 1.5), (-2.0, 1.5), (-2.0, 0.0)]);
+    }
 }

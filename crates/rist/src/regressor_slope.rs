@@ -1,6 +1,8 @@
 //! A model's base regressor with its exact derivative.
 
-use expr::Adjoint;
+use std::sync::Mutex;
+
+use expr::{Adjoint, AdjointWorkspace};
 use identification::model::differentiable::DifferentiableRegressor;
 use identification::model::parameter::BaseParameter;
 use identification::model::regressor::Regressor;
@@ -12,13 +14,19 @@ use crate::model::Model;
 pub struct RegressorSlope<'a> {
     regressor: &'a dyn Regressor,
     adjoint: Adjoint,
+    /// Memory of evaluations that are over, for the next ones: one a thread at most.
+    idle: Mutex<Vec<AdjointWorkspace>>,
 }
 
 impl<'a> RegressorSlope<'a> {
     /// Fails where joints are found numerically: the function does not know how they follow the coordinates.
     pub fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
         match model.robot.passive.first() {
-            None => Ok(RegressorSlope { regressor: model.regressor(), adjoint: Adjoint::new(&model.base_regressor) }),
+            None => Ok(RegressorSlope {
+                regressor: model.regressor(),
+                adjoint: Adjoint::new(&model.base_regressor),
+                idle: Mutex::new(vec![]),
+            }),
             Some(passive) => Err(Error::new(format_args!(
                 "{}: `{}` is found numerically by the closure of a loop; exciting motions are for robots whose joints \
                  are functions of the coordinates; `rist plan` has experiments for the others",
@@ -57,6 +65,12 @@ impl Regressor for RegressorSlope<'_> {
 
 impl DifferentiableRegressor for RegressorSlope<'_> {
     fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]) {
-        self.adjoint.pull_back(states, weights, &mut self.adjoint.workspace(), gradient);
+        let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
+        let mut work = idle.unwrap_or_else(|| self.adjoint.workspace());
+        self.adjoint.pull_back(states, weights, &mut work, gradient);
+        // A lock that a panic spoiled costs memory alone.
+        if let Ok(mut idle) = self.idle.lock() {
+            idle.push(work);
+        }
     }
 }

@@ -16,6 +16,16 @@ impl Rows {
         Rows { width, entries: vec![] }
     }
 
+    /// The rows of these entries, row by row.
+    pub fn of(width: usize, entries: Vec<f64>) -> Rows {
+        Rows { width, entries }
+    }
+
+    /// The entries, row by row.
+    pub fn into_entries(self) -> Vec<f64> {
+        self.entries
+    }
+
     /// Appends one row, cut or filled with zeros to the width.
     pub fn push(&mut self, row: &[f64]) {
         let missing = self.width.saturating_sub(row.len());
@@ -89,17 +99,7 @@ impl InformationMatrix {
 
     /// F + weight W'W.
     pub fn add(&mut self, rows: &Rows, weight: f64) {
-        let p = self.p;
-        for row in rows.iter() {
-            for i in 0..p {
-                let x = weight * row[i];
-                if x != 0.0 {
-                    for (f, y) in self.entries[i * p..i * p + i + 1].iter_mut().zip(row) {
-                        *f += x * y;
-                    }
-                }
-            }
-        }
+        add_products(&mut self.entries, self.p, &rows.entries, |_| weight);
     }
 
     /// Sum of the diagonal of F.
@@ -141,6 +141,39 @@ impl InformationMatrix {
             }
         }
         Some(InformationFactor { p, log_det, inverse })
+    }
+}
+
+/// Rows that are added in one pass.
+const ABREAST: usize = 4;
+
+/// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix, row after row in every entry.
+pub(crate) fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
+    let whole = rows.len() / p.max(1) / ABREAST * ABREAST;
+    let (blocks, rest) = rows.split_at(whole * p);
+    for (b, block) in blocks.chunks_exact(ABREAST * p.max(1)).enumerate() {
+        let weights: [f64; ABREAST] = std::array::from_fn(|r| weight(ABREAST * b + r));
+        for i in 0..p {
+            let x: [f64; ABREAST] = std::array::from_fn(|r| weights[r] * block[r * p + i]);
+            if x.iter().all(|x| *x == 0.0) {
+                continue;
+            }
+            let y: [&[f64]; ABREAST] = std::array::from_fn(|r| &block[r * p..][..i + 1]);
+            let entries = &mut lower[i * p..][..i + 1];
+            for j in 0..i + 1 {
+                entries[j] = (0..ABREAST).fold(entries[j], |sum, r| sum + x[r] * y[r][j]);
+            }
+        }
+    }
+    for (r, row) in rest.chunks_exact(p.max(1)).enumerate() {
+        let weight = weight(whole + r);
+        for i in 0..p {
+            let x = weight * row[i];
+            let entries = &mut lower[i * p..][..i + 1];
+            for j in 0..i + 1 {
+                entries[j] += x * row[j];
+            }
+        }
     }
 }
 

@@ -10,6 +10,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::algebra::information_matrix::add_products;
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::experiments::excitation::motion::Shape;
 
@@ -79,7 +80,9 @@ impl Barrier {
                 }
                 sum -= (above / half * (below / half)).ln();
                 let slope = factor * self.weight * (1.0 / above - 1.0 / below);
-                gradient.iter_mut().zip(row).for_each(|(g, r)| *g += slope * r);
+                for i in 0..self.m {
+                    gradient[i] += slope * row[i];
+                }
             }
         }
         Some(sum * self.weight)
@@ -89,16 +92,14 @@ impl Barrier {
     pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
         let m = self.m;
         let block = |joint: usize| {
-            let mut hessian = &self.joints[joint].metric * ridge;
-            for (row, value, (low, high)) in self.rows(joint, x) {
-                let bend = (high - value).powi(-2) + (value - low).powi(-2);
-                for i in 0..m {
-                    let scaled = factor * self.weight * bend * row[i];
-                    for j in 0..=i {
-                        hessian[(i, j)] += scaled * row[j];
-                    }
-                }
-            }
+            let JointRows { rows, metric, .. } = &self.joints[joint];
+            let bend = |(_, value, (low, high)): (&[f64], f64, (f64, f64))| {
+                factor * self.weight * ((high - value).powi(-2) + (value - low).powi(-2))
+            };
+            let bends: Vec<f64> = self.rows(joint, x).map(bend).collect();
+            let mut lower: Vec<f64> = (0..m * m).map(|at| metric[(at / m, at % m)] * ridge).collect();
+            add_products(&mut lower, m, rows, |r| bends[r]);
+            let mut hessian = DMatrix::from_row_slice(m, m, &lower);
             hessian.fill_upper_triangle_with_lower_triangle();
             Cholesky::new(hessian)
         };
@@ -155,8 +156,10 @@ impl Curvature {
     }
 }
 
+/// By indices: `zip` is not inlined from another unit of the crate, and this runs for every row of every step.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let b = &b[..a.len()];
+    (0..a.len()).map(|i| a[i] * b[i]).sum()
 }
 
 #[cfg(test)]

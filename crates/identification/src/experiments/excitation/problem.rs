@@ -217,7 +217,10 @@ impl<'a> Prepared<'a> {
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
         let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
         let samples = problem.samples;
-        let mut w = vec![0.0; samples * self.moving.len() * self.p];
+        // What is known comes behind them, without another piece of memory.
+        let of_motion = samples * self.moving.len() * self.p;
+        let mut w = Vec::with_capacity(of_motion + self.prior.len());
+        w.resize(of_motion, 0.0);
         let mut slopes = Vec::with_capacity(samples * self.moving.len());
         let mut rows = w.chunks_exact_mut(self.p.max(1));
         for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).take(samples) {
@@ -245,7 +248,7 @@ impl<'a> Prepared<'a> {
     pub fn criterion(&self, x: &[f64]) -> Option<f64> {
         let states = self.states(x);
         let (w, _) = self.rows(&states, &self.filled(&states));
-        Some(criterion(self.problem.aim, &w, self.p, self.problem.samples)?.value)
+        Some(criterion(self.problem.aim, w, self.p, self.problem.samples)?.value)
     }
 }
 
@@ -287,7 +290,7 @@ impl Walled<'_> {
 
         // The criterion.
         let (w, friction) = prepared.rows(&states, &y);
-        let found = criterion(problem.aim, &w, prepared.p, samples)?;
+        let found = criterion(problem.aim, w, prepared.p, samples)?;
         value += found.value;
         let of_motion = samples * prepared.moving.len();
         for (at, slope) in found.slope.chunks_exact(prepared.p).enumerate().take(of_motion) {
