@@ -110,7 +110,11 @@ fn an_estimate_is_whole_and_knows_its_model() {
     joint_log::write(&here.join("other.csv"), &robot, &x, &[0.7; 6], 0.01);
     let flags = ["--rotor-inertia", "actuated", "--friction", "viscous,coulomb", "--out", "e.yaml"];
     done(&here, &[&["identify", &urdf, "log.csv"], &flags[..]].concat());
-    done(&here, &["validate", &urdf, "e.yaml", "other.csv"]);
+    let new = done(&here, &["validate", &urdf, "e.yaml", "other.csv"]);
+    assert!(!new.err.contains("was fitted to it"), "{}", new.err);
+    std::fs::copy(here.join("log.csv"), here.join("copy.csv")).unwrap();
+    let copied = done(&here, &["validate", &urdf, "e.yaml", "copy.csv"]);
+    assert!(copied.err.contains("copy.csv: the estimate was fitted to it"), "{}", copied.err);
     let again = done(&here, &["validate", &urdf, "e.yaml", "log.csv"]);
     assert!(again.err.contains("log.csv: the estimate was fitted to it"), "{}", again.err);
 

@@ -1,5 +1,7 @@
 //! How well an estimate predicts logs it was not made from.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use identification::estimate::held_out;
@@ -68,10 +70,30 @@ fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Erro
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
-/// Whether the estimate was made from this log, by where their names lead.
+/// Whether the estimate was made from this log: a file of its that is the same one, or has the same bytes where it still is.
 pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
     let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
-    estimate.logs.iter().any(|fitted| place(Path::new(fitted)) == place(log))
+    let is_log = |fitted: &Path| place(fitted) == place(log) || is_copy(fitted, log).unwrap_or(false);
+    estimate.logs.iter().any(|fitted| is_log(Path::new(fitted)))
+}
+
+/// Whether two files have the same bytes.
+fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
+    let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
+    // A pipe must not be opened: it is read once.
+    if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
+        return Ok(false);
+    }
+    let (mut a, mut b) = (BufReader::new(File::open(a)?), BufReader::new(File::open(b)?));
+    loop {
+        let (left, right) = (a.fill_buf()?, b.fill_buf()?);
+        let count = left.len().min(right.len());
+        if count == 0 || left[..count] != right[..count] {
+            return Ok(left.is_empty() && right.is_empty());
+        }
+        a.consume(count);
+        b.consume(count);
+    }
 }
 
 /// Predicts logs with an estimate from samples.
