@@ -217,10 +217,7 @@ impl<'a> Prepared<'a> {
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
         let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
         let samples = problem.samples;
-        // What is known comes behind them, without another piece of memory.
-        let of_motion = samples * self.moving.len() * self.p;
-        let mut w = Vec::with_capacity(of_motion + self.prior.len());
-        w.resize(of_motion, 0.0);
+        let mut w = vec![0.0; samples * self.moving.len() * self.p];
         let mut slopes = Vec::with_capacity(samples * self.moving.len());
         let mut rows = w.chunks_exact_mut(self.p.max(1));
         for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).take(samples) {

@@ -1,0 +1,212 @@
+"""Generated Rust beside the C that casadi writes of the same robot, in one process: nanoseconds a call, the best of 60 turns.
+
+    cargo build --release -p cli
+    pip install casadi pin numpy
+    python docs/how-to/generated_beside_casadi.py ROBOT.urdf
+
+casadi's functions are a Newton-Euler recursion in its own symbols, base parameters as inputs and all others structurally
+zero, the regressor as their Jacobian and its non-zeros alone; gcc compiles them in four ways, of which the best counts. Rust is
+`rist generate` with -C opt-level=3 -C target-cpu=native. Revolute and prismatic joints alone; needs gcc, objcopy and rustc.
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+urdf = pathlib.Path(sys.argv[1]).resolve()
+rist = pathlib.Path(__file__).resolve().parents[2] / "target/release/rist"
+here = pathlib.Path(tempfile.mkdtemp())
+model = pin.buildModelFromUrdf(str(urdf))
+data, random = model.createData(), np.random.default_rng(1)
+n, links = model.nv, model.njoints - 1
+if model.nq != n:
+    sys.exit(f"{urdf}: a joint without limits or with several degrees of freedom; make it revolute first")
+
+
+def state():
+    return random.uniform(-3, 3, n), random.uniform(-2, 2, n), random.uniform(-5, 5, n)
+
+
+# Columns that the ones before do not give: the base parameters stand for them.
+rows = [pin.computeJointTorqueRegressor(model, data, *state()) for _ in range(60 + 40 * links // n)]
+rows = np.vstack(rows)
+seen = np.flatnonzero(np.linalg.norm(rows, axis=0) > 1e-9)
+diagonal = np.abs(np.diag(np.linalg.qr(rows[:, seen], mode="r")))
+base = [int(c) for c, r in zip(seen, diagonal) if r > 1e-8 * diagonal.max()]
+
+
+def sparse(x):
+    """Zeros and ones of a rotation are none that rounding made."""
+    if isinstance(x, np.ndarray):
+        x = np.where(np.abs(x) < 1e-10, 0.0, np.where(np.abs(np.abs(x) - 1) < 1e-10, np.sign(x), x))
+    return ca.sparsify(ca.SX(x))
+
+
+def cross(a, b):
+    return sparse(ca.vertcat(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
+
+
+def turned(axis, q):
+    """The rotation by q about an axis."""
+    s, c, place = ca.sin(q), ca.cos(q), int(np.argmax(np.abs(axis)))
+    if np.count_nonzero(np.abs(axis) > 1e-10) > 1:
+        skew = sparse(np.cross(np.eye(3), -axis))
+        return sparse(ca.SX.eye(3) + s * skew + (1 - c) * ca.mtimes(skew, skew))
+    u, v, turn = (place + 1) % 3, (place + 2) % 3, ca.SX.eye(3)
+    turn[u, u], turn[v, v], turn[u, v], turn[v, u] = c, c, -axis[place] * s, axis[place] * s
+    return sparse(turn)
+
+
+q, dq, ddq, x = (ca.SX.sym(name, size) for name, size in [("q", n), ("dq", n), ("ddq", n), ("x", len(base))])
+standard = [ca.SX(1, 1) for _ in range(10 * links)]
+for k, c in enumerate(base):
+    standard[c] = x[k]
+
+zero = ca.SX(3, 1)
+w, dw, dv = ([zero] * (links + 1) for _ in range(3))
+dv[0] = sparse(-model.gravity.linear)
+turn, place, axes, force, moment = ([None] * (links + 1) for _ in range(5))
+for j in range(1, links + 1):
+    joint, parent = model.joints[j], model.parents[j]
+    i, name = joint.idx_v, joint.shortname().replace("JointModel", "")
+    axis = np.eye(3)["XYZ".index(name[-1])] if len(name) == 2 else np.array(joint.extract().axis)
+    slides, axes[j] = name[0] == "P", sparse(axis)
+    fixed, origin = sparse(model.jointPlacements[j].rotation), sparse(model.jointPlacements[j].translation)
+    turn[j] = fixed if slides else sparse(ca.mtimes(fixed, turned(axis, q[i])))
+    place[j] = sparse(origin + ca.mtimes(fixed, axes[j] * q[i])) if slides else origin
+    back = turn[j].T
+    w[j], dw[j] = ca.mtimes(back, w[parent]), ca.mtimes(back, dw[parent])
+    at = dv[parent] + cross(dw[parent], place[j]) + cross(w[parent], cross(w[parent], place[j]))
+    dv[j] = ca.mtimes(back, at)
+    if slides:
+        dv[j] = dv[j] + axes[j] * ddq[i] + 2 * cross(w[j], axes[j] * dq[i])
+    else:
+        dw[j] = dw[j] + axes[j] * ddq[i] + cross(w[j], axes[j] * dq[i])
+        w[j] = w[j] + axes[j] * dq[i]
+    w[j], dw[j], dv[j] = sparse(w[j]), sparse(dw[j]), sparse(dv[j])
+    mass, mx, my, mz, xx, xy, yy, xz, yz, zz = standard[10 * (j - 1) : 10 * j]
+    first = sparse(ca.vertcat(mx, my, mz))
+    inertia = sparse(ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz)))
+    force[j] = sparse(mass * dv[j] + cross(dw[j], first) + cross(w[j], cross(w[j], first)))
+    moment[j] = sparse(ca.mtimes(inertia, dw[j]) + cross(w[j], ca.mtimes(inertia, w[j])) + cross(first, dv[j]))
+tau = ca.SX(n, 1)
+for j in range(links, 0, -1):
+    slides = model.joints[j].shortname().replace("JointModel", "")[0] == "P"
+    tau[model.joints[j].idx_v] = ca.dot(ca.densify(axes[j]), ca.densify(force[j] if slides else moment[j]))
+    parent = model.parents[j]
+    if parent:
+        carried = ca.mtimes(turn[j], force[j])
+        force[parent] += carried
+        moment[parent] += ca.mtimes(turn[j], moment[j]) + cross(place[j], carried)
+
+regressor = ca.jacobian(tau, x)
+functions = {
+    "base_regressor": ca.Function("base_regressor", [q, dq, ddq], [regressor]),
+    "inverse_dynamics": ca.Function("inverse_dynamics", [q, dq, ddq, x], [ca.densify(tau)]),
+    "inertia_matrix": ca.Function("inertia_matrix", [q, x], [ca.triu(ca.jacobian(tau, ddq))]),
+}
+at = state()
+difference = pin.computeJointTorqueRegressor(model, data, *at)[:, base] - np.array(functions["base_regressor"](*at))
+code = ca.CodeGenerator("robot.c")
+for function in functions.values():
+    code.add(function)
+code.generate(f"{here}/")
+
+
+def run(*words):
+    subprocess.run(words, cwd=here, check=True)
+
+
+ways = ["-O3", "-O3 -fno-tree-slp-vectorize", "-O3 -ffast-math", "-O2 -ffast-math -fno-tree-slp-vectorize"]
+for k, flags in enumerate(ways):
+    run("gcc", *flags.split(), "-march=native", "-c", "robot.c", "-o", f"{k}.o")
+    run("objcopy", *(f"--redefine-sym={name}=casadi{k}_{name}" for name in functions), f"{k}.o")
+    keep = (f"--keep-global-symbol=casadi{k}_{name}" for name in functions)
+    run("objcopy", *keep, f"{k}.o")
+
+names = "inverse-dynamics,inertia-matrix"
+run(rist, "generate", urdf, "--rotor-inertia", "none", "--functions", names, "--out", "arm.rs", "--quiet")
+source = (here / "arm.rs").read_text()
+p = int(re.search(r"PARAMETERS: \[&str; (\d+)\]", source)[1])
+entries = int(re.search(r"NON_ZEROS: \[\(usize, usize\); (\d+)\]", source)[1])
+(here / "library.rs").write_text(f"""
+#[allow(dead_code)]
+mod arm;
+type V = [f64; {n}];
+#[unsafe(no_mangle)]
+pub extern "C" fn rust_base_regressor(q: &V, dq: &V, ddq: &V, y: &mut [f64; {entries}]) {{
+    arm::base_regressor_non_zeros(q, dq, ddq, y)
+}}
+#[unsafe(no_mangle)]
+pub extern "C" fn rust_inverse_dynamics(q: &V, dq: &V, ddq: &V, x: &[f64; {p}], tau: &mut V) {{
+    arm::inverse_dynamics(q, dq, ddq, x, tau)
+}}
+#[unsafe(no_mangle)]
+pub extern "C" fn rust_inertia_matrix(q: &V, x: &[f64; {p}], a: &mut [V; {n}]) {{
+    arm::inertia_matrix(q, x, a)
+}}
+""")
+optimised = ["-Copt-level=3", "-Ctarget-cpu=native", "-Ccodegen-units=1", "--edition=2024"]
+run("rustc", "--crate-type=staticlib", *optimised, "-o", "librist.a", "library.rs")
+
+declared = "".join(f"F casadi{k}_{name};" for k in range(len(ways)) for name in functions)
+listed = ",".join("{" + ",".join(f"casadi{k}_{name}" for k in range(len(ways))) + "}" for name in functions)
+(here / "main.c").write_text(f"""
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+typedef int F(const double **, double **, long long *, double *, int);
+{declared}
+void rust_base_regressor(), rust_inverse_dynamics(), rust_inertia_matrix();
+static double q[64][{n}], v[64][{n}], a[64][{n}], x[{max(p, len(base))}], y[{n} * {max(p, n)}], memory[1000000];
+static double now(void) {{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return t.tv_sec * 1e9 + t.tv_nsec;
+}}
+int main(void) {{
+    F *all[3][4] = {{{listed}}};
+    for (int i = 0; i < 64 * {n}; i++) {{
+        q[0][i] = 6. * rand() / RAND_MAX - 3, v[0][i] = 4. * rand() / RAND_MAX - 2, a[0][i] = 10. * rand() / RAND_MAX - 5;
+    }}
+    for (int i = 0; i < {max(p, len(base))}; i++) x[i] = 1. * rand() / RAND_MAX;
+    double best[15];
+    for (int i = 0; i < 15; i++) best[i] = 1e30;
+    int calls = 64 * 100;
+    for (int turn = 0; turn < 60; turn++)
+        for (int i = 0; i < 15; i++) {{
+            int f = i / 5, way = i % 5;
+            double begin = now();
+            for (int c = 0; c < calls; c++) {{
+                int s = c & 63;
+                const double *in[] = {{q[s], f == 2 ? x : v[s], a[s], x}};
+                double *out[] = {{y}};
+                if (way < 4) all[f][way](in, out, 0, memory, 0);
+                else if (f == 0) rust_base_regressor(q[s], v[s], a[s], y);
+                else if (f == 1) rust_inverse_dynamics(q[s], v[s], a[s], x, y);
+                else rust_inertia_matrix(q[s], x, y);
+            }}
+            double each = (now() - begin) / calls;
+            if (each < best[i]) best[i] = each;
+        }}
+    for (int f = 0; f < 3; f++) {{
+        double least = 1e30;
+        for (int way = 0; way < 4; way++) if (best[5 * f + way] < least) least = best[5 * f + way];
+        printf("%.0f %.0f\\n", least, best[5 * f + 4]);
+    }}
+}}
+""")
+objects = [f"{k}.o" for k in range(len(ways))]
+run("gcc", "-O2", "-w", "main.c", *objects, "librist.a", "-lm", "-lpthread", "-ldl", "-o", "main")
+timed = subprocess.run([here / "main"], capture_output=True, text=True, check=True).stdout.split()
+print(f"{urdf.stem}: {n} joints, {len(base)} base parameters (rist: {p}); casadi against pinocchio: {abs(difference).max():.0e}")
+print(f"{'function':<18} {'operations':>10} {'casadi, ns':>10} {'rist, ns':>10} {'ratio':>6}")
+for k, (name, function) in enumerate(functions.items()):
+    c, rust = float(timed[2 * k]), float(timed[2 * k + 1])
+    print(f"{name:<18} {function.n_instructions():>10} {c:>10.0f} {rust:>10.0f} {c / rust:>6.2f}")
