@@ -19,7 +19,7 @@
 //! Where white noise is all there is, both are estimates of one variance, and the larger of two is above it by what their few
 //! draws scatter: their mean is not. Slow noise sets the parts above the bands, and what the model lacks the bands above the
 //! parts, of nearly every parameter: there the larger is right. The median over the parameters of speed over parts tells which
-//! ([`ALIKE`], [`APART`], [`TELLING`]). No sigma is below that of white noise. Measured: `tests/benches/coverage.rs`.
+//! (`ALIKE`, `APART`, `TELLING`). No sigma is below that of white noise. Measured: `tests/benches/coverage.rs`.
 //!
 //! An error that looks like a column of W cannot be seen here: a wrong gain, a wrong gravity, friction that grows with
 //! the speed in another way over the whole range.
