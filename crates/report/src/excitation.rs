@@ -247,7 +247,7 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
         let beyond = (centre.0 - point[a]) * n.0 + (centre.1 - point[b]) * n.1;
         let foot = (centre.0 - beyond * n.0, centre.1 - beyond * n.1);
         let end = |side: f64| (foot.0 - side * radius * n.1, foot.1 + side * radius * n.0);
-        (seen >= EDGE_ON * size).then(|| vec![end(-1.0), end(1.0)])
+        (seen > EDGE_ON * size).then(|| vec![end(-1.0), end(1.0)])
     };
     let cells = space.boxes.iter().map(|cell| {
         let ((left, low), (right, high)) = ((cell.low[a], cell.low[b]), (cell.high[a], cell.high[b]));
@@ -333,6 +333,8 @@ mod tests {
         let line = &of(slanting.clone(), [0, 1])[0];
         assert!(line.iter().all(|p| (p.0 + p.1 - 0.5).abs() < 1e-12), "{line:?}");
         assert!(of(slanting, [0, 2]).is_empty());
+        let nowhere = SpaceLimits { walls: vec![wall([0.0; 3])], ..Default::default() };
+        assert!(of(nowhere, [0, 1]).is_empty());
         let upright = SpaceLimits { walls: vec![wall([-3.0, 0.0, 0.0])], ..Default::default() };
         assert_eq!([[0, 1], [0, 2], [1, 2]].map(|axes| of(upright.clone(), axes).len()), [1, 1, 0]);
         let cell = SpaceBox { low: [-1.0, -2.0, 0.0], high: [1.0, 2.0, 1.5], links: None };
