@@ -14,10 +14,7 @@ fn main() {
     let files = ["ur5.urdf", "panda.yaml", "scara.yaml", "race.yaml"];
     let is_wanted = |name: &str| words.iter().all(|w| !files.contains(&w.as_str())) || words.iter().any(|w| w == name);
     println!("{draws} draws, error over promise, encoders {encoders} of what is assumed of them");
-    println!(
-        "{:<12} {:>6} {:>6} {:>6} {:>14} {:>9} {:>7}  of",
-        "robot", "rms", "+-", "mean", "with weights", "held, %", "worst"
-    );
+    println!("{:<12} {:>6} {:>6} {:>6} {:>9} {:>7}  of", "robot", "rms", "+-", "mean", "held, %", "worst");
     for file in files.into_iter().filter(|file| is_wanted(file)) {
         let model = Model::read(model_path(file)).expect("a description");
         let request = ExciteRequest { friction: FRICTION.to_vec(), ..Default::default() };
@@ -26,10 +23,9 @@ fn main() {
         let mean = |of: &dyn Fn(&Kept) -> f64| kept.iter().map(of).sum::<f64>() / kept.len() as f64;
         let (rms, held) = (mean(&|k| k.ratio.powi(2)).sqrt(), 100.0 * mean(&|k| k.held));
         let worst = kept.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio)).expect("a parameter");
-        let (plain, knowing) = (mean(&|k| k.ratio), mean(&|k| k.with_weights));
-        let deviation = deviation(&kept, draws);
+        let (plain, deviation) = (mean(&|k| k.ratio), deviation(&kept, draws));
         println!(
-            "{file:<12} {rms:>6.2} {deviation:>6.2} {plain:>6.2} {knowing:>14.2} {held:>9.1} {:>7.2}  {}",
+            "{file:<12} {rms:>6.2} {deviation:>6.2} {plain:>6.2} {held:>9.1} {:>7.2}  {}",
             worst.ratio, worst.name
         );
     }

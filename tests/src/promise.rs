@@ -5,12 +5,11 @@ use identification::algebra::information_matrix::Rows;
 use identification::algebra::random::Random;
 use identification::estimate::identified::INTERVAL;
 use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::record::Record;
+use identification::experiments::excitation::joint_noise::{JointNoise, encoder_torque};
 use identification::model::friction::terms::{FrictionTerm, sign};
 use identification::model::parameter::ParameterId;
-use identification::signals::cutoff::rule;
 use identification::simulate::closed_loop::Sensing;
-use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
+use identification::simulate::dynamics::RegressorDynamics;
 use identification::simulate::setup::SimulationSetup;
 use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
@@ -65,17 +64,14 @@ pub struct Kept {
     pub ratio: f64,
     /// The error of each draw over the promised deviation.
     pub errors: Vec<f64>,
-    /// The ratio where the promise knows that joints are weighted by the noise of their encoders too: its own frequencies are
-    /// above those of the motion, but the weights see it.
-    pub with_weights: f64,
     /// Share of the draws whose 95 % interval holds the truth.
     pub held: f64,
 }
 
 /// Simulates the motion as the robot would play it, with its friction, and identifies it with this friction and defaults
-/// else from `draws` noisy records: what each base parameter keeps of the promise that the motion makes for that noise of the
-/// torques. `encoders`: their quantum and noise, as a share of what is assumed of them. Parameters that the motion or the logs
-/// leave open are left out.
+/// else from `draws` noisy records: what each base parameter keeps of the promise that the motion makes for that noise of
+/// torques and encoders. `encoders`: their quantum and noise, as a share of what is assumed of them. Parameters that the
+/// motion or the logs leave open are left out.
 pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -> Result<Vec<Kept>, Error> {
     let truth = model.described_parameters().expect("inertial parameters in the description");
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
@@ -97,14 +93,10 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     let names = columns(model, &FRICTION);
     let is_shown = |name: &ParameterId| motion.parameters.iter().any(|p| p.id == *name && p.deviation.is_some());
     let shown: Vec<usize> = (0..names.len()).filter(|&i| is_shown(&names[i])).collect();
-    let variances = |weighted_by: &[f64]| {
-        let share: Vec<f64> = noise.iter().zip(weighted_by).map(|(s, w)| s / w).collect();
-        promised(&information(model, motion, weighted_by, &FRICTION), &share, &shown)
-    };
-    let encoder_torque = encoder_torque(&dynamics, &exact, &sensing);
-    let (known, both) = (variances(noise), variances(&root_of_sum(noise, &encoder_torque)));
-    let place = |i: usize| shown.iter().position(|s| *s == i);
-    let variance = |i: usize| place(i).map(|place| known[place]);
+    let played = motion.motion("motion").expect("a motion");
+    let encoders = encoder_torque(&dynamics, &played, &sensing.position_deviation());
+    let known = promised(model, motion, &JointNoise { torque: noise.clone(), encoders }, &FRICTION, &shown);
+    let variance = |i: usize| shown.iter().position(|s| *s == i).map(|place| known[place]);
     let mut errors: Vec<Option<(Vec<f64>, usize)>> =
         (0..truth.len()).map(|i| variance(i).map(|_| Default::default())).collect();
     for seed in 1..=draws {
@@ -127,50 +119,30 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     let of = |(i, sums): (usize, Option<(Vec<f64>, usize)>)| {
         let (errors, held) = sums?;
         let ratio = (errors.iter().map(|e| e * e).sum::<f64>() / draws as f64).sqrt();
-        let place = place(i)?;
-        let with_weights = ratio * (known[place] / both[place]).sqrt();
-        Some(Kept { name: names[i].to_string(), ratio, errors, with_weights, held: held as f64 / draws as f64 })
+        Some(Kept { name: names[i].to_string(), ratio, errors, held: held as f64 / draws as f64 })
     };
     Ok(errors.into_iter().enumerate().filter_map(of).collect())
 }
 
-/// The variances of these columns by least squares of rows whose noise is that share of what they are weighted by, one a
-/// joint.
-fn promised(rows: &Rows, share: &[f64], shown: &[usize]) -> Vec<f64> {
+/// The variances of these columns by least squares of the rows of a motion, weighted as an identification does. As
+/// `rist excite` promises them, in another way: normal equations, and a Cholesky factor.
+pub fn promised(
+    model: &Model,
+    motion: &ExcitingMotion,
+    noise: &JointNoise,
+    friction: &[FrictionTerm],
+    shown: &[usize],
+) -> Vec<f64> {
+    let weights = noise.weights();
+    let rows = information(model, motion, &weights, friction);
     let mut square = DMatrix::zeros(shown.len(), shown.len());
-    let mut noise = square.clone();
+    let mut covariance = square.clone();
     for (k, row) in rows.iter().enumerate() {
         let row = DMatrix::from_fn(1, shown.len(), |_, i| row[shown[i]]);
-        let one = row.transpose() * row;
-        noise += &one * share[k % share.len()].powi(2);
+        let (one, i) = (row.transpose() * row, k % weights.len());
+        covariance += &one * (noise.torque[i] / weights[i]).powi(2);
         square += one;
     }
     let inverse = Cholesky::new(square).expect("the motion shows these columns").inverse();
-    (&inverse * noise * &inverse).diagonal().iter().copied().collect()
-}
-
-fn root_of_sum(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a.hypot(*b)).collect()
-}
-
-/// N m a sample and joint: white noise that is as great, below the default cut-off w, as what the inertia matrix makes of the
-/// second derivative of the encoders' noise s: the mean of w^4 below it is a fifth, so that s w^2 / sqrt 5 is its acceleration.
-fn encoder_torque(dynamics: &dyn Dynamics, record: &Record, sensing: &Sensing) -> Vec<f64> {
-    let n = record.q.len();
-    let w = std::f64::consts::TAU * rule(&record.q, record.sample_time).cutoff;
-    // Rounding to a quantum errs evenly within it.
-    let squares =
-        sensing.position_noise.iter().zip(&sensing.quantum).map(|(s, quantum)| s * s + quantum * quantum / 12.0);
-    let accelerations: Vec<f64> = squares.map(|square| square * w.powi(4) / 5.0).collect();
-    let (mut inertia, mut bias, mut sum) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
-    let samples = record.q[0].len();
-    for k in 0..samples {
-        let q: Vec<f64> = record.q.iter().map(|q| q[k]).collect();
-        dynamics.fill(&q, &vec![0.0; n], &mut inertia, &mut bias);
-        for (i, sum) in sum.iter_mut().enumerate() {
-            let row = &inertia[i * n..(i + 1) * n];
-            *sum += row.iter().zip(&accelerations).map(|(a, square)| a * a * square).sum::<f64>();
-        }
-    }
-    sum.into_iter().map(|sum| (sum / samples as f64).sqrt()).collect()
+    (&inverse * covariance * &inverse).diagonal().iter().copied().collect()
 }

@@ -1,11 +1,12 @@
 //! What a motion of `rist excite` promises, held against what is identified from simulated logs of it.
 
 use identification::experiments::excitation::artefact::ExcitingMotion;
+use identification::experiments::excitation::joint_noise::JointNoise;
 use rist::Model;
 use rist::exciting::ExciteRequest;
 use rist::simulation::SimulateRequest;
 use tests::model_path;
-use tests::promise::{FRICTION, Kept, kept};
+use tests::promise::{FRICTION, Kept, kept, promised};
 
 /// A short motion that shows all parameters of the UR5.
 fn motion(model: &Model, rate: f64) -> ExcitingMotion {
@@ -57,4 +58,21 @@ fn errors_are_as_large_as_promised() {
     // 160 errors of 40 parameters that depend on each other: the root mean square of unit errors scatters by some 10 %.
     assert!((0.7..1.3).contains(&rms), "{rms}");
     assert!(held > 0.85, "{held}");
+}
+
+/// The deviations that a motion promises, found in another way; the encoders' noise is in the weights of the joints.
+#[test]
+fn promised_deviations_are_those_of_weighted_least_squares() {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let motion = motion(&model, 200.0);
+    let deviations: Vec<f64> = motion.parameters.iter().map(|p| p.deviation.unwrap()).collect();
+    let noise = JointNoise { torque: motion.torque_noise.clone(), encoders: motion.encoder_noise.clone() };
+    let all: Vec<usize> = (0..deviations.len()).collect();
+    let found = promised(&model, &motion, &noise, &FRICTION, &all);
+    for (one, square) in deviations.iter().zip(&found) {
+        // A condition number of some hundred, twice squared by the normal equations, at 1e-16.
+        assert!((one / square.sqrt() - 1.0).abs() < 1e-7, "{one} {square}");
+    }
+    // An encoder of 1e-4 rad is felt: 14 Hz make 0.4 rad/s^2 of it.
+    assert!(motion.encoder_noise.iter().zip(&motion.torque_noise).any(|(e, s)| *e > 0.1 * s), "{motion:?}");
 }

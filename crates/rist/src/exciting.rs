@@ -8,6 +8,7 @@ use identification::experiments::excitation::columns::visible_columns;
 use identification::experiments::excitation::criterion::Aim;
 use identification::experiments::excitation::fitting::{Obligations, fitted};
 use identification::experiments::excitation::gap_proof::Gap;
+use identification::experiments::excitation::joint_noise::{JointNoise, encoder_torque};
 use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use identification::experiments::excitation::motion::{Motion, Shape};
 use identification::experiments::excitation::no_motion::NoMotion;
@@ -21,6 +22,8 @@ use identification::experiments::excitation::visibility::{Visibility, visibility
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::reference::ModelReference;
 use identification::model::regressor::Regressor;
+use identification::simulate::dynamics::RegressorDynamics;
+use identification::simulate::setup::SimulationSetup;
 
 pub use identification::algebra::interruption::Interruption;
 pub use identification::experiments::excitation::artefact::ExcitingMotion;
@@ -102,6 +105,12 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         proved_or_first(fits).ok_or_else(|| refused(model, &names, &[], NoMotion::NothingToTell))?;
     Interruption::check()?;
     let values = described_values(model, &linear);
+    // The residuals of an earlier estimate hold what its encoders add.
+    let encoders = match &known.parameters {
+        Some(parameters) if request.after.is_none() => encoder_noise(model, parameters, &motion),
+        _ => vec![0.0; names.len()],
+    };
+    let noise = JointNoise { torque: noise, encoders };
     let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);
     Ok(artefact(model, request, shape, joints, identified, noise, notes, certificate, seen))
@@ -124,7 +133,7 @@ fn artefact(
     shape: Shape,
     joints: Vec<MotionJoint>,
     identified: Option<IdentifiedTorque>,
-    torque_noise: Vec<f64>,
+    noise: JointNoise,
     notes: Vec<String>,
     certificate: Vec<CertificateRow>,
     seen: Visibility,
@@ -142,7 +151,8 @@ fn artefact(
         aim: request.aim,
         determinant: seen.determinant,
         condition_number: seen.condition_number,
-        torque_noise,
+        torque_noise: noise.torque,
+        encoder_noise: noise.encoders,
         proven: is_proven(&certificate),
         notes,
         certificate,
@@ -233,6 +243,13 @@ fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut V
         notes.extend(assumed);
     }
     found.into_iter().zip(shares).map(|(residual, share)| residual.unwrap_or(share)).collect()
+}
+
+/// What the encoders that a simulation assumes add to the residuals of the motion, N m (N) a sample, one a coordinate.
+fn encoder_noise(model: &Model, parameters: &[f64], motion: &Motion) -> Vec<f64> {
+    let dynamics = RegressorDynamics::new(model.regressor(), parameters.to_vec());
+    let sensing = SimulationSetup::for_robot(&model.robot, &dynamics).sensing;
+    encoder_torque(&dynamics, motion, &sensing.position_deviation())
 }
 
 fn is_proven(rows: &[CertificateRow]) -> bool {

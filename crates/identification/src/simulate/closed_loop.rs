@@ -223,6 +223,11 @@ fn quantised(q: f64, quantum: f64) -> f64 {
 }
 
 impl Sensing {
+    /// Of one position, rad (m), one a coordinate: its noise, and the rounding to a quantum, which errs evenly within it.
+    pub fn position_deviation(&self) -> Vec<f64> {
+        self.position_noise.iter().zip(&self.quantum).map(|(s, quantum)| s.hypot(quantum / 12f64.sqrt())).collect()
+    }
+
     /// The record as the sensors give it: noise, then rounding to the encoder quantum.
     pub fn measure(&self, record: &Record, gain: &[f64], random: &mut Random) -> Record {
         let mut noisy = record.clone();

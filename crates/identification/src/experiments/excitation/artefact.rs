@@ -52,6 +52,9 @@ pub struct ExcitingMotion {
     pub condition_number: f64,
     /// N m (N) a sample, one a coordinate.
     pub torque_noise: Vec<f64>,
+    /// N m (N) a sample, one a coordinate: what the noise of the encoders adds to the residuals of an identification.
+    #[serde(default)]
+    pub encoder_noise: Vec<f64>,
     /// Whether every limit below is proven to be kept.
     pub proven: bool,
     /// What was not looked at or had to be assumed, in sentences.

@@ -10,6 +10,7 @@ pub mod fitting;
 pub mod fourier_series;
 pub mod gap_proof;
 pub mod held_limits;
+pub mod joint_noise;
 pub mod limits;
 pub mod motion;
 pub mod no_motion;

@@ -1,13 +1,17 @@
 //! What a motion will tell: the deviation of each parameter that an identification from it may expect.
 //!
-//! sigma_c = sqrt((W'W)^-1_cc), W the rows at the rate of the motion over its whole periods, each over the noise of its
-//! joint: white noise of that size a sample, a model that fits, joints that follow. The sign of dry friction is the sign.
+//! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
+//!
+//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint i, r_i
+//! what an identification weighs its rows by: that noise, and what the encoders add ([`JointNoise`]). It is for a model that
+//! fits and for joints that follow. The sign of dry friction is the sign.
 
 use serde::{Deserialize, Serialize};
 
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::experiments::excitation::columns::visible_columns;
+use crate::experiments::excitation::joint_noise::JointNoise;
 use crate::experiments::excitation::limits::CoordinateLimits;
 use crate::experiments::excitation::motion::Motion;
 use crate::experiments::excitation::proof::CertificateRow;
@@ -67,13 +71,13 @@ pub struct Visibility {
     pub condition_number: f64,
 }
 
-/// What the motion tells, beside what is known already. `noise`: N m (N) a sample, one a coordinate; `described`: one a
-/// parameter; `certificate`: that of the motion; `prior`: rows of the information that is known, over all columns.
+/// What the motion tells, beside what is known already. `described`: one a parameter; `certificate`: that of the motion;
+/// `prior`: rows of the information that is known, over all columns.
 pub fn visibility(
     model: &Model,
     motion: &Motion,
     limits: &[CoordinateLimits],
-    noise: &[f64],
+    noise: &JointNoise,
     described: &[Option<f64>],
     certificate: &[CertificateRow],
     prior: &[f64],
@@ -83,14 +87,22 @@ pub fn visibility(
     let repetitions = motion.repetitions.max(1) as f64;
     // As a share of one period.
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
-    let triangle = information(model, motion, limits, noise, &columns, &known);
+    let triangle_over = |divisor: &[f64]| information(model, motion, limits, divisor, &columns, &known);
+    let triangle = triangle_over(&noise.torque);
     // Without a column there is nothing to solve for.
     let solution = (!columns.is_empty()).then(|| solve(&triangle));
+    let weights = noise.weights();
+    let weighted = solution.as_ref().map(|_| solve(&triangle_over(&weights)).inverse);
+    let square: Vec<f64> = weights.iter().zip(&noise.torque).map(|(r, s)| r * r / s).collect();
+    let seen = triangle_over(&square);
     let greatest = described.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     let one = |(c, parameter): (usize, &Parameter)| {
         let place = columns.iter().position(|k| *k == c);
-        let found = place.zip(solution.as_ref()).filter(|(i, solution)| solution.determined[*i]);
-        let deviation = found.map(|(i, solution)| (solution.inverse[(i, i)].max(0.0) / repetitions).sqrt());
+        let found = place.filter(|&i| solution.as_ref().is_some_and(|s| s.determined[i]));
+        let deviation = found.zip(weighted.as_ref()).map(|(i, inverse)| {
+            let along: Vec<f64> = inverse.column(i).iter().copied().collect();
+            (seen.squares(&along).1 / repetitions).sqrt()
+        });
         let value = described.get(c).copied().flatten();
         let size = value.map(f64::abs).filter(|x| *x > NO_VALUE * greatest);
         let relative_deviation = deviation.zip(size).map(|(d, x)| d / x);
@@ -206,8 +218,9 @@ mod tests {
         let friction = [FrictionTerm::Viscous];
         let model = Model::new(&arm, &friction, &[]);
         let truth = [0.3, 0.8, -0.1, 0.5];
+        let noise = JointNoise::of_torques(vec![0.2]);
         let described = truth.map(Some);
-        let predicted = visibility(&model, &motion, &limits, &[0.2], &described, &[], &[]).parameters;
+        let predicted = visibility(&model, &motion, &limits, &noise, &described, &[], &[]).parameters;
         let draws = 200;
         let mut squares = [0.0; 4];
         let mut random = Random::new(9);
@@ -232,10 +245,17 @@ mod tests {
             let relative = predicted[c].relative_deviation.unwrap();
             assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
         }
+        // A greater weight of the only joint changes nothing.
+        let rough = JointNoise { encoders: vec![0.3], ..noise.clone() };
+        let weighted = visibility(&model, &motion, &limits, &rough, &described, &[], &[]).parameters;
+        for (a, b) in weighted.iter().zip(&predicted) {
+            let (a, b) = (a.deviation.unwrap(), b.deviation.unwrap());
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
         // As much again of one parameter is known: information adds.
         let mut known = [0.0; 4];
         known[3] = 1.0 / predicted[3].deviation.unwrap();
-        let both = visibility(&model, &motion, &limits, &[0.2], &described, &[], &known).parameters;
+        let both = visibility(&model, &motion, &limits, &noise, &described, &[], &known).parameters;
         let (alone, both) = (predicted[3].deviation.unwrap(), both[3].deviation.unwrap());
         assert!((both / alone - 0.5_f64.sqrt()).abs() < 1e-9, "{both} {alone}");
     }
@@ -245,7 +265,8 @@ mod tests {
         let (arm, motion) = (Pendulum::new(), motion());
         let model = Model::new(&arm, &[], &[]);
         let limits = [CoordinateLimits { locked: Some(0.0), ..pendulum_limits() }];
-        let found = visibility(&model, &motion, &limits, &[0.2], &[None; 3], &[], &[]).parameters;
+        let found =
+            visibility(&model, &motion, &limits, &JointNoise::of_torques(vec![0.2]), &[None; 3], &[], &[]).parameters;
         assert!(
             found.iter().all(|p| p.deviation.is_none() && p.to_blame.as_deref() == Some("locked: q1")),
             "{found:?}"
