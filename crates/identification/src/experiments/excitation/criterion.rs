@@ -23,12 +23,17 @@ pub enum Aim {
     Condition,
 }
 
-/// J with its derivative.
+/// J, and what its derivative follows from.
 pub struct Criterion {
     /// The criterion, the smaller the better.
     pub value: f64,
-    /// dJ/dW, row by row.
-    pub slope: Vec<f64>,
+    aim: Aim,
+    /// W with columns of unit norm.
+    scaled: Rows,
+    /// What each column was multiplied by for that.
+    scale: Vec<f64>,
+    /// C^-1, p x p.
+    inverse: Vec<f64>,
 }
 
 /// The criterion of the rows `w` (p a row), whose memory becomes that of the slope; `None` where they have not full rank.
@@ -44,36 +49,53 @@ pub fn criterion(aim: Aim, mut w: Vec<f64>, p: usize, samples: usize) -> Option<
     for row in w.chunks_exact_mut(p) {
         (0..p).for_each(|i| row[i] *= scale[i]);
     }
-    let rows = Rows::of(p, w);
-    let factor = InformationMatrix::sum(p, 0.0, [(&rows, 1.0)]).factor()?;
+    let scaled = Rows::of(p, w);
+    let factor = InformationMatrix::sum(p, 0.0, [(&scaled, 1.0)]).factor()?;
     let inverse = factor.inverse();
     let columns = p as f64;
-    // dJ/dC of the scaled columns; of W: 2 (scaled W) (dJ/dC) scale.
-    let (value, of_c): (f64, Vec<f64>) = match aim {
+    let value = match aim {
         Aim::Determinant => {
             let of_scale: f64 = squares.iter().map(|s| (s / samples as f64).ln()).sum();
-            (-(factor.log_det + of_scale) / columns, inverse.iter().map(|x| -x / columns).collect())
+            -(factor.log_det + of_scale) / columns
         }
-        Aim::Condition => {
-            let trace: f64 = (0..p).map(|i| inverse[i * p + i]).sum();
-            let entry = |at: usize| {
-                let (i, j) = (at / p, at % p);
-                let product: f64 = inverse[i * p..][..p].iter().zip(&inverse[j * p..][..p]).map(|(a, b)| a * b).sum();
-                let own = if i == j { inverse[at] } else { 0.0 };
-                (own - product) / (2.0 * trace)
-            };
-            (0.5 * (columns * trace).ln(), (0..p * p).map(entry).collect())
-        }
+        Aim::Condition => 0.5 * (columns * trace(&inverse, p)).ln(),
     };
-    let mut slope = rows.into_entries();
-    let mut row = vec![0.0; p];
-    for out in slope.chunks_exact_mut(p) {
-        row.copy_from_slice(out);
-        out.fill(0.0);
-        multiply(&row, &of_c, out);
-        (0..p).for_each(|i| out[i] *= 2.0 * scale[i]);
+    Some(Criterion { value, aim, scaled, scale, inverse })
+}
+
+fn trace(matrix: &[f64], p: usize) -> f64 {
+    (0..p).map(|i| matrix[i * p + i]).sum()
+}
+
+impl Criterion {
+    /// dJ/dW, row by row.
+    pub fn slope(self) -> Vec<f64> {
+        let (p, inverse) = (self.scale.len(), &self.inverse);
+        // dJ/dC of the scaled columns; of W: 2 (scaled W) (dJ/dC) scale.
+        let of_c: Vec<f64> = match self.aim {
+            Aim::Determinant => inverse.iter().map(|x| -x / p as f64).collect(),
+            Aim::Condition => {
+                let trace = trace(inverse, p);
+                let entry = |at: usize| {
+                    let (i, j) = (at / p, at % p);
+                    let product: f64 =
+                        inverse[i * p..][..p].iter().zip(&inverse[j * p..][..p]).map(|(a, b)| a * b).sum();
+                    let own = if i == j { inverse[at] } else { 0.0 };
+                    (own - product) / (2.0 * trace)
+                };
+                (0..p * p).map(entry).collect()
+            }
+        };
+        let mut slope = self.scaled.into_entries();
+        let mut row = vec![0.0; p];
+        for out in slope.chunks_exact_mut(p) {
+            row.copy_from_slice(out);
+            out.fill(0.0);
+            multiply(&row, &of_c, out);
+            (0..p).for_each(|i| out[i] *= 2.0 * self.scale[i]);
+        }
+        slope
     }
-    Some(Criterion { value, slope })
 }
 
 /// Rows of a matrix that are taken in one pass.
@@ -114,7 +136,7 @@ mod tests {
         let w: Vec<f64> = (0..p * samples).map(|k| random.normal() * scales[k % p]).collect();
         for aim in [Aim::Determinant, Aim::Condition] {
             let at = |w: &[f64]| criterion(aim, w.to_vec(), p, samples).unwrap();
-            let found = at(&w);
+            let slopes = at(&w).slope();
             for k in 0..w.len() {
                 let h = 1e-6 * scales[k % p];
                 let moved = |h: f64| {
@@ -124,11 +146,7 @@ mod tests {
                 };
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
                 // Central differences: 1e-16 over 1e-6, per scale of the column.
-                assert!(
-                    (found.slope[k] - slope).abs() < 1e-7 / scales[k % p],
-                    "{aim:?} {k}: {} {slope}",
-                    found.slope[k]
-                );
+                assert!((slopes[k] - slope).abs() < 1e-7 / scales[k % p], "{aim:?} {k}: {} {slope}", slopes[k]);
             }
         }
         let mut lost = w.clone();

@@ -17,8 +17,8 @@ const STALLED: f64 = 1e-7;
 
 /// A function to be made small, on an open set.
 pub trait Objective {
-    /// Value and gradient; `None` outside.
-    fn value(&self, x: &[f64]) -> Option<(f64, Vec<f64>)>;
+    /// Value and gradient; `None` outside, and where the value is above `at_most`: nobody needs a gradient there.
+    fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)>;
 
     /// Divides a vector by the known part of the curvature at x, in place.
     fn precondition(&self, x: &[f64], direction: &mut [f64]);
@@ -40,7 +40,7 @@ pub struct Descent {
 /// Descends from `x` for at most so many iterations, fewer where it is interrupted; `None` where x is outside.
 pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize) -> Option<Descent> {
     let mut x = x.to_vec();
-    let (mut value, mut slope) = objective.value(&x)?;
+    let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
     let mut stalled = 0;
     for iteration in 0..iterations {
@@ -90,10 +90,8 @@ fn line_search(
     let mut step = objective.greatest_step(x, direction).min(1.0);
     for _ in 0..HALVINGS {
         let candidate: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + step * d).collect();
-        if let Some((v, g)) = objective.value(&candidate)
-            && v <= value + ARMIJO * step * rate
-        {
-            return Some((candidate, v, g));
+        if let Some((value, slope)) = objective.value(&candidate, value + ARMIJO * step * rate) {
+            return Some((candidate, value, slope));
         }
         step *= 0.5;
     }
@@ -129,7 +127,7 @@ mod tests {
     struct Valley;
 
     impl Objective for Valley {
-        fn value(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
+        fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
             let room = 0.8 - x[0];
             if room <= 0.0 {
                 return None;
@@ -137,7 +135,8 @@ mod tests {
             let (a, b) = (1.0 - x[0], x[1] - x[0] * x[0]);
             let wall = 1e-4;
             let value = a * a + 100.0 * b * b - wall * room.ln();
-            Some((value, vec![-2.0 * a - 400.0 * x[0] * b + wall / room, 200.0 * b]))
+            let gradient = vec![-2.0 * a - 400.0 * x[0] * b + wall / room, 200.0 * b];
+            (value <= at_most).then_some((value, gradient))
         }
 
         fn precondition(&self, x: &[f64], direction: &mut [f64]) {

@@ -258,7 +258,7 @@ fn known_rows(problem: &Problem) -> Vec<f64> {
 }
 
 impl Walled<'_> {
-    fn evaluate(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
+    fn evaluate(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
         let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
         let mut gradient = vec![0.0; x.len()];
         let mut value = height * prepared.barrier.value(x, height, &mut gradient)?;
@@ -289,8 +289,11 @@ impl Walled<'_> {
         let (w, friction) = prepared.rows(&states, &y);
         let found = criterion(problem.aim, w, prepared.p, samples)?;
         value += found.value;
-        let of_motion = samples * prepared.moving.len();
-        for (at, slope) in found.slope.chunks_exact(prepared.p).enumerate().take(of_motion) {
+        if !(value.is_finite() && value <= at_most) {
+            return None;
+        }
+        let (slope, of_motion) = (found.slope(), samples * prepared.moving.len());
+        for (at, slope) in slope.chunks_exact(prepared.p).enumerate().take(of_motion) {
             let (r, i) = (at / prepared.moving.len(), prepared.moving[at % prepared.moving.len()]);
             let noise = problem.noise[i];
             for (g, &c) in slope.iter().zip(&prepared.base) {
@@ -316,7 +319,7 @@ impl Walled<'_> {
                 }
             }
         }
-        value.is_finite().then_some((value, gradient))
+        Some((value, gradient))
     }
 
     fn curvature(&self, x: &[f64]) -> Option<Curvature> {
@@ -325,8 +328,8 @@ impl Walled<'_> {
 }
 
 impl Objective for Walled<'_> {
-    fn value(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
-        self.evaluate(x)
+    fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
+        self.evaluate(x, at_most)
     }
 
     fn precondition(&self, x: &[f64], direction: &mut [f64]) {
@@ -377,13 +380,13 @@ mod tests {
             };
             let prepared = Prepared::new(&problem);
             let walled = Walled { prepared: &prepared, height: 0.01 };
-            let (_, gradient) = walled.value(&x).unwrap();
+            let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
             for k in 0..x.len() {
                 let h = 1e-6;
                 let moved = |h: f64| {
                     let mut x = x;
                     x[k] += h;
-                    walled.value(&x).unwrap().0
+                    walled.value(&x, f64::INFINITY).unwrap().0
                 };
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
                 // Central differences: 1e-16 over 1e-6, and h^2 times the third derivative of the smooth sign.
@@ -393,8 +396,10 @@ mod tests {
                     gradient[k]
                 );
             }
+            let (value, _) = walled.value(&x, f64::INFINITY).unwrap();
+            assert!(walled.value(&x, value).is_some() && walled.value(&x, value - 1e-9).is_none());
             assert_eq!(prepared.scaled(&prepared.joints(&x)).len(), x.len());
-            assert!(walled.value(&[5.0; 7]).is_none());
+            assert!(walled.value(&[5.0; 7], f64::INFINITY).is_none());
         }
     }
 }
