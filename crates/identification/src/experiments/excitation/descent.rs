@@ -12,8 +12,6 @@ const MEMORY: usize = 12;
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step.
 const HALVINGS: usize = 25;
-/// A decrease below this share of 1 + |f| ends the descent after a few more.
-const STALLED: f64 = 1e-7;
 
 /// A function to be made small, on an open set.
 pub trait Objective {
@@ -37,8 +35,9 @@ pub struct Descent {
     pub iterations: usize,
 }
 
-/// Descends from `x` for at most so many iterations, fewer where it is interrupted; `None` where x is outside.
-pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize) -> Option<Descent> {
+/// Descends from `x` for at most so many iterations; fewer where three in turn each win less than the share `least` of
+/// 1 + |f|, and where it is interrupted. `None` where x is outside.
+pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
     let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
@@ -70,7 +69,7 @@ pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize) -> Optio
             }
             pairs.push((s, y, 1.0 / sy));
         }
-        stalled = if value - next_value < STALLED * (1.0 + value.abs()) { stalled + 1 } else { 0 };
+        stalled = if value - next_value < least * (1.0 + value.abs()) { stalled + 1 } else { 0 };
         (x, value, slope) = (next, next_value, next_slope);
         if stalled == 3 {
             return Some(Descent { x, value, iterations: iteration + 1 });
@@ -151,7 +150,7 @@ mod tests {
 
     #[test]
     fn the_valley_is_followed_to_the_wall() {
-        let found = descend(&Valley, &[-1.2, 1.0], 200).unwrap();
+        let found = descend(&Valley, &[-1.2, 1.0], 200, 1e-7).unwrap();
         assert!(found.iterations < 200);
         // At the wall: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
         assert!(
@@ -159,6 +158,6 @@ mod tests {
             "{:?}",
             found.x
         );
-        assert!(descend(&Valley, &[0.9, 0.0], 10).is_none());
+        assert!(descend(&Valley, &[0.9, 0.0], 10, 1e-7).is_none());
     }
 }
