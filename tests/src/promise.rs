@@ -5,11 +5,12 @@ use identification::algebra::information_matrix::Rows;
 use identification::algebra::random::Random;
 use identification::estimate::identified::INTERVAL;
 use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::joint_noise::{JointNoise, encoder_torque};
+use identification::experiments::excitation::visibility::JointNoise;
 use identification::model::friction::terms::{FrictionTerm, sign};
 use identification::model::parameter::ParameterId;
 use identification::simulate::closed_loop::Sensing;
 use identification::simulate::dynamics::RegressorDynamics;
+use identification::simulate::encoder_torque::encoder_torque;
 use identification::simulate::setup::SimulationSetup;
 use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
@@ -94,7 +95,7 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     let is_shown = |name: &ParameterId| motion.parameters.iter().any(|p| p.id == *name && p.deviation.is_some());
     let shown: Vec<usize> = (0..names.len()).filter(|&i| is_shown(&names[i])).collect();
     let played = motion.motion("motion").expect("a motion");
-    let encoders = encoder_torque(&dynamics, &played, &sensing.position_deviation());
+    let encoders = encoder_torque(&dynamics, &played.reference(), &sensing.position_deviation());
     let known = promised(model, motion, &JointNoise { torque: noise.clone(), encoders }, &FRICTION, &shown);
     let variance = |i: usize| shown.iter().position(|s| *s == i).map(|place| known[place]);
     let mut errors: Vec<Option<(Vec<f64>, usize)>> =

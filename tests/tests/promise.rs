@@ -1,7 +1,7 @@
 //! What a motion of `rist excite` promises, held against what is identified from simulated logs of it.
 
 use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::joint_noise::JointNoise;
+use identification::experiments::excitation::visibility::JointNoise;
 use rist::Model;
 use rist::exciting::ExciteRequest;
 use rist::simulation::SimulateRequest;

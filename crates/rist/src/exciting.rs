@@ -8,7 +8,6 @@ use identification::experiments::excitation::columns::visible_columns;
 use identification::experiments::excitation::criterion::Aim;
 use identification::experiments::excitation::fitting::{Obligations, fitted};
 use identification::experiments::excitation::gap_proof::Gap;
-use identification::experiments::excitation::joint_noise::{JointNoise, encoder_torque};
 use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use identification::experiments::excitation::motion::{Motion, Shape};
 use identification::experiments::excitation::no_motion::NoMotion;
@@ -18,11 +17,12 @@ use identification::experiments::excitation::proof::{
 };
 use identification::experiments::excitation::search::{Found, search};
 use identification::experiments::excitation::torque_wall::TorqueWall;
-use identification::experiments::excitation::visibility::{Visibility, visibility};
+use identification::experiments::excitation::visibility::{JointNoise, Visibility, visibility};
 use identification::model::linear_model::Model as LinearModel;
 use identification::model::reference::ModelReference;
 use identification::model::regressor::Regressor;
 use identification::simulate::dynamics::RegressorDynamics;
+use identification::simulate::encoder_torque::encoder_torque;
 use identification::simulate::setup::SimulationSetup;
 
 pub use identification::algebra::interruption::Interruption;
@@ -104,14 +104,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let (motion, certificate) =
         proved_or_first(fits).ok_or_else(|| refused(model, &names, &[], NoMotion::NothingToTell))?;
     Interruption::check()?;
-    let values = described_values(model, &linear);
-    // The residuals of an earlier estimate hold what its encoders add.
-    let encoders = match &known.parameters {
-        Some(parameters) if request.after.is_none() => encoder_noise(model, parameters, &motion),
-        _ => vec![0.0; names.len()],
-    };
-    let noise = JointNoise { torque: noise, encoders };
-    let seen = visibility(&linear, &motion, &limits, &noise, &values, &certificate, &prior);
+    let noise = joint_noise(model, request, &known, &motion, noise);
+    let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);
     Ok(artefact(model, request, shape, joints, identified, noise, notes, certificate, seen))
 }
@@ -245,11 +239,24 @@ fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut V
     found.into_iter().zip(shares).map(|(residual, share)| residual.unwrap_or(share)).collect()
 }
 
-/// What the encoders that a simulation assumes add to the residuals of the motion, N m (N) a sample, one a coordinate.
-fn encoder_noise(model: &Model, parameters: &[f64], motion: &Motion) -> Vec<f64> {
-    let dynamics = RegressorDynamics::new(model.regressor(), parameters.to_vec());
-    let sensing = SimulationSetup::for_robot(&model.robot, &dynamics).sensing;
-    encoder_torque(&dynamics, motion, &sensing.position_deviation())
+/// The noise of the torques, with what the encoders that a simulation assumes add to the residuals of the motion. The
+/// residuals of an earlier estimate hold that already.
+fn joint_noise(
+    model: &Model,
+    request: &ExciteRequest,
+    known: &KnownTorque,
+    motion: &Motion,
+    torque: Vec<f64>,
+) -> JointNoise {
+    match &known.parameters {
+        Some(parameters) if request.after.is_none() => {
+            let dynamics = RegressorDynamics::new(model.regressor(), parameters.clone());
+            let sensing = SimulationSetup::for_robot(&model.robot, &dynamics).sensing;
+            let encoders = encoder_torque(&dynamics, &motion.reference(), &sensing.position_deviation());
+            JointNoise { torque, encoders }
+        }
+        _ => JointNoise::of_torques(torque),
+    }
 }
 
 fn is_proven(rows: &[CertificateRow]) -> bool {

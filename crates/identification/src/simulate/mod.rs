@@ -2,5 +2,6 @@
 
 pub mod closed_loop;
 pub mod dynamics;
+pub mod encoder_torque;
 pub mod record_file;
 pub mod setup;

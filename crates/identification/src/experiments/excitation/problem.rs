@@ -1,18 +1,11 @@
-//! The motion that tells most, as a function of its coefficients with an exact gradient.
+//! What is asked of a motion, and the rows of an identification as a function of its coefficients.
 //!
-//! f(x) = J(W(x)) + mu (B(x) + S(x) + T(x)): J the criterion of the rows at some instants of a period
-//! ([`crate::experiments::excitation::criterion`]), B the wall of the kinematic limits
-//! ([`crate::experiments::excitation::barrier`]), S that of the distances between bodies
-//! ([`crate::experiments::excitation::space_wall`]), T that of torques and powers at the instants of the period and the
-//! blends ([`crate::experiments::excitation::torque_wall`]).
-//!
-//! The state at an instant is linear in x. One reverse pass through the regressor gives the slope of J and T along the
-//! states: df/dY is known, dY/d(q, dq, ddq) exact. Rows are over the noise of their joint; locked joints have none.
+//! The state at an instant is linear in the coefficients x, scaled joint after joint. Rows are over the noise of their joint;
+//! locked joints have none.
 
-use crate::experiments::excitation::barrier::{Barrier, Curvature};
+use crate::experiments::excitation::barrier::Barrier;
 use crate::experiments::excitation::columns::{SMOOTH_SIGN, friction_columns};
 use crate::experiments::excitation::criterion::{Aim, criterion};
-use crate::experiments::excitation::descent::Objective;
 use crate::experiments::excitation::gap_proof::Surroundings;
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::experiments::excitation::motion::Shape;
@@ -50,37 +43,27 @@ pub struct Problem<'a> {
 
 /// Instants in a blend at which torques are looked at.
 const BLEND_INSTANTS: usize = 16;
-/// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
-const RIDGE: f64 = 0.1;
 
 /// A problem with what every evaluation needs.
 pub struct Prepared<'a> {
-    problem: &'a Problem<'a>,
+    pub(super) problem: &'a Problem<'a>,
     barrier: Barrier,
     /// Coordinates that move.
     moving: Vec<usize>,
     /// Unit of each scaled coefficient, joint after joint.
     scale: Vec<f64>,
     /// q, dq, ddq at each instant per unit of the coefficients: those of the period, then those of the blends.
-    instants: Vec<[Vec<f64>; 3]>,
+    pub(super) instants: Vec<[Vec<f64>; 3]>,
     /// Base columns that count, and the first of the friction columns of each coordinate among the counted ones.
-    base: Vec<usize>,
+    pub(super) base: Vec<usize>,
     /// By coordinate: its friction columns that count, as (place among its own, place in W).
-    own: Vec<Vec<(usize, usize)>>,
+    pub(super) own: Vec<Vec<(usize, usize)>>,
     /// Columns of W.
     p: usize,
     /// Of the distances between bodies.
-    space: Option<SpaceWall<'a>>,
+    pub(super) space: Option<SpaceWall<'a>>,
     /// What is known already as rows below those of the S instants, p wide.
     prior: Vec<f64>,
-}
-
-/// A problem at one height of its walls.
-pub struct Walled<'a> {
-    /// What all starts share.
-    pub prepared: &'a Prepared<'a>,
-    /// mu.
-    pub height: f64,
 }
 
 impl<'a> Prepared<'a> {
@@ -156,7 +139,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// q, dq, ddq at the instants, one after the other.
-    fn states(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn states(&self, x: &[f64]) -> Vec<f64> {
         let (n, m) = (self.problem.limits.len(), self.m());
         let mut states = vec![0.0; self.instants.len() * 3 * n];
         for (rows, state) in self.instants.iter().zip(states.chunks_exact_mut(3 * n)) {
@@ -174,7 +157,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Every coordinate of the motion x by a row of the basis of positions.
-    fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
+    pub(super) fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
         let m = self.m();
         let mut q: Vec<f64> = self.problem.limits.iter().map(|l| l.locked.unwrap_or(0.0)).collect();
         for (j, &k) in self.moving.iter().enumerate() {
@@ -196,7 +179,14 @@ impl<'a> Prepared<'a> {
         nearest
     }
 
-    fn filled(&self, states: &[f64]) -> Vec<f64> {
+    /// Adds what a slope along a row of the basis, of the j-th moving coordinate, is along its coefficients.
+    pub(super) fn add_slope(&self, j: usize, row: &[f64], slope: f64, gradient: &mut [f64]) {
+        let m = self.m();
+        let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&self.scale[j * m..]);
+        place.for_each(|((g, b), s)| *g += slope * b * s);
+    }
+
+    pub(super) fn filled(&self, states: &[f64]) -> Vec<f64> {
         let size = self.problem.limits.len() * self.problem.regressor.parameters().len();
         let mut y = vec![0.0; self.instants.len() * size];
         self.problem.regressor.fill_many(states, &mut y);
@@ -212,7 +202,7 @@ impl<'a> Prepared<'a> {
 
     /// The rows of W at the instants of a period and those of what is known, p wide; and the slopes of friction columns, (instant, coordinate) after
     /// (instant, coordinate).
-    fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<f64>, Vec<Vec<[f64; 3]>>) {
+    pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<f64>, Vec<Vec<[f64; 3]>>) {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
         let terms: usize = problem.friction.iter().map(|t| t.parameters().len()).sum();
@@ -255,151 +245,4 @@ fn known_rows(problem: &Problem) -> Vec<f64> {
     let rows = problem.prior.chunks_exact(problem.columns.len().max(1));
     rows.flat_map(|row| row.iter().zip(problem.columns).filter(|(_, counts)| **counts).map(|(x, _)| factor * x))
         .collect()
-}
-
-impl Walled<'_> {
-    fn evaluate(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
-        let (prepared, problem, height) = (self.prepared, self.prepared.problem, self.height);
-        let mut gradient = vec![0.0; x.len()];
-        let mut value = height * prepared.barrier.value(x, height, &mut gradient)?;
-        let (n, b, m) = (problem.limits.len(), problem.regressor.parameters().len(), prepared.m());
-        if let Some(space) = &prepared.space {
-            value += space.value(&|row| prepared.positions(x, row), height, &mut |row, slope| {
-                for (j, &k) in prepared.moving.iter().enumerate() {
-                    let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&prepared.scale[j * m..]);
-                    place.for_each(|((g, b), s)| *g += slope[k] * b * s);
-                }
-            })?;
-        }
-        let samples = problem.samples;
-        let states = prepared.states(x);
-        let y = prepared.filled(&states);
-        if y.iter().any(|y| !y.is_finite()) {
-            return None;
-        }
-        let mut weights = vec![0.0; y.len()];
-        let mut along = vec![0.0; states.len()];
-
-        if let Some(wall) = problem.torque {
-            let weight = height / samples as f64;
-            value += wall.value(problem.limits, weight, (&states, &y), &mut weights, &mut along)?;
-        }
-
-        // The criterion.
-        let (w, friction) = prepared.rows(&states, &y);
-        let found = criterion(problem.aim, w, prepared.p, samples)?;
-        value += found.value;
-        if !(value.is_finite() && value <= at_most) {
-            return None;
-        }
-        let (slope, of_motion) = (found.slope(), samples * prepared.moving.len());
-        for (at, slope) in slope.chunks_exact(prepared.p).enumerate().take(of_motion) {
-            let (r, i) = (at / prepared.moving.len(), prepared.moving[at % prepared.moving.len()]);
-            let noise = problem.noise[i];
-            for (g, &c) in slope.iter().zip(&prepared.base) {
-                weights[(r * n + i) * b + c] += g / noise;
-            }
-            for &(t, place) in &prepared.own[i] {
-                let [_, along_dq, along_ddq] = friction[at][t];
-                along[r * 3 * n + n + i] += slope[place] / noise * along_dq;
-                along[r * 3 * n + 2 * n + i] += slope[place] / noise * along_ddq;
-            }
-        }
-
-        // From the entries of Y to the states, and from those to the coefficients.
-        let mut through = vec![0.0; states.len()];
-        problem.regressor.pull_back(&states, &weights, &mut through);
-        for (r, rows) in prepared.instants.iter().enumerate() {
-            for (j, &k) in prepared.moving.iter().enumerate() {
-                for (d, row) in rows.iter().enumerate() {
-                    let at = r * 3 * n + d * n + k;
-                    let slope = through[at] + along[at];
-                    let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&prepared.scale[j * m..]);
-                    place.for_each(|((g, b), s)| *g += slope * b * s);
-                }
-            }
-        }
-        Some((value, gradient))
-    }
-
-    fn curvature(&self, x: &[f64]) -> Option<Curvature> {
-        self.prepared.barrier.curvature(x, self.height, RIDGE)
-    }
-}
-
-impl Objective for Walled<'_> {
-    fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
-        self.evaluate(x, at_most)
-    }
-
-    fn precondition(&self, x: &[f64], direction: &mut [f64]) {
-        // Inside the walls it is positive definite; without a factor the direction stays that of the slope.
-        if let Some(curvature) = self.curvature(x) {
-            curvature.solve(direction);
-        }
-    }
-
-    fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64 {
-        self.prepared.barrier.step(x, direction)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::experiments::excitation::fourier_series::FourierSeries;
-    use crate::experiments::excitation::gap_proof::tests::Rod;
-    use crate::experiments::excitation::quintic_spline::QuinticSpline;
-    use crate::experiments::excitation::search::tests::{pendulum_limits, pendulum_torque};
-    use crate::test_arm::Pendulum;
-
-    /// The gradient of criterion and walls together, against central differences.
-    #[test]
-    fn the_gradient_is_exact() {
-        let (arm, wall) = (Pendulum::new(), pendulum_torque());
-        let limits = [CoordinateLimits { power: Some(12.0), ..pendulum_limits() }];
-        // 0.55 rad and 0.1 m of room: the wall of space is felt.
-        let rod = Rod::new(0.62);
-        let series = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
-        let spline = Shape::Spline(QuinticSpline { period: 5.0, spans: 7 });
-        let (of_series, of_spline) = ([0.1, 0.15, -0.1, 0.1, 0.2, 0.05, -0.1], [0.1, 0.2, -0.2, 0.2, -0.1, 0.2, 0.1]);
-        let all = [Aim::Determinant, Aim::Condition];
-        for (aim, (shape, x)) in all.into_iter().flat_map(|a| [(a, (series, of_series)), (a, (spline, of_spline))]) {
-            let problem = Problem {
-                regressor: &arm,
-                friction: &[FrictionTerm::Viscous, FrictionTerm::Coulomb],
-                limits: &limits,
-                noise: &[0.1],
-                aim,
-                torque: Some(&wall),
-                columns: &[true; 5],
-                shape,
-                samples: 50,
-                surroundings: Some(&rod),
-                prior: &[0.3, 0.1, 0.0, 0.0, 0.2],
-            };
-            let prepared = Prepared::new(&problem);
-            let walled = Walled { prepared: &prepared, height: 0.01 };
-            let (_, gradient) = walled.value(&x, f64::INFINITY).unwrap();
-            for k in 0..x.len() {
-                let h = 1e-6;
-                let moved = |h: f64| {
-                    let mut x = x;
-                    x[k] += h;
-                    walled.value(&x, f64::INFINITY).unwrap().0
-                };
-                let slope = (moved(h) - moved(-h)) / (2.0 * h);
-                // Central differences: 1e-16 over 1e-6, and h^2 times the third derivative of the smooth sign.
-                assert!(
-                    (gradient[k] - slope).abs() < 1e-6 * (1.0 + slope.abs()),
-                    "{aim:?} {shape:?} {k}: {} {slope}",
-                    gradient[k]
-                );
-            }
-            let (value, _) = walled.value(&x, f64::INFINITY).unwrap();
-            assert!(walled.value(&x, value).is_some() && walled.value(&x, value - 1e-9).is_none());
-            assert_eq!(prepared.scaled(&prepared.joints(&x)).len(), x.len());
-            assert!(walled.value(&[5.0; 7], f64::INFINITY).is_none());
-        }
-    }
 }

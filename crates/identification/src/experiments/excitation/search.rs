@@ -20,8 +20,9 @@ use crate::experiments::excitation::descent::descend;
 use crate::experiments::excitation::limits::LimitKind;
 use crate::experiments::excitation::motion::Shape;
 use crate::experiments::excitation::no_motion::{NoMotion, too_small};
-use crate::experiments::excitation::problem::{Prepared, Problem, Walled};
+use crate::experiments::excitation::problem::{Prepared, Problem};
 use crate::experiments::excitation::space_wall::SpaceWall;
+use crate::experiments::excitation::walled::Walled;
 
 /// How much is searched.
 #[derive(Clone, Copy, Debug)]

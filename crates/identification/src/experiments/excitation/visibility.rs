@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::experiments::excitation::columns::visible_columns;
-use crate::experiments::excitation::joint_noise::JointNoise;
 use crate::experiments::excitation::limits::CoordinateLimits;
 use crate::experiments::excitation::motion::Motion;
 use crate::experiments::excitation::proof::CertificateRow;
@@ -19,6 +18,27 @@ use crate::model::friction::terms::sign;
 use crate::model::linear_model::Model;
 use crate::model::parameter::{Parameter, ParameterId};
 use crate::model::unit::Unit;
+
+/// The noise that an identification has to expect, N m (N) a sample, one a coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointNoise {
+    /// Of the torques, white.
+    pub torque: Vec<f64>,
+    /// What the encoders add to the residual.
+    pub encoders: Vec<f64>,
+}
+
+impl JointNoise {
+    /// Of the torques alone.
+    pub fn of_torques(torque: Vec<f64>) -> JointNoise {
+        JointNoise { encoders: vec![0.0; torque.len()], torque }
+    }
+
+    /// What an identification divides the rows of each joint by: the deviation of its residual.
+    pub fn weights(&self) -> Vec<f64> {
+        self.torque.iter().zip(&self.encoders).map(|(s, e)| s.hypot(*e)).collect()
+    }
+}
 
 /// What a motion tells of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
