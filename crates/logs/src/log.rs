@@ -71,7 +71,8 @@ impl Log {
     /// Fails when a used column holds text, when fewer than `MIN_ROWS` rows are usable, or when
     /// the clock is no clock.
     pub fn from_table(table: &Table, columns: &Columns) -> Result<Log, Error> {
-        let log = Log::part(table, columns, 0..table.rows(), f64::NEG_INFINITY)?;
+        let mut log = Log::usable(table, columns, 0..table.rows(), f64::NEG_INFINITY)?;
+        log.describe();
         let empty = |s: &&Source| table.rows() > 0 && table.columns[s.column].iter().all(|x| !x.is_finite());
         if let Some(s) = columns.sources().find(empty) {
             let message = format!("column `{}` holds no number at all", s.header);
@@ -81,49 +82,55 @@ impl Log {
         Ok(log)
     }
 
-    /// The usable rows of a part of a file, some rows of a table, those later than `after` on its clock.
+    /// The usable of some rows of a table, those later than `after` on its clock, not yet described.
     ///
     /// Fails when a used column holds text.
-    pub(crate) fn part(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
-        let mut log = Log::usable(table, columns, range, after)?;
-        log.describe();
+    pub(crate) fn usable(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
+        let mut log = Log::without_samples(table, columns);
+        log.append_usable(table, columns, range, after)?;
         Ok(log)
     }
 
-    /// The same, not yet described; fails alike.
-    pub(crate) fn usable(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
-        check_texts(table, columns)?;
-        // Tables that are taken part by part come from files without lines, whose rows are all alike.
-        let ragged = if range.start == 0 { table.ragged } else { 0 };
-        let mut report = LogReport { rows: range.len(), ragged, ..LogReport::default() };
-        let rows = usable_rows(table, columns, range.clone(), after, &mut report);
-        let take = |s: &Source| -> Vec<f64> {
-            let column = &table.columns[s.column];
-            match rows.len() == range.len() {
-                true => column[range.clone()].iter().map(|x| s.factor * x).collect(),
-                false => rows.iter().map(|&r| s.factor * column[r]).collect(),
-            }
-        };
-        let series = |sources: &[Source]| -> Vec<Vec<f64>> { sources.iter().map(take).collect() };
-        Ok(Log {
+    /// A log of these columns before its first sample.
+    pub(crate) fn without_samples(table: &Table, columns: &Columns) -> Log {
+        let series = |sources: &[Source]| vec![Vec::new(); sources.len()];
+        Log {
             name: table.file.clone(),
             coordinates: columns.coordinates.clone(),
-            t: take(&columns.time),
+            t: Vec::new(),
             q: series(&columns.position),
             dq: columns.velocity.as_deref().map(series),
             ddq: columns.acceleration.as_deref().map(series),
             effort: series(&columns.effort),
             effort_is: if columns.effort_is == Quantity::Current { Effort::Current } else { Effort::Torque },
-            rows: rows.iter().map(|r| table.skipped + r + 1).collect(),
+            rows: Vec::new(),
             window: None,
-            report,
-        })
+            report: LogReport::default(),
+        }
     }
 
-    /// Appends usable rows that follow, neither described yet.
-    pub(crate) fn append_usable(&mut self, next: &Log) {
-        self.append(next, 0..next.len());
-        self.report.count(&next.report);
+    /// Appends the usable of rows that follow; fails as `usable` does.
+    pub(crate) fn append_usable(
+        &mut self,
+        table: &Table,
+        columns: &Columns,
+        range: Range<usize>,
+        after: f64,
+    ) -> Result<(), Error> {
+        check_texts(table, columns)?;
+        // Tables that are taken part by part come from files without lines, whose rows are all alike.
+        let ragged = if range.start == 0 { table.ragged } else { 0 };
+        let (rows, report) = usable_rows(table, columns, range.clone(), after);
+        for (x, s) in self.series_mut().zip(columns.sources()) {
+            let column = &table.columns[s.column];
+            match rows.len() == range.len() {
+                true => x.extend(column[range.clone()].iter().map(|x| s.factor * x)),
+                false => x.extend(rows.iter().map(|&r| s.factor * column[r])),
+            }
+        }
+        self.rows.extend(rows.iter().map(|r| table.skipped + r + 1));
+        self.report.count(&LogReport { rows: range.len(), ragged, ..report });
+        Ok(())
     }
 
     /// Makes room for so many samples in all.
@@ -276,13 +283,8 @@ fn check_texts(table: &Table, columns: &Columns) -> Result<(), Error> {
 }
 
 /// The rows with finite numbers and a clock that advances beyond `after`; the others are counted.
-fn usable_rows(
-    table: &Table,
-    columns: &Columns,
-    range: Range<usize>,
-    mut after: f64,
-    report: &mut LogReport,
-) -> Vec<usize> {
+fn usable_rows(table: &Table, columns: &Columns, range: Range<usize>, mut after: f64) -> (Vec<usize>, LogReport) {
+    let mut report = LogReport::default();
     let clock = &table.columns[columns.time.column];
     let mut finite = vec![true; range.len()];
     for source in columns.sources() {
@@ -304,7 +306,7 @@ fn usable_rows(
             report.first_backwards.get_or_insert(table.line(r));
         }
     }
-    rows
+    (rows, report)
 }
 
 /// An interval of a log, ends included.

@@ -71,10 +71,11 @@ pub(crate) fn read_block(
     block: usize,
 ) -> Result<(Log, Range<usize>, Table), Error> {
     let mut rows = next.skipped..next.skipped + next.rows();
-    let mut all = Log::usable(&next, columns, 0..next.rows(), after)?;
+    let mut all = Log::without_samples(&next, columns);
     if next.rows() == READ {
         all.reserve(block);
     }
+    all.append_usable(&next, columns, 0..next.rows(), after)?;
     loop {
         after = all.t.last().copied().unwrap_or(after);
         let is_full = rows.len() == block;
@@ -83,6 +84,6 @@ pub(crate) fn read_block(
             return Ok((all, rows, next));
         }
         rows.end += next.rows();
-        all.append_usable(&Log::usable(&next, columns, 0..next.rows(), after)?);
+        all.append_usable(&next, columns, 0..next.rows(), after)?;
     }
 }

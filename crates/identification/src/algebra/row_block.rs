@@ -63,6 +63,13 @@ impl RowBlock {
         self.rows += 1;
     }
 
+    /// Appends eight rows, whose entries are to be filled; the block must be of whole eights and not full.
+    #[inline]
+    pub fn push_eight(&mut self) -> &mut [Eight] {
+        self.rows += 8;
+        self.group(self.rows / 8 - 1)
+    }
+
     /// Whether no further row has room.
     #[inline]
     pub fn is_full(&self) -> bool {

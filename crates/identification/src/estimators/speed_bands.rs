@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use generated::Eight;
+
 use crate::algebra::reflection::add_products;
 use crate::algebra::row_block::RowBlock;
 use crate::estimators::clusters::Cluster;
@@ -11,6 +13,9 @@ use crate::rows::residual_sums::ResidualSum;
 
 /// Upper ends of the bands of speed, shares of the joint's largest; the last has none.
 const ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
+
+/// Bands of a joint.
+const BANDS: usize = ENDS.len() + 1;
 
 /// Of a joint and the residual of a row: how much the row counts.
 pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
@@ -42,8 +47,14 @@ impl Band {
         Band { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
     }
 
-    fn push(&mut self, row: impl Iterator<Item = f64>) {
-        self.block.push(row);
+    /// Takes up eight rows: their entries at `places`, then their residuals, each by its weight.
+    fn push(&mut self, places: &[usize], entries: &[Eight], residuals: &[f64; 8], weights: &[f64; 8]) {
+        let weighted = |x: &[f64; 8]| Eight(std::array::from_fn(|lane| weights[lane] * x[lane]));
+        let rows = self.block.push_eight();
+        for (row, &place) in rows.iter_mut().zip(places) {
+            *row = weighted(&entries[place].0);
+        }
+        rows[places.len()] = weighted(residuals);
         if self.block.is_full() {
             self.complete();
         }
@@ -58,7 +69,7 @@ impl Band {
 impl<'a> SpeedBands<'a> {
     /// Without rows.
     pub fn new(model: &Model, largest: &'a [f64], weight: CountOf<'a>) -> SpeedBands<'a> {
-        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); ENDS.len() + 1];
+        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); BANDS];
         SpeedBands { largest, weight, bands: (0..model.n()).flat_map(of_joint).collect() }
     }
 
@@ -66,24 +77,29 @@ impl<'a> SpeedBands<'a> {
     pub(crate) fn clusters(self, model: &Model) -> Vec<Cluster> {
         let cluster = |(k, mut band): (usize, Band)| {
             band.complete();
-            Cluster::of_products(model.layout.joints[k / (ENDS.len() + 1)].columns.clone(), &band.products)
+            Cluster::of_products(model.layout.joints[k / BANDS].columns.clone(), &band.products)
         };
         self.bands.into_iter().enumerate().map(cluster).collect()
     }
 }
 
 impl ResidualSum for SpeedBands<'_> {
+    /// Samples that follow one another are mostly in one band: all eight go into each band that one of them is in, with
+    /// weight zero where they are in another.
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
+            let residuals = &group.residuals[j];
+            let mut roots = [[0.0; 8]; BANDS];
             for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
-                let residual = group.residuals[j][lane];
                 let speed = group.states.dq[r * n + j].abs();
                 let band = ENDS.iter().take_while(|&&end| speed > end * self.largest[j]).count();
-                let root = (self.weight)(j, residual).sqrt();
-                let entries =
-                    joint.places[..joint.columns.len()].iter().map(|&place| root * group.entries[place].0[lane]);
-                self.bands[j * (ENDS.len() + 1) + band].push(entries.chain([root * residual]));
+                roots[band][lane] = (self.weight)(j, residuals[lane]).sqrt();
+            }
+            for (band, roots) in self.bands[j * BANDS..].iter_mut().zip(&roots) {
+                if roots.iter().any(|root| *root != 0.0) {
+                    band.push(&joint.places[..joint.columns.len()], group.entries, residuals, roots);
+                }
             }
         }
     }

@@ -314,9 +314,9 @@ pub(crate) fn add_motion(
     energy: &mut MotionEnergy,
 ) -> Result<(), Error> {
     let t = &log.t;
-    let fresh = |&r: &usize| r == 0 || q.iter().any(|q| q[r] != q[r - 1]);
-    let fresh: Vec<usize> = (0..t.len()).filter(fresh).collect();
-    if fresh.len() < t.len() {
+    let is_fresh = |&r: &usize| r == 0 || q.iter().any(|q| q[r] != q[r - 1]);
+    if !(0..t.len()).all(|r| is_fresh(&r)) {
+        let fresh: Vec<usize> = (0..t.len()).filter(is_fresh).collect();
         let of = |x: &[f64]| fresh.iter().map(|&r| x[r]).collect::<Vec<f64>>();
         let at = of(t);
         for q in &mut q {

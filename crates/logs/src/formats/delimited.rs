@@ -173,7 +173,11 @@ impl<'a> TableReader<'a> {
             if cuts.is_empty() {
                 break;
             }
-            for (block, bytes) in self.read(&cuts).into_iter().zip(cuts.iter().map(|cut| cut.0)) {
+            let blocks = self.read(&cuts);
+            let more = blocks.iter().map(|block| block.rows).sum();
+            let wanted = table.columns.iter_mut().zip(&self.dialect.wanted).filter(|(_, wanted)| **wanted);
+            wanted.for_each(|(column, _)| column.reserve(more));
+            for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.0)) {
                 self.at += bytes;
                 self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
                 if self.idle > ROW {
