@@ -32,17 +32,39 @@ impl Bins {
 
     /// Bin k of x. Samples beyond the length of the table are not read.
     pub fn of(&self, x: &[f64], k: usize) -> Complex<f64> {
+        let [sum] = self.abreast([x], k);
+        sum
+    }
+
+    /// Bin k of each of the signals, which are of one length: each sum waits for its last term, four hardly longer than one.
+    pub fn of_each(&self, signals: &[Vec<f64>], k: usize) -> Vec<Complex<f64>> {
+        let (fours, rest) = signals.as_chunks();
+        let mut bins: Vec<_> = fours.iter().flat_map(|[a, b, c, d]| self.abreast([a, b, c, d], k)).collect();
+        match rest {
+            [a, b, c] => bins.extend(self.abreast([a, b, c], k)),
+            [a, b] => bins.extend(self.abreast([a, b], k)),
+            _ => bins.extend(rest.iter().map(|x| self.of(x, k))),
+        }
+        bins
+    }
+
+    fn abreast<const S: usize>(&self, signals: [&[f64]; S], k: usize) -> [Complex<f64>; S] {
         let n = self.turns.len();
-        let mut at = 0;
-        let mut sum = Complex::new(0.0, 0.0);
-        for &x in x.iter().take(n) {
-            sum += self.turns[at] * x;
+        let length = signals.iter().map(|x| x.len()).min().unwrap_or(0).min(n);
+        let signals = signals.map(|x| &x[..length]);
+        let (mut at, k) = (0, k.checked_rem(n).unwrap_or(0));
+        let mut sums = [Complex::new(0.0, 0.0); S];
+        for i in 0..length {
+            let turn = self.turns[at];
+            for s in 0..S {
+                sums[s] += turn * signals[s][i];
+            }
             at += k;
             if at >= n {
-                at %= n;
+                at -= n;
             }
         }
-        sum
+        sums
     }
 
     /// The signal sum_k c_k exp(2 pi j k i / N) with its two derivatives for a sample time `h`, from
@@ -53,13 +75,16 @@ impl Bins {
         for (k, c) in coefficients.iter().enumerate() {
             let w = std::f64::consts::TAU * k as f64 / (n as f64 * h);
             let c = if k == 0 { *c } else { 2.0 * c };
-            let mut at = 0;
+            let (mut at, k) = (0, k.checked_rem(n).unwrap_or(0));
             for i in 0..n {
                 let e = c * self.turns[at].conj();
                 out[0][i] += e.re;
                 out[1][i] -= w * e.im;
                 out[2][i] -= w * w * e.re;
-                at = (at + k) % n;
+                at += k;
+                if at >= n {
+                    at -= n;
+                }
             }
         }
         out

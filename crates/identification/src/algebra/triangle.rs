@@ -11,6 +11,8 @@
 //! A column that has held only zeros costs nothing. Weights are not here: the triangle of a joint is scaled as a
 //! whole when it is merged.
 
+use std::ops::Range;
+
 use crate::algebra::reflection::{Columns, reflect};
 use crate::algebra::row_block::RowBlock;
 
@@ -183,19 +185,32 @@ impl Triangle {
 
     /// The least-squares solution x; zero where a column tells nothing beside those before it.
     pub fn solution(&self) -> Vec<f64> {
-        self.back_substitute(&|i| self.at(i, self.p))
-    }
-
-    /// R x = right; zero where a column tells nothing beside those before it.
-    pub fn back_substitute(&self, right: &dyn Fn(usize) -> f64) -> Vec<f64> {
         let mut x = vec![0.0; self.p];
-        for i in (0..self.p).rev() {
-            if self.at(i, i).abs() > VOID * self.column_norm(i) {
-                let tail: f64 = (i + 1..self.p).map(|j| self.at(i, j) * x[j]).sum();
-                x[i] = (right(i) - tail) / self.at(i, i);
-            }
+        for i in (0..self.p).rev().filter(|&i| self.tells(i)) {
+            let tail: f64 = (i + 1..self.p).map(|j| self.at(i, j) * x[j]).sum();
+            x[i] = (self.at(i, self.p) - tail) / self.at(i, i);
         }
         x
+    }
+
+    /// Whether a column tells something beside those before it.
+    fn tells(&self, c: usize) -> bool {
+        self.at(c, c).abs() > VOID * self.column_norm(c)
+    }
+
+    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1; zero where a column tells nothing beside those before it,
+    /// which is left out.
+    pub fn inverse_products(&self, rows: Range<usize>) -> Vec<f64> {
+        let tell: Vec<usize> = (rows.start..self.p).filter(|&c| self.tells(c)).collect();
+        let of_row = |k: usize| {
+            let mut row = vec![0.0; self.p];
+            for &j in tell.iter().skip_while(|&&j| j < k) {
+                let before: f64 = (k..j).map(|i| row[i] * self.at(i, j)).sum();
+                row[j] = (if j == k { 1.0 } else { 0.0 } - before) / self.at(j, j);
+            }
+            row.iter().map(|x| x * x).sum::<f64>()
+        };
+        rows.map(of_row).collect()
     }
 
     /// |W_c|, the norm of a column of the rows.
@@ -302,5 +317,20 @@ mod tests {
         assert!((residual - direct).abs() < 1e-9 * direct);
         assert!((total - rows.iter().map(|r| r[p] * r[p]).sum::<f64>()).abs() < 1e-9 * total);
         assert_eq!(whole.column_norm(2), 0.0);
+    }
+
+    /// The inverse of R'R is that of a linear system; the void column has no part in it.
+    #[test]
+    fn products_of_the_inverse_are_those_of_the_normal_equations() {
+        let found = triangle(&rows(4, 300, 6), 6);
+        let told = [0, 1, 3, 4, 5];
+        let product =
+            |a: usize, b: usize| (0..=told[a].min(told[b])).map(|k| found.at(k, told[a]) * found.at(k, told[b])).sum();
+        let inverse: nalgebra::DMatrix<f64> = nalgebra::DMatrix::from_fn(5, 5, product).try_inverse().unwrap();
+        assert_eq!(found.inverse_products(2..3), [0.0]);
+        for (a, &c) in told.iter().enumerate() {
+            // The condition of 300 random rows is below ten: a few eps.
+            assert!((found.inverse_products(c..6)[0] / inverse[(a, a)] - 1.0).abs() < 1e-12);
+        }
     }
 }

@@ -150,19 +150,17 @@ impl JointSpectrum {
     }
 
     fn spectrum_of(&self, series: &[Vec<f64>], factor: impl Fn(f64) -> f64) -> Vec<Vec<f64>> {
-        let count = self.dq.len() as f64;
-        let period = count * self.sample_time;
-        let mut rows = vec![Vec::with_capacity(series.len()); self.frequency.len()];
-        for series in series {
-            let mut r = 0;
-            while r < rows.len() {
-                let f = self.frequency[r];
-                let at = self.bins.of(series, (f * period).round() as usize) / count * factor(f);
-                for x in quadratures(f, at) {
-                    rows[r].push(x);
-                    r += 1;
-                }
+        let samples = self.dq.len() as f64;
+        let period = samples * self.sample_time;
+        let mut rows = Vec::with_capacity(self.frequency.len());
+        for same in self.frequency.chunk_by(|a, b| a == b) {
+            let f = same[0];
+            let mut at_f = vec![Vec::with_capacity(series.len()); same.len()];
+            for bin in self.bins.of_each(series, (f * period).round() as usize) {
+                let quadratures = quadratures(f, bin / samples * factor(f));
+                at_f.iter_mut().zip(quadratures).for_each(|(row, x)| row.push(x));
             }
+            rows.extend(at_f);
         }
         rows
     }

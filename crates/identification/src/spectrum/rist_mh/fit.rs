@@ -215,14 +215,15 @@ impl Fit {
     pub fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
         let triangle = self.triangle(data, options);
         let unknowns = triangle.columns();
-        let (x, variances) = back_substitute(&triangle);
+        let x = triangle.solution();
         self.chi_square = triangle.squares(&x).1;
         self.rows = triangle.rows;
         self.effective = unknowns as f64 + if self.shape.stribeck.is_some() { 1.0 } else { 0.0 };
         if self.has_drift() {
             let first = data.p + data.n * self.shape.columns();
             let drifts = first..first + self.drift.len();
-            let decided: f64 = drifts.clone().map(|i| 1.0 - variances[i] / self.spread.powi(2)).sum();
+            let variances = triangle.inverse_products(drifts.clone());
+            let decided: f64 = variances.iter().map(|v| 1.0 - v / self.spread.powi(2)).sum();
             self.drift.copy_from_slice(&x[drifts]);
             self.rows -= self.drift.len();
             self.effective -= self.drift.len() as f64 - decided;
@@ -232,16 +233,4 @@ impl Fit {
         self.x = x;
         self.squares = self.squares_by(data, options, &self.deviation);
     }
-}
-
-/// R x = z and the diagonal of (R'R)^-1; a column without information gets zero.
-fn back_substitute(triangle: &Triangle) -> (Vec<f64>, Vec<f64>) {
-    let p = triangle.columns();
-    let mut variances = vec![0.0; p];
-    for k in 0..p {
-        // Column k of R^-1.
-        let column = triangle.back_substitute(&|i| if i == k { 1.0 } else { 0.0 });
-        variances.iter_mut().zip(column).for_each(|(v, c)| *v += c * c);
-    }
-    (triangle.solution(), variances)
 }
