@@ -113,8 +113,19 @@ lanes! {
 }
 
 macro_rules! several {
-    ($lanes:ident, $width:literal) => {
+    ($lanes:ident, $width:literal, $($i:literal)*) => {
         impl $lanes {
+            /// Sines and cosines of up to eight angles, one after the other: a loop would keep its lanes in memory.
+            #[inline(always)]
+            pub fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+                const { assert!(N <= 8, "no group is larger") };
+                let (mut sines, mut cosines) = (angles, angles);
+                $(if $i < N {
+                    (sines[$i], cosines[$i]) = angles[$i].sin_cos();
+                })*
+                (sines, cosines)
+            }
+
             /// `states[0]`, `states[stride]`, ...
             #[inline(always)]
             pub fn gathered(states: &[f64], stride: usize) -> $lanes {
@@ -127,8 +138,8 @@ macro_rules! several {
         }
     };
 }
-several!(Lanes4, 4);
-several!(Lanes8, 8);
+several!(Lanes4, 4, 0 1 2 3 4 5 6 7);
+several!(Lanes8, 8, 0 1 2 3 4 5 6 7);
 
 impl Lanes4 {
     /// The numbers.
@@ -172,6 +183,25 @@ impl Lanes1 {
     pub fn within<Y: Numbers>(y: &mut Y) -> &mut Y::Lanes {
         // SAFETY: one lane is one number and nothing else, and `Numbers` are arrays of both of the same shape.
         unsafe { &mut *(&raw mut *y).cast() }
+    }
+
+    /// Sines and cosines, four at a time.
+    #[inline(always)]
+    pub fn sin_cos_of_each<const N: usize>(angles: [Lanes1; N]) -> ([Lanes1; N], [Lanes1; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        // No closure: it would not be compiled for the instructions of the caller.
+        for at in (0..N).step_by(4) {
+            let mut four = [0.0; 4];
+            for i in at..N.min(at + 4) {
+                four[i - at] = angles[i].0;
+            }
+            let (s, c) = Lanes4::gathered(&four, 1).sin_cos();
+            let (s, c) = (s.numbers(), c.numbers());
+            for i in at..N.min(at + 4) {
+                (sines[i].0, cosines[i].0) = (s[i - at], c[i - at]);
+            }
+        }
+        (sines, cosines)
     }
 
     /// As [`Lanes4::turned`].
@@ -373,6 +403,10 @@ macro_rules! real {
             #[inline(always)]
             fn sin_cos(self) -> (Self, Self) {
                 self.sin_cos()
+            }
+            #[inline(always)]
+            fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+                Self::sin_cos_of_each(angles)
             }
             $(#[inline(always)]
             #[allow(unsafe_code, unused_unsafe, reason = "vector registers")]

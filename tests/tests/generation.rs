@@ -49,7 +49,10 @@ fn nothing_in_a_generated_file_can_fail_or_allocate() {
     for (file, robot) in models() {
         // The standard library's fused product and sum, where the target has one and an instruction for it.
         let of_std = |line: &str| line.trim() == "extern crate std;";
-        for line in generated(&robot).lines().filter(|l| !l.trim_start().starts_with("//") && !of_std(l)) {
+        // Fails where it is compiled, if at all.
+        let of_compiler = |line: &str| line.trim_start().starts_with("const {");
+        let code = |line: &&str| !line.trim_start().starts_with("//") && !of_std(line) && !of_compiler(line);
+        for line in generated(&robot).lines().filter(code) {
             for word in
                 ["unwrap", "expect", "panic", "assert", "alloc", "Vec", "Box", "vec!", "std::", "unsafe", "extern"]
             {
@@ -61,7 +64,8 @@ fn nothing_in_a_generated_file_can_fail_or_allocate() {
                 assert!(indices.all(|word| word.chars().all(|c| c.is_ascii_digit())), "{file}: {line}");
             }
             for index in line.split('[').skip(1) {
-                let inside = index.split(']').next().unwrap_or_default();
+                // Without an end before the next begins: a list.
+                let Some((inside, _)) = index.split_once(']') else { continue };
                 if ["entry", "row", "column"].contains(&inside) {
                     continue;
                 }

@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! pub fn NAME<R: Real>(q: &[R; 3], ..., y: &mut [[R; 18]; 3]) {
-//!     let (s1, c1) = q[1].sin_cos();
+//!     let ([s1, s2], [c1, c2]) = R::sin_cos_of_each([q[1], q[2]]);
 //!     let t4 = s1 * dq[0];
 //!     let t5 = t4.mul_add(c1, -q[0]);
 //!     y[0][2] = t5;
 //! ```
 //! `mul_add` is the trait's: fused where the target fuses. Signs stand only where a store or a sum needs them.
+
+use std::collections::BTreeMap;
 
 use expr::{Expr, Function, Operation};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
@@ -20,8 +22,9 @@ use crate::steps::{Name, Step, is_read, names, steps};
 /// Inputs become `&[R; n]`, outputs `&mut [[R; columns]; rows]`, or `&mut [R; rows]` with one column;
 /// an input that nothing reads is named `_NAME`.
 pub(crate) fn render(bound: &Function) -> TokenStream {
-    let writer = Writer { function: bound, names: names(bound) };
-    let (head, statements) = (head(bound), steps(bound).into_iter().map(|step| writer.statement(&step)));
+    let steps = steps(bound);
+    let writer = Writer::new(bound, &steps);
+    let (head, statements) = (head(bound), steps.iter().map(|step| writer.statement(step)));
     quote! {
         #[inline(always)]
         #head {
@@ -40,8 +43,9 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
         let (row, column) = (literal(row), literal(column));
         quote!((#row, #column))
     });
-    let writer = Writer { function: bound, names: names(bound) };
-    let statements = steps(bound).into_iter().filter_map(|step| match step {
+    let steps = steps(bound);
+    let writer = Writer::new(bound, &steps);
+    let statements = steps.iter().filter_map(|step| match *step {
         Step::Store { row, column, node, negative, .. } => {
             // A zero has no place.
             let k = literal(non_zeros.binary_search(&(row, column)).ok()?);
@@ -52,7 +56,7 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
                 quote!(set(#k, #row, #column, #value);)
             })
         }
-        step => Some(writer.statement(&step)),
+        _ => Some(writer.statement(step)),
     });
     let output = &bound.outputs[0];
     let (entries, sparse) = (format_ident!("{}_entries", bound.name), format_ident!("{}_non_zeros", bound.name));
@@ -120,12 +124,40 @@ fn head(bound: &Function) -> TokenStream {
     quote!(pub fn #name<R: Real>(#inputs #(#outputs,)*))
 }
 
+/// Sine and cosine of so many coordinates are taken at once. Of more, four at a time where the first is needed: what is
+/// known long before it is read leaves the registers.
+const AT_ONCE: usize = 8;
+
 struct Writer<'a> {
     function: &'a Function,
     names: Vec<Name>,
+    /// Coordinate -> what takes its sine and cosine: one statement at the first of a group, nothing at the others.
+    groups: BTreeMap<usize, TokenStream>,
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
+    fn new(function: &'a Function, steps: &[Step]) -> Writer<'a> {
+        let mut writer = Writer { function, names: names(function), groups: BTreeMap::new() };
+        let pairs = steps.iter().filter_map(|step| match *step {
+            Step::SinCos { angle, sine, cosine } => Some((angle, sine, cosine)),
+            _ => None,
+        });
+        let pairs: Vec<_> = pairs.filter(|pair| matches!(writer.names[pair.0], Name::Input { .. })).collect();
+        for group in pairs.chunks(if pairs.len() > AT_ONCE { 4 } else { AT_ONCE }).filter(|group| group.len() > 1) {
+            let angles = group.iter().map(|pair| writer.operand(pair.0));
+            let sines = group.iter().map(|pair| writer.operand_or_nothing(pair.1));
+            let cosines = group.iter().map(|pair| writer.operand_or_nothing(pair.2));
+            let mut statement =
+                Some(quote!(let ([#(#sines),*], [#(#cosines),*]) = R::sin_cos_of_each([#(#angles),*]);));
+            writer.groups.extend(group.iter().map(|pair| (pair.0, statement.take().unwrap_or_default())));
+        }
+        writer
+    }
+
+    fn operand_or_nothing(&self, n: Option<usize>) -> TokenStream {
+        n.map_or_else(|| quote!(_), |n| self.operand(n))
+    }
+
     fn operand(&self, n: usize) -> TokenStream {
         match &self.names[n] {
             Name::Constant(x) => {
@@ -151,9 +183,12 @@ impl Writer<'_> {
                 quote!(let #name = #value;)
             }
             Step::SinCos { angle, sine, cosine } => {
-                let name = |n: Option<usize>| n.map_or_else(|| quote!(_), |n| self.operand(n));
-                let (angle, sine, cosine) = (self.operand(angle), name(sine), name(cosine));
-                quote!(let (#sine, #cosine) = (#angle).sin_cos();)
+                let alone = || {
+                    let (sine, cosine) = (self.operand_or_nothing(sine), self.operand_or_nothing(cosine));
+                    let angle = self.operand(angle);
+                    quote!(let (#sine, #cosine) = (#angle).sin_cos();)
+                };
+                self.groups.get(&angle).cloned().unwrap_or_else(alone)
             }
             Step::Store { output, row, column, node, negative } => {
                 let output = &self.function.outputs[output];

@@ -86,6 +86,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -138,6 +147,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

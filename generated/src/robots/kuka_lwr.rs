@@ -351,7 +351,14 @@ pub fn base_regressor_entries<R: Real>(
     set(155, 4, 31, ddq[4]);
     set(177, 5, 39, ddq[5]);
     set(192, 6, 47, ddq[6]);
-    let (s1, c1) = (q[1]).sin_cos();
+    let ([s1, s2, s3, s4, s5, s6], [c1, c2, c3, c4, c5, c6]) = R::sin_cos_of_each([
+        q[1],
+        q[2],
+        q[3],
+        q[4],
+        q[5],
+        q[6],
+    ]);
     let t26 = dq[0] * c1;
     let t27 = dq[1] * t26;
     let t28 = ddq[0].mul_add(s1, t27);
@@ -393,7 +400,6 @@ pub fn base_regressor_entries<R: Real>(
     set(46, 1, 6, t61);
     let t62 = R::from_f64(9.81) * s1;
     set(47, 1, 7, -t62);
-    let (s2, c2) = (q[2]).sin_cos();
     let t66 = dq[1] * s2;
     let t67 = t30.mul_add(c2, -t66);
     let t68 = dq[1] * c2;
@@ -498,7 +504,6 @@ pub fn base_regressor_entries<R: Real>(
     let t180 = (-t162).mul_add(t173, t178);
     let t181 = (-s2).mul_add(t141, t180);
     set(54, 1, 14, t181);
-    let (s3, c3) = (q[3]).sin_cos();
     let t185 = t81 * s3;
     let t186 = t67.mul_add(c3, -t185);
     let t187 = t81 * c3;
@@ -633,7 +638,6 @@ pub fn base_regressor_entries<R: Real>(
     set(61, 1, 22, t335);
     let t336 = t148 * s3;
     set(97, 2, 22, -t336);
-    let (s4, c4) = (q[4]).sin_cos();
     let t340 = t204 * s4;
     let t341 = t186.mul_add(c4, t340);
     let t342 = t204 * c4;
@@ -823,7 +827,6 @@ pub fn base_regressor_entries<R: Real>(
     let t570 = t441.mul_add(t532, t569);
     let t571 = s4.mul_add(t474, t570);
     set(133, 3, 30, t571);
-    let (s5, c5) = (q[5]).sin_cos();
     let t575 = t359 * s5;
     let t576 = t341.mul_add(c5, t575);
     let t577 = t359 * c5;
@@ -1040,7 +1043,6 @@ pub fn base_regressor_entries<R: Real>(
     set(140, 3, 38, t833);
     let t834 = t482 * s5;
     set(162, 4, 38, -t834);
-    let (s6, c6) = (q[6]).sin_cos();
     let t838 = t594 * s6;
     let t839 = t576.mul_add(c6, -t838);
     let t840 = t594 * c6;
@@ -1303,6 +1305,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -1355,6 +1366,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

@@ -72,7 +72,7 @@ pub fn base_regressor_entries<R: Real>(
 ) {
     set(0, 0, 0, ddq[0]);
     set(9, 1, 6, ddq[1]);
-    let (s0, c0) = (q[0]).sin_cos();
+    let ([s0, s1], [c0, c1]) = R::sin_cos_of_each([q[0], q[1]]);
     let t10 = R::from_f64(9.81) * c0;
     set(1, 0, 1, t10);
     let t12 = R::from_f64(9.81) * s0;
@@ -80,7 +80,6 @@ pub fn base_regressor_entries<R: Real>(
     let t13 = ddq[0] + ddq[1];
     set(3, 0, 3, t13);
     set(6, 1, 3, t13);
-    let (s1, c1) = (q[1]).sin_cos();
     let t17 = R::from_f64(0.5).mul_add(ddq[0], t10);
     let t18 = c1 * t17;
     let t20 = dq[0] * dq[0];
@@ -115,6 +114,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -167,6 +175,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

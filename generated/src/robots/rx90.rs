@@ -283,7 +283,13 @@ pub fn base_regressor_entries<R: Real>(
     set(105, 3, 23, ddq[3]);
     set(127, 4, 31, ddq[4]);
     set(142, 5, 39, ddq[5]);
-    let (s1, c1) = (q[1]).sin_cos();
+    let ([s1, s2, s3, s4, s5], [c1, c2, c3, c4, c5]) = R::sin_cos_of_each([
+        q[1],
+        q[2],
+        q[3],
+        q[4],
+        q[5],
+    ]);
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(s1, t24);
@@ -325,7 +331,6 @@ pub fn base_regressor_entries<R: Real>(
     set(39, 1, 6, t58);
     let t59 = R::from_f64(9.81) * s1;
     set(40, 1, 7, -t59);
-    let (s2, c2) = (q[2]).sin_cos();
     let t61 = s1 * c2;
     let t64 = c1.mul_add(s2, t61);
     let t66 = dq[1] + dq[2];
@@ -404,7 +409,6 @@ pub fn base_regressor_entries<R: Real>(
     let t135 = (-t122).mul_add(t133, t132);
     let t136 = t131 + t135;
     set(47, 1, 14, t136);
-    let (s3, c3) = (q[3]).sin_cos();
     let t140 = t66 * s3;
     let t141 = t74.mul_add(c3, -t140);
     let t142 = t66 * c3;
@@ -528,7 +532,6 @@ pub fn base_regressor_entries<R: Real>(
     let t269 = (-t245).mul_add(t256, t267);
     let t270 = t269 - t260;
     set(83, 2, 22, t270);
-    let (s4, c4) = (q[4]).sin_cos();
     let t274 = t155 * s4;
     let t275 = t141.mul_add(c4, t274);
     let t276 = t155 * c4;
@@ -682,7 +685,6 @@ pub fn base_regressor_entries<R: Real>(
     set(90, 2, 30, -t442);
     let t443 = t221 * s4;
     set(112, 3, 30, -t443);
-    let (s5, c5) = (q[5]).sin_cos();
     let t447 = t293 * s5;
     let t448 = t275.mul_add(c5, -t447);
     let t449 = t293 * c5;
@@ -882,6 +884,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -934,6 +945,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

@@ -275,7 +275,13 @@ pub fn base_regressor_entries<R: Real>(
     set(63, 2, 23, ddq[2]);
     set(85, 3, 31, ddq[3]);
     set(100, 4, 39, ddq[4]);
-    let (s1, c1) = (q[1]).sin_cos();
+    let ([s1, s5, s2, s3, s4], [c1, c5, c2, c3, c4]) = R::sin_cos_of_each([
+        q[1],
+        q[5],
+        q[2],
+        q[3],
+        q[4],
+    ]);
     let t21 = ddq[0] * s1;
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
@@ -329,7 +335,6 @@ pub fn base_regressor_entries<R: Real>(
     let t72 = R::from_f64(9.81) * s1;
     let t73 = c1.mul_add(t65, t72);
     set(45, 1, 7, t73);
-    let (s5, c5) = (q[5]).sin_cos();
     let t75 = ddq[0] * c5;
     let t76 = dq[1] - dq[5];
     let t77 = dq[1] - t76;
@@ -405,7 +410,6 @@ pub fn base_regressor_entries<R: Real>(
     let t143 = t127 * t133;
     let t145 = (-t122).mul_add(t130, t143);
     set(107, 5, 14, t145);
-    let (s2, c2) = (q[2]).sin_cos();
     let t147 = t83 * c2;
     let t150 = t77.mul_add(s2, t147);
     let t151 = t77 * c2;
@@ -529,7 +533,6 @@ pub fn base_regressor_entries<R: Real>(
     let t289 = R::from_f64(0.2).mul_add(t184, t288);
     let t290 = (-s2).mul_add(t226, -t289);
     set(115, 5, 22, t290);
-    let (s3, c3) = (q[3]).sin_cos();
     let t294 = t164 * s3;
     let t295 = t150.mul_add(c3, -t294);
     let t296 = t164 * c3;
@@ -678,7 +681,6 @@ pub fn base_regressor_entries<R: Real>(
     let t464 = t263.mul_add(t340, t463);
     let t465 = t459 + t464;
     set(122, 5, 30, t465);
-    let (s4, c4) = (q[4]).sin_cos();
     let t469 = t313 * s4;
     let t470 = t295.mul_add(c4, t469);
     let t471 = t313 * c4;
@@ -913,6 +915,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -965,6 +976,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

@@ -258,7 +258,12 @@ pub fn base_regressor_entries<R: Real>(
     set(83, 3, 20, ddq[3]);
     set(105, 4, 28, ddq[4]);
     set(120, 5, 36, ddq[5]);
-    let (s1, c1) = (q[1]).sin_cos();
+    let ([s1, s3, s4, s5], [c1, c3, c4, c5]) = R::sin_cos_of_each([
+        q[1],
+        q[3],
+        q[4],
+        q[5],
+    ]);
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(s1, t24);
@@ -360,7 +365,6 @@ pub fn base_regressor_entries<R: Real>(
     set(11, 0, 11, t124);
     let t125 = q[2] * t103;
     set(43, 1, 11, -t125);
-    let (s3, c3) = (q[3]).sin_cos();
     let t129 = dq[1] * s3;
     let t130 = t27.mul_add(c3, -t129);
     let t131 = dq[1] * c3;
@@ -466,7 +470,6 @@ pub fn base_regressor_entries<R: Real>(
     let t243 = (-t223).mul_add(t235, t241);
     let t244 = t96.mul_add(s3, -t243);
     set(50, 1, 19, t244);
-    let (s4, c4) = (q[4]).sin_cos();
     let t248 = t144 * s4;
     let t249 = t130.mul_add(c4, t248);
     let t250 = t144 * c4;
@@ -609,7 +612,6 @@ pub fn base_regressor_entries<R: Real>(
     set(73, 2, 27, t408);
     let t409 = t204 * s4;
     set(90, 3, 27, -t409);
-    let (s5, c5) = (q[5]).sin_cos();
     let t413 = t267 * s5;
     let t414 = t249.mul_add(c5, -t413);
     let t415 = t267 * c5;
@@ -798,6 +800,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -850,6 +861,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

@@ -285,7 +285,13 @@ pub fn base_regressor_entries<R: Real>(
     set(105, 3, 23, ddq[3]);
     set(127, 4, 31, ddq[4]);
     set(142, 5, 39, ddq[5]);
-    let (s1, c1) = (q[1]).sin_cos();
+    let ([s1, s2, s3, s4, s5], [c1, c2, c3, c4, c5]) = R::sin_cos_of_each([
+        q[1],
+        q[2],
+        q[3],
+        q[4],
+        q[5],
+    ]);
     let t23 = dq[0] * s1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(c1, -t24);
@@ -327,7 +333,6 @@ pub fn base_regressor_entries<R: Real>(
     set(39, 1, 6, -t58);
     let t59 = R::from_f64(9.81) * c1;
     set(40, 1, 7, -t59);
-    let (s2, c2) = (q[2]).sin_cos();
     let t61 = s1 * c2;
     let t64 = c1.mul_add(s2, t61);
     let t66 = dq[1] + dq[2];
@@ -422,7 +427,6 @@ pub fn base_regressor_entries<R: Real>(
     let t159 = t142.mul_add(t149, t157);
     let t160 = t156 + t159;
     set(47, 1, 14, t160);
-    let (s3, c3) = (q[3]).sin_cos();
     let t164 = t66 * s3;
     let t165 = t74.mul_add(c3, -t164);
     let t166 = t66 * c3;
@@ -550,7 +554,6 @@ pub fn base_regressor_entries<R: Real>(
     let t301 = (-t275).mul_add(t287, t299);
     let t302 = t292 + t301;
     set(83, 2, 22, -t302);
-    let (s4, c4) = (q[4]).sin_cos();
     let t306 = t179 * s4;
     let t307 = t165.mul_add(c4, t306);
     let t308 = t179 * c4;
@@ -706,7 +709,6 @@ pub fn base_regressor_entries<R: Real>(
     set(90, 2, 30, t478);
     let t479 = t245 * s4;
     set(112, 3, 30, -t479);
-    let (s5, c5) = (q[5]).sin_cos();
     let t483 = t325 * s5;
     let t484 = t307.mul_add(c5, -t483);
     let t485 = t325 * c5;
@@ -906,6 +908,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -958,6 +969,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {

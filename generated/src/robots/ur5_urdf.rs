@@ -272,7 +272,13 @@ pub fn base_regressor_entries<R: Real>(
 ) {
     set(0, 0, 0, ddq[0]);
     set(38, 1, 5, ddq[1]);
-    let (s1, c1) = (q[1]).sin_cos();
+    let ([s1, s2, s3, s4, s5], [c1, c2, c3, c4, c5]) = R::sin_cos_of_each([
+        q[1],
+        q[2],
+        q[3],
+        q[4],
+        q[5],
+    ]);
     let t23 = dq[0] * c1;
     let t24 = dq[1] * t23;
     let t25 = ddq[0].mul_add(s1, t24);
@@ -314,7 +320,6 @@ pub fn base_regressor_entries<R: Real>(
     set(39, 1, 6, t58);
     let t59 = R::from_f64(9.81) * s1;
     set(40, 1, 7, -t59);
-    let (s2, c2) = (q[2]).sin_cos();
     let t61 = s1 * c2;
     let t64 = c1.mul_add(s2, t61);
     let t66 = dq[1] + dq[2];
@@ -393,7 +398,6 @@ pub fn base_regressor_entries<R: Real>(
     let t135 = (-t122).mul_add(t133, t132);
     let t136 = t131 - t135;
     set(47, 1, 14, t136);
-    let (s3, c3) = (q[3]).sin_cos();
     let t138 = t64 * c3;
     let t141 = t69.mul_add(s3, t138);
     let t143 = dq[3] + t66;
@@ -506,7 +510,6 @@ pub fn base_regressor_entries<R: Real>(
     let t252 = (-t231).mul_add(t238, t250);
     let t253 = t245 - t252;
     set(82, 2, 21, t253);
-    let (s4, c4) = (q[4]).sin_cos();
     let t257 = t143 * s4;
     let t258 = t151.mul_add(c4, t257);
     let t259 = t143 * c4;
@@ -652,7 +655,6 @@ pub fn base_regressor_entries<R: Real>(
     let t410 = t378.mul_add(t390, t408);
     let t411 = t410 - t395;
     set(110, 3, 28, t411);
-    let (s5, c5) = (q[5]).sin_cos();
     let t415 = t272 * s5;
     let t416 = t258.mul_add(c5, -t415);
     let t417 = t272 * c5;
@@ -840,6 +842,15 @@ pub trait Real: Copy + core::ops::Add<
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
+    /// Sines and cosines of up to eight angles.
+    #[inline(always)]
+    fn sin_cos_of_each<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        let (mut sines, mut cosines) = (angles, angles);
+        for ((s, c), x) in sines.iter_mut().zip(&mut cosines).zip(angles) {
+            (*s, *c) = x.sin_cos();
+        }
+        (sines, cosines)
+    }
 }
 impl Real for f64 {
     #[inline(always)]
@@ -892,6 +903,41 @@ impl Real for f64 {
         let (s, c) = if quadrant & 1 == 0 { (s, c) } else { (c, s) };
         let sign = |x: f64, bits: u64| f64::from_bits(x.to_bits() ^ (bits & 2) << 62);
         (sign(s, quadrant), sign(c, quadrant.wrapping_add(1)))
+    }
+    /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
+    #[inline(never)]
+    fn sin_cos_of_each<const N: usize>(angles: [f64; N]) -> ([f64; N], [f64; N]) {
+        const { assert!(N <= 8) };
+        const WIDTH: usize = if cfg!(target_feature = "avx") {
+            4
+        } else if cfg!(any(target_feature = "sse2", target_feature = "neon")) {
+            2
+        } else {
+            1
+        };
+        let mut padded = [[0.0; WIDTH]; 8 / WIDTH];
+        for (x, angle) in padded.as_flattened_mut().iter_mut().zip(angles) {
+            *x = angle;
+        }
+        let (mut sines, mut cosines) = (padded, padded);
+        for ((s, c), x) in sines
+            .iter_mut()
+            .zip(&mut cosines)
+            .zip(padded)
+            .take(N.div_ceil(WIDTH))
+        {
+            for ((s, c), x) in s.iter_mut().zip(c).zip(x) {
+                (*s, *c) = Real::sin_cos(x);
+            }
+        }
+        let (mut s, mut c) = (angles, angles);
+        for (s, sine) in s.iter_mut().zip(sines.as_flattened()) {
+            *s = *sine;
+        }
+        for (c, cosine) in c.iter_mut().zip(cosines.as_flattened()) {
+            *c = *cosine;
+        }
+        (s, c)
     }
 }
 impl Real for f32 {
