@@ -58,6 +58,7 @@ const ORDERS: [(&str, &[&str]); 12] = [
     (
         "crates/identification",
         &[
+            "yaml",
             "algebra",
             "model",
             "experiments",

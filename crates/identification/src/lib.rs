@@ -21,5 +21,6 @@ pub mod spectrum;
 #[cfg(test)]
 mod test_arm;
 pub mod write;
+mod yaml;
 
 pub use logs::Error;

@@ -11,6 +11,7 @@ use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
 use crate::model::description_options::DescriptionOptions;
 use crate::model::parameter::ParameterId;
+use crate::yaml;
 
 /// Identified parameters with their uncertainty and the residual they leave.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -103,7 +104,7 @@ impl Estimate {
     /// a parameter whose value is no number.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
-        let mut estimate: Estimate = serde_yaml::from_str(text).map_err(|e| at(format!("this is no estimate: {e}")))?;
+        let mut estimate: Estimate = yaml::read(text).map_err(|e| at(format!("this is no estimate: {e}")))?;
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}

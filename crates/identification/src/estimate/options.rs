@@ -8,6 +8,7 @@ use crate::model::friction::terms::FrictionTerm;
 use crate::signals::preparation::Preparation;
 use crate::signals::signal_options::{Signal, possible_delay};
 use crate::signals::transmission::Transmission;
+use crate::yaml;
 
 /// How an identification is done; every part has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,7 +54,7 @@ impl Options {
 
     /// The same of a text; `file` stands in messages.
     pub fn parse(file: &str, text: &str) -> Result<Options, Error> {
-        let options: Options = serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, e.to_string()))?;
+        let options: Options = yaml::read(text).map_err(|e| Error::at(file, 0, e))?;
         possible_delay(options.signal.delay).map_err(|message| Error::at(file, 0, message))?;
         Ok(options)
     }

@@ -9,6 +9,7 @@ use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residu
 use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
 use crate::model::unit::Unit;
+use crate::yaml;
 
 /// Prediction on motions that were not used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -124,7 +125,7 @@ impl Validation {
 
     /// Reads validation.yaml; fails with the line that is not that of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
+        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
     }
 }
 

@@ -26,6 +26,7 @@ use crate::experiments::ranges::check_motion;
 use crate::model::parameter::{BaseParameter, Parameter, ParameterId};
 use crate::model::reference::ModelReference;
 use crate::model::regressor::Regressor;
+use crate::yaml;
 
 /// A plan and what it promises.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -195,7 +196,7 @@ impl ExperimentPlan {
 
     /// Reads plan.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no plan: {e}")))
+        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no plan: {e}")))
     }
 }
 

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::pseudo_inertia::smallest_eigenvalue;
 use crate::model::standard_map::StandardMap;
+use crate::yaml;
 
 /// A body on a link, as its file has it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,8 +48,7 @@ pub struct Inertia {
 impl KnownLoad {
     /// Reads the file; fails with the line that is not that of a load, and when no body has these figures.
     pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
-        let load: KnownLoad =
-            serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no load: {e}")))?;
+        let load: KnownLoad = yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no load: {e}")))?;
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..load.clone() };
         let finite = load.part().parameters().iter().all(|x| x.is_finite());
         let i = load.inertia;

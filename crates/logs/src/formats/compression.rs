@@ -30,6 +30,10 @@ pub enum Compression {
 /// One block unfolds to no more than this; writers make blocks of some megabytes.
 pub const MAX_UNPACKED: usize = 1 << 30;
 
+/// Nor to more than so many times its bytes and so many bytes more: numbers that a robot measured do not.
+const MAX_RATIO: usize = 64;
+const SMALL: usize = 1 << 26;
+
 /// The largest ratios of the formats: a copy of 64 bytes takes 3, a run of 255 takes 1.
 #[cfg(feature = "parquet")]
 const SNAPPY_RATIO: usize = 64;
@@ -40,8 +44,9 @@ impl Compression {
     /// The `size` bytes that `packed` holds; another number of them is an error.
     #[cfg(feature = "mcap")]
     pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
-        if size > MAX_UNPACKED {
-            return Err(format!("a block claims to hold {size} bytes; at most {MAX_UNPACKED} are read"));
+        let most = most_of(packed).min(MAX_UNPACKED);
+        if size > most {
+            return Err(format!("a block of {} bytes claims to hold {size}; at most {most} are read", packed.len()));
         }
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
@@ -52,6 +57,7 @@ impl Compression {
 
     /// The bytes that `packed` holds; more than `most` of them are an error.
     pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
+        let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
         let out = match self {
             #[cfg(any(feature = "mcap", feature = "parquet"))]
@@ -91,6 +97,11 @@ impl Compression {
         }
         Ok(out)
     }
+}
+
+/// The most that these bytes may unfold to.
+fn most_of(packed: &[u8]) -> usize {
+    packed.len().saturating_mul(MAX_RATIO).saturating_add(SMALL)
 }
 
 /// Blocks behind two lengths of four bytes each, the highest first: unpacked and packed.

@@ -26,13 +26,13 @@ const ROW: usize = 1 << 20;
 const BLOCKS: usize = 8;
 
 /// Numbers of a block, however short its rows are.
-const BLOCK_CELLS: usize = 1 << 20;
+const BLOCK_CELLS: usize = 1 << 18;
 
 /// Fewer bytes are read by one thread: to start another takes as long.
 const ALONE: usize = 1 << 18;
 
 /// Cells that are not there, up to which a file of ragged rows is read on.
-const MISSING: usize = 1 << 22;
+const MISSING: usize = 1 << 21;
 
 /// Rows of a text on their way into tables.
 pub struct TableReader<'a> {

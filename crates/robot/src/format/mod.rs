@@ -3,6 +3,7 @@
 //! A description is refused with one [`crate::Error`]: the file, the line, what was found, what was
 //! expected. No text makes a reader panic: sizes, depths and expressions are bounded here.
 
+mod budget;
 mod expression;
 mod node;
 mod options;
@@ -13,6 +14,7 @@ mod urdf;
 mod yaml;
 
 pub use crate::angle_snap::Angles;
+pub use budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
 pub use options::{Mimic, ReadOptions};
 pub use par::{read_par, write_par};
 pub use read::{parse_with, read, read_text, read_with, text_of};

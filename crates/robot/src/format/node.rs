@@ -8,6 +8,7 @@ use std::fmt;
 use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_yaml::Spanned;
 
+use super::budget::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
 use super::suggestion::did_you_mean;
 use crate::error::{Error, Place};
 
@@ -62,6 +63,7 @@ impl Source<'_> {
     /// Parses the text.
     pub fn parse(self, text: &str) -> Result<Node, Error> {
         let options = serde_yaml::options! {
+            budget: budget(text),
             strict_booleans: true,
             with_snippet: false,
             // Refused where the number is used, with the name of what it stands for.
@@ -73,6 +75,7 @@ impl Source<'_> {
                 serde_yaml::Error::DuplicateMappingKey { key: Some(key), .. } => {
                     format!("the key `{key}` stands twice")
                 }
+                e if is_beyond_budget(e) => REPEATS_TOO_MUCH.into(),
                 e => format!("not valid YAML: {}", without_place(&e.to_string())),
             };
             self.error(line, column, message)

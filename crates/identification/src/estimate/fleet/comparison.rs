@@ -16,6 +16,7 @@ use crate::estimate::fleet::false_discovery::families;
 use crate::estimate::fleet::solution::Solved;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::Unit;
+use crate::yaml;
 
 /// Robots against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -171,7 +172,7 @@ impl Comparison {
 
     /// Reads comparison.yaml; fails with the line that is not that of a comparison.
     pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no comparison: {e}")))
+        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no comparison: {e}")))
     }
 }
 

@@ -17,6 +17,7 @@ use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MOST_REPLICATE
 use crate::estimate::fleet::replicate::{Digest, LogAccount, MOST_BLOCKS, Replicate};
 use crate::estimate::fleet::settings::Settings;
 use crate::rows::observation::Observation;
+use crate::yaml;
 
 /// The word that such a file begins with.
 const WORD: &str = "rist-tri";
@@ -64,13 +65,8 @@ impl Accumulator {
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Accumulator, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let (head, body) = divided(bytes).map_err(at)?;
-        let most = 2 * head.len() + 1000;
-        let options = serde_yaml::options! {
-            // Some lines for each log of a fleet: the length of the text is the bound.
-            budget: serde_yaml::budget! { max_nodes: most, max_events: most, max_total_scalar_bytes: most },
-        };
-        let head: Head = serde_yaml::from_str_with_options(head, options)
-            .map_err(|e| at(format!("its head is not that of sums of this version: {e}")))?;
+        let head: Head =
+            yaml::read(head).map_err(|e| at(format!("its head is not that of sums of this version: {e}")))?;
         let damaged = || at("its triangles are not those of its head: make it again".into());
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
         let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());

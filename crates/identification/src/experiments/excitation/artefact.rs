@@ -18,6 +18,7 @@ use crate::experiments::excitation::space_limits::SpaceLimits;
 use crate::experiments::excitation::visibility::VisibleParameter;
 use crate::experiments::ranges::check_samples;
 use crate::model::reference::ModelReference;
+use crate::yaml;
 
 /// The artefact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -194,7 +195,7 @@ impl ExcitingMotion {
 
     /// Reads motion.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
-        serde_yaml::from_str(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))
+        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))
     }
 }
 

@@ -19,6 +19,7 @@ use robot::Limits;
 use serde::{Deserialize, Serialize};
 
 use crate::experiments::excitation::space_limits::SpaceLimits;
+use crate::yaml;
 
 /// A kind of limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -225,8 +226,7 @@ impl LimitsFile {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
                         power, locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
                         boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
-        serde_yaml::from_str(text)
-            .map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
+        yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 
     /// Fails where the file names a coordinate that is not there.

@@ -1,0 +1,199 @@
+//! Inputs that claim, repeat or nest more than they hold: each ends in a message, in memory that its own size bounds.
+//!
+//! The program's allocations are counted, so nothing else runs in this file: one test.
+
+use std::io::Write;
+use std::path::Path;
+
+use identification::estimate::options::Options;
+use identification::experiments::excitation::limits::LimitsFile;
+use identification::model::known_load::KnownLoad;
+use logs::Table;
+use peak_alloc::PeakAlloc;
+use rist::description::parse_robot;
+use rist::exciting::ExcitingMotion;
+use rist::planning::ExperimentPlan;
+use rist::{Accumulator, Estimate, ModelOptions, Validation};
+use robot::format::REPEATS_TOO_MUCH;
+use tests::workspace;
+
+#[global_allocator]
+static ALLOCATED: PeakAlloc = PeakAlloc;
+
+/// What an input may take: so many times its bytes, and so many bytes more.
+const TIMES: usize = 64;
+const MORE: usize = 64 << 20;
+
+/// What a reader says of an input, or that it takes it.
+type Reader = fn(&[u8]) -> Result<(), String>;
+
+struct Hostile {
+    name: &'static str,
+    bytes: Vec<u8>,
+    reader: Reader,
+    /// A part of the message.
+    why: &'static str,
+}
+
+fn log(bytes: &[u8]) -> Result<(), String> {
+    Table::from_bytes("log", bytes).map(drop).map_err(|e| e.to_string())
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+fn yaml_robot(bytes: &[u8]) -> Result<(), String> {
+    robot("robot.yaml", bytes)
+}
+
+fn urdf(bytes: &[u8]) -> Result<(), String> {
+    robot("robot.urdf", bytes)
+}
+
+fn robot(file: &str, bytes: &[u8]) -> Result<(), String> {
+    parse_robot(text(bytes), Path::new(file), &ModelOptions::default()).map(drop).map_err(|e| e.to_string())
+}
+
+/// Every reader of a file that one step leaves for the next, or that a user writes: the message of the one asked for.
+fn artefact(which: usize, bytes: &[u8]) -> Result<(), String> {
+    let text = text(bytes);
+    let message = |e: &dyn std::fmt::Display| e.to_string();
+    match which {
+        0 => Estimate::from_yaml("estimate.yaml", text).map(drop).map_err(|e| message(&e)),
+        1 => ExperimentPlan::from_yaml("plan.yaml", text)
+            .and_then(|plan| plan.trajectories("plan.yaml"))
+            .map(drop)
+            .map_err(|e| message(&e)),
+        2 => ExcitingMotion::from_yaml("motion.yaml", text).map(drop).map_err(|e| message(&e)),
+        3 => Validation::from_yaml("validation.yaml", text).map(drop).map_err(|e| message(&e)),
+        4 => Options::parse("options.yaml", text).map(drop).map_err(|e| message(&e)),
+        5 => LimitsFile::from_yaml("limits.yaml", text).map(drop).map_err(|e| message(&e)),
+        _ => KnownLoad::from_yaml("load.yaml", text).map(drop).map_err(|e| message(&e)),
+    }
+}
+
+fn gzip(text: &str) -> Vec<u8> {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(text.as_bytes()).unwrap();
+    packed.finish().unwrap()
+}
+
+/// An MCAP file of one chunk that unpacks to `size` zeros.
+fn chunk_of_zeros(size: usize) -> Vec<u8> {
+    let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    packed.write_all(&vec![0; size]).unwrap();
+    let packed = packed.finish().unwrap();
+    let content = [
+        &[0; 16][..],
+        &(size as u64).to_le_bytes(),
+        &[0; 4],
+        &3u32.to_le_bytes(),
+        b"lz4",
+        &(packed.len() as u64).to_le_bytes(),
+        &packed,
+    ];
+    let content = content.concat();
+    [&b"\x89MCAP0\r\n"[..], &[6], &(content.len() as u64).to_le_bytes(), &content].concat()
+}
+
+/// Ten layers, each of ten of the one before it.
+fn anchors() -> String {
+    let mut text = "a0: &a0 [x]\n".to_string();
+    for layer in 1..10 {
+        let ten = vec![format!("*a{}", layer - 1); 10].join(", ");
+        text += &format!("a{layer}: &a{layer} [{ten}]\n");
+    }
+    text
+}
+
+fn two_links(theta: &str) -> String {
+    format!(
+        "convention: khalil-kleinfinger\nname: r\nlinks:\n  - {{link: 1, antecedent: base, theta: q1}}\n  - {{link: 2, \
+         antecedent: 1, d: \"{theta}\", theta: q2}}\n"
+    )
+}
+
+fn hostile() -> Vec<Hostile> {
+    let of = |name, bytes, reader, why| Hostile { name, bytes, reader, why };
+    let rows = |row: &str, count: usize| format!("t,q1,tau1\n{}", row.repeat(count));
+    let header: Vec<String> = (0..10_000).map(|c| format!("c{c}")).collect();
+    let links: String = (0..20_000).map(|k| format!("<link name=\"l{k}\"/>")).collect();
+    let stl = [&[0; 80][..], &u32::MAX.to_le_bytes(), &[0; 50]].concat();
+    let yaml: [Reader; 7] = [
+        |b| artefact(0, b),
+        |b| artefact(1, b),
+        |b| artefact(2, b),
+        |b| artefact(3, b),
+        |b| artefact(4, b),
+        |b| artefact(5, b),
+        |b| artefact(6, b),
+    ];
+    let too_much = REPEATS_TOO_MUCH;
+    let mut all = vec![
+        of("a gzip stream of one row", gzip(&rows("1", 3 << 20)), log, "without the end of a row"),
+        of("rows of one cell", format!("{}\n{}", header.join(","), "1\n".repeat(30_000)).into(), log, "fewer cells"),
+        of("a chunk of zeros", chunk_of_zeros(256 << 20), log, "at most"),
+        of("a robot of anchors", anchors().into(), yaml_robot, too_much),
+        of("a robot of brackets", "[".repeat(100_000).into(), yaml_robot, "recursion limit"),
+        of("a length of brackets", two_links(&"(".repeat(100_000)).into(), yaml_robot, "1000 characters"),
+        of("a length of signs", two_links(&"-".repeat(100_000)).into(), yaml_robot, "1000 characters"),
+        of("elements in elements", "<robot name=\"r\">".repeat(50_000).into(), urdf, "never closed"),
+        of("links of no robot", format!("<robot name=\"r\">{links}</robot>").into(), urdf, "more than 2000 links"),
+        of(
+            "sums of a large claim",
+            b"rist-tri 2 9 1000000000000000 0123456789abcdef\nname: r\n\n".into(),
+            sums,
+            "cut short",
+        ),
+        of("a mesh of a large claim", stl, mesh, "where its head promises"),
+    ];
+    all.extend(yaml.into_iter().map(|reader| of("anchors", anchors().into(), reader, "")));
+    all.extend(yaml.into_iter().map(|reader| of("brackets", "[".repeat(100_000).into(), reader, "recursion limit")));
+    all
+}
+
+fn sums(bytes: &[u8]) -> Result<(), String> {
+    Accumulator::from_bytes("sums.tri", bytes).map(drop).map_err(|e| e.to_string())
+}
+
+fn mesh(bytes: &[u8]) -> Result<(), String> {
+    clearance::mesh::parse_vertices(bytes, Path::new("mesh.stl")).map(drop).map_err(|e| e.to_string())
+}
+
+/// Bytes that were allocated at once beyond what was there before.
+fn peak_of(work: impl FnOnce()) -> usize {
+    let before = ALLOCATED.current_usage();
+    ALLOCATED.reset_peak_usage();
+    work();
+    ALLOCATED.peak_usage() - before
+}
+
+#[test]
+fn what_an_input_takes_is_bounded_by_its_size() {
+    let mut beyond = Vec::new();
+    for input in hostile() {
+        let mut answer = Ok(());
+        let peak = peak_of(|| answer = (input.reader)(&input.bytes));
+        let message = answer.expect_err(input.name);
+        assert!(message.contains(input.why) && message.len() < 2000, "{}: {message}", input.name);
+        println!("{}: {} bytes, {peak} taken: {}", input.name, input.bytes.len(), message.lines().next().unwrap());
+        if peak > TIMES * input.bytes.len() + MORE {
+            beyond.push((input.name.to_string(), peak));
+        }
+    }
+    // A log that is cut anywhere: its claims stand, what they claim does not.
+    let corpus = workspace().join("fuzz/corpus/logs");
+    let mut files: Vec<_> = std::fs::read_dir(corpus).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    for path in files {
+        let bytes = std::fs::read(&path).unwrap();
+        for cut in (0..bytes.len()).step_by(bytes.len().div_ceil(50)) {
+            let peak = peak_of(|| drop(log(&bytes[..cut])));
+            if peak > TIMES * cut + MORE {
+                beyond.push((format!("{} up to {cut}", path.display()), peak));
+            }
+        }
+    }
+    assert!(beyond.is_empty(), "{beyond:?}");
+}
