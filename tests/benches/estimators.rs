@@ -1,6 +1,6 @@
 //! The tables of estimators and of drive gains: `cargo bench -p tests --bench estimators`.
 //!
-//! Arguments: draws (50; at most 20 for gains and 10 for the PUMA), scenarios (all), tables `R3G`, `R3B`, `gains`, `RACE` and `PUMA560` (all).
+//! Arguments: draws (50; at most 10 for the PUMA), scenarios (all), tables `R3G`, `R3B`, `gains`, `RACE` and `PUMA560` (all).
 
 use identification::algebra::information_matrix::Rows;
 use identification::estimators::drive_gains::likelihood::Gain;
@@ -59,9 +59,9 @@ fn fixture<'a>(arm: &'a BenchmarkArm, scenario: Scenario, plan: &[ExcitingTrajec
     Fixture::new(arm, scenario, plan).expect("the arms of the benchmark are physical")
 }
 
-/// At most twenty draws: the friction of each is chosen several times.
+/// The friction of each draw is chosen several times.
 fn gains(title: &str, fixture: &Fixture, known: &[Gain], options: &HarmonicOptions, draws: usize) {
-    match fixture.compare_gains(known, options, draws.min(20), 11, threads()) {
+    match fixture.compare_gains(known, options, draws, 11, threads()) {
         Some(found) => println!("{title:<32} {found}"),
         None => println!("{title:<32} no gains"),
     }
@@ -74,7 +74,7 @@ fn equation_5() -> HarmonicOptions {
 fn gains_of_r3g(draws: usize, scenario: &dyn Fn(&str) -> bool) {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
-    println!("R3G drive gains, {} draws", draws.min(20));
+    println!("R3G drive gains, {draws} draws");
     for s in Scenario::all(&arm).into_iter().filter(|s| scenario(s.name)) {
         let name = s.name;
         let fixture = fixture(&arm, s, &golden_plan());
@@ -104,7 +104,7 @@ fn race(draws: usize) {
     let ((plan, value), mut by_chance) = planned_and_random(&found, 200);
     by_chance.sort_by(|a, b| b.1.total_cmp(&a.1));
     let share = |set: &plans::Set| ((set.1 - value) / 18.0).exp();
-    println!("RACE drive gains, {} draws", draws.min(20));
+    println!("RACE drive gains, {draws} draws");
     println!(
         "sets of eight: determinant to the power 1/18 over that of the plan: best of 200 by chance {:.3}, median {:.3}",
         share(&by_chance[0]),

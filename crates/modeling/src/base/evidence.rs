@@ -91,6 +91,10 @@ pub enum UnclearRank {
     },
 }
 
+/// What to do about any of them.
+const REMEDY: &str =
+    "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
+
 impl fmt::Display for UnclearRank {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -108,18 +112,19 @@ impl fmt::Display for UnclearRank {
                 for (name, distance) in doubtful {
                     write!(f, " {name} ({distance:.1e})")?;
                 }
-                write!(f, ". Look for a length or an angle that is almost, but not quite, zero or a right angle.")
+                write!(f, ". {REMEDY}")
             }
             UnclearRank::NeverCloses(e) => e.fmt(f),
             UnclearRank::Exact { numeric, exact, only_numeric } => write!(
                 f,
                 "the numeric rank is {numeric}, the exact one {exact}: rounding makes these look independent, which \
-                 they are not: {}",
+                 they are not: {}. {REMEDY}",
                 only_numeric.join(" ")
             ),
             UnclearRank::Disagreement { dropped, kept, exact, numeric } => write!(
                 f,
-                "the exact rule and the numbers disagree on what {kept} absorbs of {dropped}: {exact} and {numeric}"
+                "rounding hides the base parameters: {kept} absorbs {exact} of {dropped} by the exact rule, {numeric} by \
+                 the numbers. {REMEDY}"
             ),
         }
     }

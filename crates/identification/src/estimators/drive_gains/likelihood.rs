@@ -36,6 +36,13 @@ pub enum Gain {
     Free,
 }
 
+impl Gain {
+    /// Whether the data say more of it.
+    pub fn is_unknown(&self) -> bool {
+        !matches!(self, Gain::Known(_))
+    }
+}
+
 /// Gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
@@ -73,7 +80,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     check_scale(joints, known)?;
     let n = joints.len();
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
-    let unknown: Vec<usize> = (0..n).filter(|&j| !matches!(known[j], Gain::Known(_))).collect();
+    let unknown: Vec<usize> = (0..n).filter(|&j| known[j].is_unknown()).collect();
     let (mut x, mut gain) = least_squares(joints, known);
     let mut g: Vec<f64> = gain.iter().map(|k| 1.0 / k).collect();
     let noises = |x: &[f64], g: &[f64], used: &dyn Fn(usize) -> f64| -> Vec<f64> {

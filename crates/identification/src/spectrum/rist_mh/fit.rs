@@ -5,6 +5,7 @@
 //! estimated and why.
 
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
+use crate::estimators::drive_gains::likelihood::Gain;
 use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -21,6 +22,18 @@ pub struct Owner {
     pub joint: usize,
     /// The spectrum, or behind all of them the sweep.
     pub cluster: usize,
+}
+
+/// A weighted equation whose unknowns are those of the fit, then the gains that are estimated.
+pub struct GainEquation {
+    /// Whose it is; of a gain that is expected, nobody's.
+    pub owner: Option<Owner>,
+    /// Which spectrum and which row of it; none of a sweep and of what is held to a value.
+    pub place: Option<(usize, usize)>,
+    /// The coefficients.
+    pub coefficients: Vec<f64>,
+    /// What they explain together.
+    pub right: f64,
 }
 
 /// The state of the iteration for one shape.
@@ -66,10 +79,6 @@ impl Fit {
                     break;
                 }
             }
-            if !fit.has_drift() {
-                fit.drift.fill(0.0);
-                fit.solve(data, options);
-            }
         }
         fit
     }
@@ -114,6 +123,12 @@ impl Fit {
 
     /// Squares of the residuals, weighted by these deviations of the rows, spectrum by spectrum.
     pub fn squares_by(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<f64> {
+        let residuals = self.residuals(data, options, deviation);
+        residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
+    }
+
+    /// The residuals over these deviations of the rows, spectrum by spectrum.
+    pub fn residuals(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
         let first_effect = unknowns - data.effect_columns();
@@ -122,16 +137,16 @@ impl Fit {
         let of = |(e, s): (usize, &JointSpectrum)| {
             let friction = &self.x[p + s.joint * m..p + (s.joint + 1) * m];
             let ends = s.end_columns();
-            let square = |r: usize| {
+            let residual = |r: usize| {
                 let mut model = s.known[r] + dot(&s.rows[r], &self.x[..p]);
                 model += (1.0 + self.drift[e]) * dot(&self.friction[e][r], friction);
                 if options.ends {
                     model += dot(&ends[r], &self.x[first_end + 2 * e..first_end + 2 * e + 2]);
                 }
                 model += data.effect_rows.get(e).map_or(0.0, |rows| dot(&rows[r], &self.x[first_effect..]));
-                ((data.gain[s.joint] * s.current[r] - model) / deviation[e][r]).powi(2)
+                (data.gain[s.joint] * s.current[r] - model) / deviation[e][r]
             };
-            (0..s.rows.len()).map(square).sum()
+            (0..s.rows.len()).map(residual).collect()
         };
         data.spectra.iter().enumerate().map(of).collect()
     }
@@ -211,8 +226,43 @@ impl Fit {
         }
     }
 
-    /// One Gauss-Newton step and one step of the spread.
+    /// The equations with the gains as unknowns, linearised about themselves; gains that are expected are the last rows.
+    ///
+    /// In currents a row is w k (I - m / k), m the torque of the model, and m is k I but for what is left.
+    pub fn gain_equations(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<GainEquation> {
+        let unknowns = self.x.len();
+        let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
+        let mut count = vec![0; data.spectra.len()];
+        let mut all = Vec::new();
+        self.each_equation(data, options, |owner, row, known, y| {
+            let mut coefficients = row.to_vec();
+            coefficients.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
+            let row = count.get_mut(owner.cluster);
+            // Behind the rows of a spectrum stands what holds its drift to zero.
+            let row = row.filter(|row| **row < data.spectra[owner.cluster].rows.len());
+            let place = row.map(|row| (owner.cluster, std::mem::replace(row, *row + 1)));
+            all.push(GainEquation { owner: Some(owner), place, coefficients, right: y - known });
+        });
+        for (at, &j) in free.iter().enumerate() {
+            if let Gain::Expected(_, deviation) = gains[j] {
+                let mut coefficients = vec![0.0; unknowns + free.len()];
+                coefficients[unknowns + at] = 1.0 / deviation;
+                all.push(GainEquation { owner: None, place: None, coefficients, right: 0.0 });
+            }
+        }
+        all
+    }
+
+    /// One Gauss-Newton step and one step of the spread; a drift that vanishes is taken out of the unknowns.
     pub fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
+        self.step(data, options);
+        if !self.has_drift() && self.drift.iter().any(|u| *u != 0.0) {
+            self.drift.fill(0.0);
+            self.step(data, options);
+        }
+    }
+
+    fn step(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
         let triangle = self.triangle(data, options);
         let unknowns = triangle.columns();
         let x = triangle.solution();

@@ -43,7 +43,8 @@ impl HarmonicData<'_> {
         let plain = HarmonicOptions { band: options.band, ends: options.ends, ..HarmonicOptions::plain() };
         let fit = Fit::new(self, &FrictionShape::ASYMMETRIC, &plain, self.deviations(None));
         let equations = fit.current_equations(self, &plain);
-        let gains = drive_gains(&equations, known)?;
+        let mut gains = drive_gains(&equations, known)?;
+        fit.deviations_by_frequency(self, &plain, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
         for round in 0..ROUNDS {
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
@@ -54,7 +55,8 @@ impl HarmonicData<'_> {
             self.gain = found.gains.gain.clone();
             let Some((fit, criteria)) = self.fitted(options) else { break };
             let equations = fit.current_equations(self, options);
-            let gains = drive_gains(&equations, known)?;
+            let mut gains = drive_gains(&equations, known)?;
+            fit.deviations_by_frequency(self, options, known, &mut gains);
             let moved = |j: usize| (gains.gain[j] - found.gains.gain[j]).abs() > 0.01 * gains.gain_deviation[j];
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);

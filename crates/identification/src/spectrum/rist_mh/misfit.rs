@@ -65,11 +65,11 @@ impl HarmonicData<'_> {
             let mut x = fit.shared(self);
             let shared = x.len();
             // The gains are linearised about themselves.
-            x.extend(gains.iter().filter(|g| is_unknown(g)).map(|_| 0.0));
+            x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, options, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
             let mut of_gains = found.split_off(shared).into_iter();
-            let next = |g: &Gain| if is_unknown(g) { of_gains.next().unwrap_or(0.0) } else { 0.0 };
+            let next = |g: &Gain| if g.is_unknown() { of_gains.next().unwrap_or(0.0) } else { 0.0 };
             misfit.gains_by_experiment = gains.iter().map(next).collect();
             misfit.by_experiment = found;
         }
@@ -94,10 +94,6 @@ impl HarmonicData<'_> {
     }
 }
 
-fn is_unknown(gain: &Gain) -> bool {
-    !matches!(gain, Gain::Known(_))
-}
-
 /// Deviations by clusters: triangles of the shared columns with what is left of the right-hand side.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
@@ -119,30 +115,20 @@ impl Fit {
     }
 
     /// The triangle of each spectrum in the shared columns, its own ones projected out; then those of the gravity rows,
-    /// and those of gains that are expected.
-    ///
-    /// A gain that is estimated is a column behind them, of k_j: in currents a row is w k (I - m / k), m the torque of the
-    /// model, and m is k I but for what is left.
+    /// and those of gains that are expected. A gain that is estimated is a column behind them.
     fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
-        let free: Vec<usize> = (0..gains.len()).filter(|&j| is_unknown(&gains[j])).collect();
         let mut shared = self.shared_columns(data, unknowns);
         let of_others: Vec<usize> = (0..unknowns).filter(|c| !shared.contains(c)).collect();
-        shared.extend(unknowns..unknowns + free.len());
-        let mut rows = vec![Vec::new(); data.spectra.len() + data.sweeps.len()];
-        self.each_equation(data, options, |owner, row, known, y| {
-            let mut row = row.to_vec();
-            row.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
-            rows[owner.cluster].push((row, y - known));
-        });
-        let expected = free.iter().enumerate().filter_map(|(at, &j)| match gains[j] {
-            Gain::Expected(_, deviation) => {
-                let mut row = vec![0.0; unknowns + free.len()];
-                row[unknowns + at] = 1.0 / deviation;
-                Some(vec![(row, 0.0)])
+        shared.extend(unknowns..unknowns + gains.iter().filter(|g| g.is_unknown()).count());
+        let (mut rows, mut expected) = (vec![Vec::new(); data.spectra.len() + data.sweeps.len()], Vec::new());
+        for equation in self.gain_equations(data, options, gains) {
+            let row = (equation.coefficients, equation.right);
+            match equation.owner {
+                Some(owner) => rows[owner.cluster].push(row),
+                None => expected.push(vec![row]),
             }
-            _ => None,
-        });
+        }
         let rows: Vec<_> = rows.into_iter().chain(expected).collect();
         rows.iter().map(|rows| projected(rows, &of_others, &shared)).collect()
     }

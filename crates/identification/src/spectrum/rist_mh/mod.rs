@@ -6,5 +6,6 @@ pub mod effects;
 pub mod fit;
 pub mod gains;
 pub mod misfit;
+mod noise_by_frequency;
 pub mod search;
 mod yielding;

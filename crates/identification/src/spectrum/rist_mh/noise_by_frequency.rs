@@ -1,0 +1,176 @@
+//! Deviations of gains and parameters where the noise of a joint's rows changes with their frequency.
+//!
+//! Noise of encoders comes back through the controller as torques, and the faster they are, the less of them the joint
+//! follows. The weights of `fit` have one scale a joint, so by them alone the deviations of gains, which slow rows tell, are
+//! up to half as large again as their errors. Here
+//!
+//! ```text
+//! E z^2 = (1 - h) exp(a + b u)                                   z: residual over the deviation of its weight
+//! cov = A^-1 (sum exp(a + b u) d d') A^-1,   A = sum d d'        d: weighted rows, the gains in them
+//! ```
+//! h is the leverage of the row, u = log2(1 + f / f_1) with f_1 the lowest frequency of a motion; a, b of each joint by the
+//! likelihood of normal z [Harvey 1976]. The estimate stays that of the weights.
+
+use crate::algebra::least_squares::{Solution, solve};
+use crate::algebra::triangle::TriangleBuilder;
+use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
+use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use crate::spectrum::rist_mh::fit::{Fit, GainEquation};
+
+/// Steps of a scoring that has long ended then, and the change at which nothing printed moves.
+const SCORINGS: usize = 30;
+const SCORED: f64 = 1e-6;
+
+/// A row about which the scale of its noise is asked.
+struct Row {
+    /// Octaves of its frequency.
+    u: f64,
+    /// z^2.
+    square: f64,
+    /// 1 - h.
+    free: f64,
+}
+
+impl Fit {
+    /// Gives gains that were found with this fit, and parameters beside them, the deviations of the head of this file.
+    pub fn deviations_by_frequency(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        known: &[Gain],
+        found: &mut DriveGains,
+    ) {
+        let rows = self.gain_equations(data, options, known);
+        let width = rows.first().map_or(0, |row| row.coefficients.len());
+        let mut plain = TriangleBuilder::new(width);
+        rows.iter().for_each(|row| plain.push(&row.coefficients, 0.0));
+        let solution = solve(&plain.finish());
+        let scales = self.scales(data, options, &rows, &solution);
+        let mut scaled = TriangleBuilder::new(width);
+        for row in &rows {
+            let scale = row.place.map_or(1.0, |(e, r)| scales[e][r]).sqrt();
+            scaled.push(&row.coefficients.iter().map(|d| scale * d).collect::<Vec<f64>>(), 0.0);
+        }
+        let scaled = scaled.finish();
+        let deviation = |c: usize| {
+            let along = |i: usize| (i..width).map(|j| scaled.at(i, j) * solution.inverse[(j, c)]).sum::<f64>();
+            (0..width).map(|i| along(i).powi(2)).sum::<f64>().sqrt()
+        };
+        found.deviation = (0..data.p).map(deviation).collect();
+        let free = (0..known.len()).filter(|&j| known[j].is_unknown());
+        free.zip(self.x.len()..).for_each(|(j, c)| found.gain_deviation[j] = deviation(c));
+    }
+
+    /// exp(a + b u) of each row of each spectrum.
+    fn scales(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        rows: &[GainEquation],
+        solution: &Solution,
+    ) -> Vec<Vec<f64>> {
+        let residuals = self.residuals(data, options, &self.deviation);
+        let moving = data.spectra.iter().flat_map(|s| &s.frequency).filter(|f| **f > 0.0);
+        let lowest = moving.fold(f64::MAX, |least, f| least.min(*f));
+        let octaves = |f: f64| (1.0 + f / lowest).log2();
+        let mut asked: Vec<Vec<Row>> = (0..data.n).map(|_| vec![]).collect();
+        for row in rows {
+            let Some((e, r)) = row.place else { continue };
+            let free = (1.0 - leverage(&row.coefficients, solution)).clamp(0.0, 1.0);
+            let u = octaves(data.spectra[e].frequency[r]);
+            asked[data.spectra[e].joint].push(Row { u, square: residuals[e][r].powi(2), free });
+        }
+        let found: Vec<[f64; 2]> = asked.iter().map(|rows| log_linear(rows)).collect();
+        let of = |joint: usize, f: &f64| (found[joint][0] + found[joint][1] * octaves(*f)).exp();
+        data.spectra.iter().map(|s| s.frequency.iter().map(|f| of(s.joint, f)).collect()).collect()
+    }
+}
+
+/// d' A^-1 d.
+fn leverage(row: &[f64], solution: &Solution) -> f64 {
+    let live: Vec<usize> = (0..row.len()).filter(|&c| row[c] != 0.0).collect();
+    let along = |a: usize| live.iter().map(|&b| solution.inverse[(a, b)] * row[b]).sum::<f64>();
+    live.iter().map(|&a| row[a] * along(a)).sum()
+}
+
+/// (a, b) of E z^2 = (1 - h) exp(a + b u):
+///
+/// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
+///
+/// b is 0 where the rows are of one frequency, both are where there is no noise.
+fn log_linear(rows: &[Row]) -> [f64; 2] {
+    let free: f64 = rows.iter().map(|row| row.free).sum();
+    let squares: f64 = rows.iter().map(|row| row.square).sum();
+    if squares <= 0.0 || free <= 0.0 {
+        return [0.0, 0.0];
+    }
+    let mut found = [(squares / free).ln(), 0.0];
+    for _ in 0..SCORINGS {
+        let (mut score, mut information) = ([0.0; 2], [0.0; 3]);
+        for Row { u, square, free } in rows {
+            let left = square / (found[0] + found[1] * u).exp() - free;
+            score = [score[0] + left, score[1] + left * u];
+            information = [information[0] + free, information[1] + free * u, information[2] + free * u * u];
+        }
+        let [n, su, suu] = information;
+        let determinant = n * suu - su * su;
+        if determinant <= 1e-9 * n * suu {
+            break;
+        }
+        let step = [(suu * score[0] - su * score[1]) / determinant, (n * score[1] - su * score[0]) / determinant];
+        // A step of one is a factor of e.
+        let length = 1.0 / step.iter().fold(1.0_f64, |most, s| most.max(s.abs()));
+        found = [found[0] + length * step[0], found[1] + length * step[1]];
+        if step.iter().all(|s| s.abs() < SCORED) {
+            break;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::random::Random;
+
+    /// Noise that grows with frequency gives its law back, and noise that does not a flat one.
+    #[test]
+    fn the_law_of_the_noise_comes_back() {
+        let mut random = Random::new(5);
+        let (draws, count) = (200, 150);
+        for law in [[-1.2, 0.5], [0.7, 0.0]] {
+            let (mut sum, mut squares) = ([0.0; 2], [0.0; 2]);
+            for _ in 0..draws {
+                let row = |i: usize, z: f64| {
+                    let (u, free) = (4.0 * i as f64 / count as f64, if i.is_multiple_of(5) { 0.3 } else { 0.95 });
+                    let variance: f64 = free * f64::exp(law[0] + law[1] * u);
+                    Row { u, square: variance * z * z, free }
+                };
+                let rows: Vec<Row> = (0..count).map(|i| row(i, random.normal())).collect();
+                let found = log_linear(&rows);
+                for k in 0..2 {
+                    sum[k] += found[k] / f64::from(draws);
+                    squares[k] += (found[k] - law[k]).powi(2) / f64::from(draws);
+                }
+            }
+            for k in 0..2 {
+                // Three standard errors of the mean, and the bias of a logarithm of 150 squares, some 2 / 150.
+                let error = squares[k].sqrt();
+                assert!(
+                    (sum[k] - law[k]).abs() < 3.0 * error / f64::from(draws).sqrt() + 1.0 / 75.0,
+                    "{sum:?} {law:?}"
+                );
+                assert!(error < 0.3, "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_noise_or_motion_there_is_no_law() {
+        let row = |u: f64, square: f64| Row { u, square, free: 0.5 };
+        assert_eq!(log_linear(&[]), [0.0, 0.0]);
+        assert_eq!(log_linear(&[row(0.0, 0.0), row(1.0, 0.0)]), [0.0, 0.0]);
+        let of_one_frequency = log_linear(&[row(2.0, 1.0), row(2.0, 3.0)]);
+        assert!(of_one_frequency[1] == 0.0 && (of_one_frequency[0] - 4.0_f64.ln()).abs() < 1e-12);
+    }
+}
