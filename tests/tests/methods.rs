@@ -101,7 +101,7 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
         "--load" => "load.yaml",
         "--cutoff" => "12",
         "--order" => "2",
-        "--decimate" => "3",
+        "--decimate" => "7",
         "--delay" => "0.003",
         "--ripple" => "q2=12",
         "--elastic" | "--play" => "all",

@@ -3,12 +3,17 @@
 //! The rule: f_c = 20 f_95, where f_95 is the frequency below which 95 % of the energy of the
 //! fastest joint's velocity lies; at most a fifth of the sampling rate. The factor is twenty because the
 //! torques hold harmonics of the motion (Coulomb friction, products of velocities) that the model
-//! explains, and because the fourth-order low-pass bends the signals well below its cut-off.
+//! explains, and because the fourth-order low-pass bends the signals well below its cut-off. Where the noise of the
+//! positions is felt there, the cut-off is lower:
+//!
+//! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j,   but f_c at least 5 f_95 of all joints together:
+//!
+//! noise, differentiated twice, is a hundredth of the acceleration of joint j, and makes inertias smaller by its square.
 //!
 //! The energy is that of all records that are fitted together, so that they get one cut-off, and so that a
 //! short record, or a joint that one record holds still, counts for what it is worth:
 //!
-//! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j
+//! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
 //! X_j: the transform of n positions, h s apart; N_j: the noise of a position, from the upper half of the band, where
 //! no robot moves. White noise reaches 20 times its mean in two bins of a billion. Joints whose energy is less than a
@@ -16,6 +21,7 @@
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::f64::consts::TAU;
 
 use realfft::{RealFftPlanner, RealToComplex};
 
@@ -39,17 +45,36 @@ const ABOVE_NOISE: f64 = 20.0;
 /// Of the energy of the fastest joint: a tenth of its speed.
 const COUNTS: f64 = 1e-2;
 
+/// Noise over acceleration, as energies, at the cut-off.
+const NOISE: f64 = 1e-4;
+
+/// Times the f95 of all joints together, below which no noise takes the cut-off: at 3 the filter cuts the motion itself.
+const LEAST_FACTOR: f64 = 5.0;
+
 /// Samples that are transformed at once; a power of two, about a minute at 1 kHz.
 const PIECE: usize = 1 << 16;
+
+/// Samples of a piece that tell its noise.
+const NOISE_PIECE: usize = 1 << 12;
 
 /// Fewer samples have no spectrum to speak of.
 const SHORTEST: usize = 8;
 
+/// The bits of a frequency in Hz, which are in the order of the numbers, and the energy of velocity there, rad^2/s (m^2/s).
+type Energy = BTreeMap<u64, f64>;
+
+/// Motion of one joint, and noise of the records in which it moves.
+#[derive(Clone, Debug, Default)]
+struct JointEnergy {
+    motion: Energy,
+    /// Noise of the acceleration up to a frequency f is this times f^5, rad^2/s^3.
+    noise: f64,
+}
+
 /// The energy of the joints' velocities by frequency, of as many records as are pushed.
 #[derive(Clone, Debug, Default)]
 pub struct MotionEnergy {
-    /// One a joint: the bits of a frequency in Hz, which are in the order of the numbers, and its energy, rad^2/s (m^2/s).
-    joints: Vec<BTreeMap<u64, f64>>,
+    joints: Vec<JointEnergy>,
     /// Positions that no transform has seen, one series a joint, and s between them.
     waiting: Vec<Vec<f64>>,
     period: f64,
@@ -74,7 +99,7 @@ impl MotionEnergy {
             self.period = period;
         }
         self.waiting.resize(q.len(), Vec::new());
-        self.joints.resize(q.len(), BTreeMap::new());
+        self.joints.resize(q.len(), JointEnergy::default());
         for (waiting, q) in self.waiting.iter_mut().zip(q) {
             waiting.extend_from_slice(q);
         }
@@ -92,14 +117,26 @@ impl MotionEnergy {
     /// The content of all that was pushed, and the cut-off by the rule.
     pub fn content(mut self) -> FrequencyContent {
         self.end_record();
-        let energy: Vec<f64> = self.joints.iter().map(|joint| joint.values().sum()).collect();
+        let energy: Vec<f64> = self.joints.iter().map(|joint| joint.motion.values().sum()).collect();
         let most = energy.iter().copied().fold(0.0, f64::max);
         let counts = |e: f64| e > 0.0 && e >= COUNTS * most;
-        let f95 = |(joint, &e): (&BTreeMap<u64, f64>, &f64)| if counts(e) { quantile(joint, SHARE * e) } else { 0.0 };
+        let f95 = |(joint, &e): (&JointEnergy, &f64)| if counts(e) { quantile(&joint.motion, SHARE * e) } else { 0.0 };
         let f95: Vec<f64> = self.joints.iter().zip(&energy).map(f95).collect();
         let fastest = f95.iter().copied().fold(0.0, f64::max);
         let cutoff = if fastest > 0.0 { (FACTOR * fastest).min(self.highest) } else { self.highest };
-        FrequencyContent { f95, cutoff }
+        let counting = self.joints.iter().zip(&energy).filter(|(_, e)| counts(**e));
+        let noisy = counting.map(|(joint, _)| joint.noise_limit()).fold(f64::INFINITY, f64::min);
+        FrequencyContent { f95, cutoff: cutoff.min(noisy.max(LEAST_FACTOR * self.f95_of_all())) }
+    }
+
+    /// Hz: below it lies 95 % of the energy of all joints together.
+    fn f95_of_all(&self) -> f64 {
+        let mut all = Energy::new();
+        for (&frequency, energy) in self.joints.iter().flat_map(|joint| &joint.motion) {
+            *all.entry(frequency).or_insert(0.0) += energy;
+        }
+        let sum: f64 = all.values().sum();
+        quantile(&all, SHARE * sum)
     }
 
     /// Takes the first `count` of the waiting samples.
@@ -108,12 +145,21 @@ impl MotionEnergy {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
         // A length with small factors: the transform of a prime length is several times slower.
-        let fft = RealFftPlanner::new().plan_fft_forward(smooth_length(count));
+        let mut planner = RealFftPlanner::new();
+        let fft = planner.plan_fft_forward(smooth_length(count));
+        let of_noise = planner.plan_fft_forward(smooth_length(count.min(NOISE_PIECE)));
         let (period, joints) = (self.period, &mut self.joints);
-        let energy = |_: usize, q: &Vec<f64>| energy_of(&q[..count], period, fft.as_ref());
-        let Ok(()) = in_order(&self.waiting, energy, |j, energy| {
-            for (frequency, energy) in energy {
-                *joints[j].entry(frequency).or_insert(0.0) += energy;
+        let energy = |_: usize, q: &Vec<f64>| {
+            let variance = noise_of(&q[..count], of_noise.as_ref());
+            match excursion(&q[..count]) < REST.max(NOISE_RANGE * variance.sqrt()) {
+                true => (Vec::new(), 0.0),
+                false => (energy_of(&q[..count], period, fft.as_ref()), variance),
+            }
+        };
+        let Ok(()) = in_order(&self.waiting, energy, |j, (motion, variance)| {
+            joints[j].noise += TAU.powi(4) / 5.0 * variance * count as f64 * period * period;
+            for (frequency, energy) in motion {
+                *joints[j].motion.entry(frequency).or_insert(0.0) += energy;
             }
             Ok::<(), Infallible>(())
         });
@@ -121,10 +167,19 @@ impl MotionEnergy {
     }
 }
 
+impl JointEnergy {
+    /// Hz: up to it noise is at most [`NOISE`] of the acceleration; infinite without noise.
+    fn noise_limit(&self) -> f64 {
+        let squared = |bits: &u64| (TAU * f64::from_bits(*bits)).powi(2);
+        let acceleration: f64 = self.motion.iter().map(|(bits, energy)| squared(bits) * energy).sum();
+        (NOISE * acceleration / self.noise).powf(0.2)
+    }
+}
+
 /// The frequency at which the energy below reaches `sum`, Hz.
-fn quantile(joint: &BTreeMap<u64, f64>, sum: f64) -> f64 {
+fn quantile(energy: &Energy, sum: f64) -> f64 {
     let mut below = 0.0;
-    let reached = joint.iter().find(|(_, e)| {
+    let reached = energy.iter().find(|(_, e)| {
         below += **e;
         below >= sum
     });
@@ -134,13 +189,18 @@ fn quantile(joint: &BTreeMap<u64, f64>, sum: f64) -> f64 {
 /// Joints that move less than this (rad, m) between their extremes are at rest: noise has no content.
 const REST: f64 = 1e-3;
 
+/// Standard deviations of noise; its extremes among a million samples are ten apart.
+const NOISE_RANGE: f64 = 20.0;
+
+/// From the lowest to the highest position.
+fn excursion(q: &[f64]) -> f64 {
+    let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
+    high - low
+}
+
 /// The bits of each frequency of motion in Hz, and its energy.
 fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, f64)> {
-    let (low, high) = q.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
     let n = fft.len();
-    if high - low < REST {
-        return Vec::new();
-    }
     // The line through both ends is subtracted, so that the ends of the record make no jump.
     let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
     let mut x: Vec<f64> = (0..n).map(|i| q[i] - q[0] - slope * i as f64).collect();
@@ -149,19 +209,37 @@ fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, 
         return Vec::new();
     }
     let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
-    let motion = ABOVE_NOISE * noise(&squares[n / 4..]);
+    let noise = mean_square(&squares[n / 4..]);
     // Noise beyond a fifth of the rate, differentiated, would outweigh the motion.
-    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > motion);
+    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > ABOVE_NOISE * noise);
     let energy = |(k, square): (usize, &f64)| {
         let frequency = k as f64 / (n as f64 * period);
-        (frequency.to_bits(), (std::f64::consts::TAU * frequency).powi(2) * square * period / n as f64)
+        (frequency.to_bits(), (TAU * frequency).powi(2) * square * period / n as f64)
     };
     moving.map(energy).collect()
 }
 
+/// The variance of the noise of one position, rad^2 (m^2), from the middle of the record.
+///
+/// A window that ends flat [Harris 1978] keeps what a motion has at the ends of the piece out of the upper half of the band.
+fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
+    let n = fft.len();
+    let q = &q[(q.len() - n) / 2..][..n];
+    let slope = (q[n - 1] - q[0]) / (n - 1) as f64;
+    let window = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / n as f64).cos();
+    let mut x: Vec<f64> = (0..n).map(|i| window(i) * (q[i] - q[0] - slope * i as f64)).collect();
+    let mut spectrum = fft.make_output_vec();
+    if fft.process(&mut x, &mut spectrum).is_err() {
+        return 0.0;
+    }
+    let squares: Vec<f64> = spectrum[n / 4..].iter().map(|c| c.norm_sqr()).collect();
+    // The squares of the window add up to 3 n / 8.
+    mean_square(&squares) / (0.375 * n as f64)
+}
+
 /// The mean square of a bin of noise, by the median of the bins, which lines do not move: the squares of white noise are
 /// distributed exponentially.
-fn noise(squares: &[f64]) -> f64 {
+fn mean_square(squares: &[f64]) -> f64 {
     let mut squares = squares.to_vec();
     let middle = squares.len() / 2;
     if squares.is_empty() {
@@ -225,6 +303,19 @@ mod tests {
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
         // One bin of 8 s on either side.
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
+    }
+
+    /// f_c^5 = 1.25e-4 f^4 a^2 / (sigma^2 h) for a wave of amplitude a at f; no less than 5 f, no more than 20 f.
+    #[test]
+    fn noise_of_the_encoders_lowers_the_cutoff() {
+        let (n, period) = (20_000, 1e-3);
+        let mut random = Random::new(4);
+        for (sd, expected) in [(1e-6, 20.0), (5e-4, 13.80), (1e-2, 5.0)] {
+            let noisy: Vec<f64> = wave(n, period, 1.0, 1.0).iter().map(|x| x + sd * random.normal()).collect();
+            let cutoff = rule(&[noisy], period).cutoff;
+            // The noise of one draw is known to a few per cent, its fifth root to less; a bin is a twentieth of a Hz.
+            assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
+        }
     }
 
     /// However the samples come in, the content is the same; and a record of a second beside one of a minute does not

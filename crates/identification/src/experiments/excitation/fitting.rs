@@ -12,7 +12,7 @@ use crate::experiments::excitation::proof::{CertificateRow, DescribedTorque, Kep
 
 /// Rounds before a proof is given up.
 const ROUNDS: usize = 16;
-/// Of the swing that a round leaves where a torque is not proved, and where a distance is not.
+/// Of the swing that a round leaves at most where a torque is not proved, and where a distance is not.
 const TORQUE_STEP: f64 = 0.996;
 const GAP_STEP: f64 = 0.97;
 
@@ -65,7 +65,9 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
         if are_proven(&torques) {
             return (motion, [rows, gaps, torques].concat());
         }
-        shrink(&mut motion, TORQUE_STEP);
+        // Torques of accelerations and squared velocities; those of gravity hardly change.
+        let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
+        shrink(&mut motion, excess.sqrt().recip().clamp(0.5, TORQUE_STEP));
     }
     let rows = obligations.certificate(&motion);
     (motion, rows)
@@ -101,6 +103,8 @@ mod tests {
     use crate::experiments::excitation::fourier_series::FourierSeries;
     use crate::experiments::excitation::gap_proof::tests::Rod;
     use crate::experiments::excitation::motion::Shape;
+    use crate::experiments::excitation::proof::DescribedFriction;
+    use crate::experiments::excitation::proof::tests::Spring;
     use crate::experiments::excitation::search::tests::pendulum_limits;
 
     /// A motion that is too large by a few parts in a thousand comes back within its limits, proved.
@@ -129,5 +133,24 @@ mod tests {
         let (held, rows) = fitted(held, &Obligations { surroundings: Some(&rod), ..alone });
         assert_eq!(rows, Obligations { surroundings: Some(&rod), ..alone }.certificate(&held));
         assert!(rows.iter().any(|r| r.limit == LimitKind::Region && r.kept == Kept::Violated));
+    }
+
+    /// A torque half as great again as its limit comes within it, and no smaller than it has to be.
+    #[test]
+    fn torques_far_beyond_their_limit_are_scaled_away() {
+        let names = ["q1".to_string()];
+        let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 });
+        let motion =
+            Motion { rate: 100.0, repetitions: 1, shape, joints: vec![vec![0.0, 0.3, 0.1, 0.3, -0.2, 0.2, 0.1]] };
+        let friction = vec![DescribedFriction::default()];
+        let described = DescribedTorque { torque: &Spring, friction, share: 1.0 };
+        let with = |effort: f64| [CoordinateLimits { effort: Some(effort), ..pendulum_limits() }];
+        let reached = prove_torque(&motion, &with(1e3), &names, &described)[0].value.abs();
+        let limits = with(reached / 1.5);
+        let alone = Obligations { limits: &limits, names: &names, torque: Some(&described), surroundings: None };
+        let (_, rows) = fitted(motion, &alone);
+        assert!(rows.iter().all(|r| r.kept == Kept::Proven), "{rows:?}");
+        let effort = rows.iter().find(|r| r.limit == LimitKind::Effort).unwrap();
+        assert!(effort.value.abs() > 0.95 * effort.bound.abs(), "{effort}");
     }
 }

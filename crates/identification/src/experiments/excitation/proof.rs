@@ -267,7 +267,7 @@ fn row(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::experiments::excitation::motion::tests::motions;
 
@@ -322,7 +322,7 @@ mod tests {
     }
 
     /// A body of 2 kg m^2 against a spring of 3 N m/rad.
-    struct Spring;
+    pub(crate) struct Spring;
 
     impl EnclosedTorque for Spring {
         fn torque(&self, q: &[Jet], _: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
