@@ -5,6 +5,7 @@
 mod broken_logs;
 mod coverage;
 mod experiments;
+mod gains_of_currents;
 mod lack_of_fit;
 mod log_files;
 mod log_formats;

@@ -1,27 +1,32 @@
 //! Drive gains from logs of motor currents: the equations of `drive_gains` from filtered samples.
 //!
 //! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same
-//! for a while: n samples count as n/s, s = (1 + rho) / (1 - rho), rho their correlation from sample to sample.
+//! for a while, and some come back with the state of the robot: the deviations are those of `replicates`.
 //!
 //! Other joints hardly feel what wrist joints carry: the gains of wrists are weakly observable, and errors of the model
-//! decide them. An expected value with its deviation holds them; it is weighed against the discounted data.
+//! decide them. An expected value with its deviation holds them; beside it, as many equations count as one as their
+//! errors call for.
+
+use std::sync::Arc;
 
 use logs::{Effort, Error, LogSource};
 
 use crate::algebra::triangle::Triangle;
 use crate::estimate::options::Options;
-use crate::estimators::correlated_deviation::correlation;
 use crate::estimators::drive_gains::equations::{JointEquations, Scatter};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
-use crate::estimators::weighted::{Weights, fit};
+use crate::estimators::drive_gains::replicates::Replicates;
+use crate::estimators::replicate_deviation::ReplicateDeviation;
+use crate::estimators::speed_bands::SpeedBands;
 use crate::model::linear_model::Model;
 use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
-use crate::signals::records::{Records, SourceRecords};
+use crate::rows::residual_sums::residual_sums;
+use crate::signals::records::SourceRecords;
 
 /// Gains from logs of motor currents. `known` says which gains are known, `options` everything else.
 ///
-/// The noise of the answer is in A and contains the discount of correlated samples. Fails as `identify` does, for logs
+/// The noise of the answer is in A. Fails as `identify` does, for logs
 /// without currents, and as [`drive_gains`] does.
 pub fn estimate_drive_gains(
     regressor: &dyn Regressor,
@@ -37,16 +42,64 @@ pub fn estimate_drive_gains(
     let couplings = options.transmission.coupled();
     let model = Model::new(regressor, &options.friction, &couplings);
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
-    let joints = Observation::of_records(&model, &records, None)?.joints(|_| true);
-    let (currents, _) = fit(&joints, Weights::Joint);
-    let mut rho = 0.0f64;
-    records.each(&mut |states| rho = rho.max(correlation(&model, states, &currents.x)))?;
-    let rho = rho.min(0.999);
-    drive_gains(&equations(&joints, (1.0 + rho) / (1.0 - rho)), known)
+    let observation = Observation::of_records(&model, &records, None)?;
+    let joints = observation.joints(|_| true);
+    let bands = SpeedBands::new(&model, &observation.speed, Arc::new(|_, _| 1.0));
+    let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
+    let replicates = Replicates::of(&model, &observation, bands);
+    let equations = equations(&joints);
+    let mut weighing = vec![1.0; known.len()];
+    let mut found = drive_gains(&equations, known)?;
+    for _ in 0..WEIGHINGS {
+        weighing = discounts(&found, known, &weighing, &replicates.deviation(&found, known, &weighing));
+        found = drive_gains(&equations, &beside(known, &weighing))?;
+    }
+    let deviation = replicates.deviation(&found, known, &weighing).sigma();
+    let (parameters, gains) = deviation.split_at(model.p());
+    found.deviation = parameters.to_vec();
+    let unknown = (0..known.len()).filter(|&j| known[j].is_unknown());
+    unknown.zip(gains).for_each(|(j, sigma)| found.gain_deviation[j] = sigma * found.gain[j].abs());
+    Ok(found)
 }
 
-/// Triangles by joint as equations; `discount` samples count as one.
-fn equations(joints: &[Triangle], discount: f64) -> Vec<JointEquations> {
+/// Where the data pull at an expected gain, the answer moves, and what it says of their errors with it.
+const WEIGHINGS: usize = 3;
+
+/// How many equations count as one beside each expected gain, from an answer in which `before` did.
+///
+/// With a the information of the data for white noise, of which s equations should count as one where s_0 did, and b that
+/// of the expectation, ln k has the variance v = 1 / (a + b s_0), and its variance to believe is v^2 (a s + b s_0^2).
+fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &ReplicateDeviation) -> Vec<f64> {
+    let (p, sigma) = (found.parameters.len(), deviation.sigma());
+    let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
+    let of_gain = |j: usize| {
+        let (Gain::Expected(_, expected), Some(at)) = (known[j], unknown.iter().position(|&u| u == j)) else {
+            return 1.0;
+        };
+        let (white, believed) = (deviation.white[p + at].powi(2), sigma[p + at].powi(2));
+        let of_expectation = before[j] * (found.gain[j] / expected).powi(2);
+        let of_data = 1.0 / white - of_expectation;
+        // Below a millionth of the expectation, the data say nothing that could be weighed.
+        if of_data > 1e-6 * of_expectation {
+            ((believed / (white * white) - before[j] * of_expectation) / of_data).max(1.0)
+        } else {
+            before[j]
+        }
+    };
+    (0..known.len()).map(of_gain).collect()
+}
+
+/// What is known of the gains beside equations of which `discounts` count as one.
+fn beside(known: &[Gain], discounts: &[f64]) -> Vec<Gain> {
+    let scaled = |(gain, discount): (&Gain, &f64)| match *gain {
+        Gain::Expected(value, deviation) => Gain::Expected(value, deviation / discount.sqrt()),
+        Gain::Known(_) | Gain::Free => *gain,
+    };
+    known.iter().zip(discounts).map(scaled).collect()
+}
+
+/// Triangles by joint as equations.
+fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
     let of_joint = |t: &Triangle| {
         let p = t.columns();
         let row = |i: usize| (0..p).map(|c| if c >= i { t.at(i, c) } else { 0.0 }).collect();
@@ -54,7 +107,7 @@ fn equations(joints: &[Triangle], discount: f64) -> Vec<JointEquations> {
             rows: (0..p).map(row).collect(),
             known: vec![0.0; p],
             current: (0..p).map(|i| t.at(i, p)).collect(),
-            scatter: Some(Scatter { left: t.at(p, p).powi(2), equations: t.rows.max(1) as f64 / discount.max(1.0) }),
+            scatter: Some(Scatter { left: t.at(p, p).powi(2), equations: t.rows.max(1) as f64 }),
         }
     };
     joints.iter().map(of_joint).collect()
@@ -84,7 +137,7 @@ mod tests {
 
     #[test]
     fn gains_come_back_exactly_without_noise() {
-        let found = drive_gains(&equations(&joints(0.0, 1), 1.0), &[Gain::Known(3.0), Gain::Free]).unwrap();
+        let found = drive_gains(&equations(&joints(0.0, 1)), &[Gain::Known(3.0), Gain::Free]).unwrap();
         assert!((found.gain[1] - 0.5).abs() < 1e-10, "{found:?}");
         assert!((found.parameters[0] - 2.0).abs() < 1e-10);
     }
@@ -95,8 +148,7 @@ mod tests {
         let runs = 60;
         let (mut mean, mut chi) = (0.0, 0.0);
         for seed in 0..runs {
-            let found =
-                drive_gains(&equations(&joints(1.5, 100 + seed), 1.0), &[Gain::Known(3.0), Gain::Free]).unwrap();
+            let found = drive_gains(&equations(&joints(1.5, 100 + seed)), &[Gain::Known(3.0), Gain::Free]).unwrap();
             mean += found.gain[1] / runs as f64;
             chi += ((found.gain[1] - 0.5) / found.gain_deviation[1]).powi(2) / runs as f64;
         }
@@ -109,9 +161,9 @@ mod tests {
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];
-        let weak = drive_gains(&equations(&joints(0.1, 3), 1e9), &expected).unwrap();
+        let weak = drive_gains(&equations(&joints(0.1, 3)), &beside(&expected, &[1.0, 1e9])).unwrap();
         assert!((weak.gain[1] - 0.8).abs() < 0.01, "{weak:?}");
-        let strong = drive_gains(&equations(&joints(0.01, 3), 1.0), &expected).unwrap();
+        let strong = drive_gains(&equations(&joints(0.01, 3)), &expected).unwrap();
         assert!((strong.gain[1] - 0.5).abs() < 0.01, "{strong:?}");
     }
 }

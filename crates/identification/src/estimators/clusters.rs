@@ -8,7 +8,7 @@
 //!
 //! | who | clusters | k |
 //! |---|---|---|
-//! | `replicate_deviation` | parts of a record; bands of speed | 19/20; 1/2 |
+//! | `replicate_deviation`, `drive_gains::replicates` | parts of a record; bands of speed | 19/20; 1/2 |
 //! | `block_deviation` | logs, or blocks of one | 1 |
 //! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
 
@@ -35,6 +35,18 @@ impl Cluster {
         let r = upper(rows);
         let left = DVector::from_fn(p, |i, _| rows.at(i, p) - (i..p).map(|c| rows.at(i, c) * x[c]).sum::<f64>());
         Cluster { columns: (0..p).collect(), gram: r.tr_mul(&r), score: r.tr_mul(&left) }
+    }
+
+    /// All rows of some clusters as one, of p unknowns.
+    pub fn sum<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Cluster {
+        let (mut gram, mut score) = (DMatrix::<f64>::zeros(p, p), DVector::<f64>::zeros(p));
+        for cluster in clusters {
+            for (b, &column) in cluster.columns.iter().enumerate() {
+                score[column] += cluster.score[b];
+                cluster.columns.iter().enumerate().for_each(|(a, &row)| gram[(row, column)] += cluster.gram[(a, b)]);
+            }
+        }
+        Cluster { columns: (0..p).collect(), gram, score }
     }
 
     /// Rows that have these columns only, from the products of the columns and of the residual behind them: (i, j),
@@ -66,13 +78,8 @@ impl Whole {
     }
 
     /// Of clusters that hold all rows.
-    pub fn of_clusters(p: usize, clusters: &[Cluster]) -> Whole {
-        let mut gram = DMatrix::<f64>::zeros(p, p);
-        for cluster in clusters {
-            for (b, &column) in cluster.columns.iter().enumerate() {
-                cluster.columns.iter().enumerate().for_each(|(a, &row)| gram[(row, column)] += cluster.gram[(a, b)]);
-            }
-        }
+    pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
+        let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
         Whole::scaled(gram, norms)
     }

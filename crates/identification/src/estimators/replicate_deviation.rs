@@ -108,16 +108,26 @@ pub fn replicate_deviation(
     bands: SpeedBands,
 ) -> ReplicateDeviation {
     let whole = Whole::of(&weighted(&observation.joints(|_| true), weights));
-    // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
-    let slope = reweighted.map_or(1.0, |found| found.slope);
-    let root = |variance: Vec<f64>| variance.into_iter().map(|v| slope * v.sqrt()).collect::<Vec<f64>>();
     let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
     let parts: Vec<Cluster> = parts.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
+    // psi(u) s = slope w e: what a residual counts in the scores of a robust fit.
+    let slope = reweighted.map_or(1.0, |found| found.slope);
+    of_clusters(&whole, &parts, &bands.clusters(model), slope, white_deviation(solution))
+}
+
+/// From all rows, those of the parts, those of the bands, the factor of the scores, and the deviations of white noise.
+pub(crate) fn of_clusters(
+    whole: &Whole,
+    parts: &[Cluster],
+    bands: &[Cluster],
+    slope: f64,
+    white: Vec<f64>,
+) -> ReplicateDeviation {
+    let root = |variance: Vec<f64>| variance.into_iter().map(|v| slope * v.sqrt()).collect::<Vec<f64>>();
     let count = parts.len() as f64;
-    let by_part = root(whole.variance(&parts, PART, ROUNDING).into_iter().map(|v| v * (count - 1.0) / count).collect());
-    let sums = root(whole.variance(&parts, 0.0, ROUNDING).into_iter().map(|v| v * count / (count - 1.0)).collect());
-    let by_speed = root(whole.variance(&bands.clusters(model), BAND, ROUNDING));
-    let white = white_deviation(solution);
+    let by_part = root(whole.variance(parts, PART, ROUNDING).into_iter().map(|v| v * (count - 1.0) / count).collect());
+    let sums = root(whole.variance(parts, 0.0, ROUNDING).into_iter().map(|v| v * count / (count - 1.0)).collect());
+    let by_speed = root(whole.variance(bands, BAND, ROUNDING));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
     ReplicateDeviation { white, by_part, by_speed, correlated }
 }

@@ -75,11 +75,17 @@ impl<'a> SpeedBands<'a> {
 
     /// One cluster a band.
     pub(crate) fn clusters(self, model: &Model) -> Vec<Cluster> {
-        let cluster = |(k, mut band): (usize, Band)| {
+        let columns = |j: usize| model.layout.joints[j].columns.clone();
+        self.products().map(|(j, products)| Cluster::of_products(columns(j), &products)).collect()
+    }
+
+    /// Each band: its joint, and the products of its columns and of the residual behind them: (i, j), i <= j, at
+    /// j (m + 1) + i.
+    pub(crate) fn products(self) -> impl Iterator<Item = (usize, Vec<f64>)> {
+        self.bands.into_iter().enumerate().map(|(k, mut band)| {
             band.complete();
-            Cluster::of_products(model.layout.joints[k / BANDS].columns.clone(), &band.products)
-        };
-        self.bands.into_iter().enumerate().map(cluster).collect()
+            (k / BANDS, band.products)
+        })
     }
 }
 

@@ -89,6 +89,23 @@ pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
     energy.content()
 }
 
+/// The frequency content of a motion as encoders with this noise (standard deviations, rad or m, one a joint) will show it,
+/// and the cut-off by the rule.
+pub fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
+    let mut energy = MotionEnergy::default();
+    energy.push(q, period);
+    energy.end_record();
+    for ((joint, q), s) in energy.joints.iter_mut().zip(q).zip(deviation) {
+        joint.noise += acceleration_noise(s * s, q.len(), period);
+    }
+    energy.content()
+}
+
+/// (2 pi)^4 sigma^2 n h^2 / 5: times f^5, the noise of n accelerations h s apart up to a frequency f, rad^2/s^3.
+fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
+    TAU.powi(4) / 5.0 * variance * count as f64 * period * period
+}
+
 impl MotionEnergy {
     /// Positions `period` s apart that follow on those before; `end_record` where they do not.
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
@@ -157,7 +174,7 @@ impl MotionEnergy {
             }
         };
         let Ok(()) = in_order(&self.waiting, energy, |j, (motion, variance)| {
-            joints[j].noise += TAU.powi(4) / 5.0 * variance * count as f64 * period * period;
+            joints[j].noise += acceleration_noise(variance, count, period);
             for (frequency, energy) in motion {
                 *joints[j].motion.entry(frequency).or_insert(0.0) += energy;
             }
@@ -313,6 +330,8 @@ mod tests {
         for (sd, expected) in [(1e-6, 20.0), (5e-4, 13.80), (1e-2, 5.0)] {
             let noisy: Vec<f64> = wave(n, period, 1.0, 1.0).iter().map(|x| x + sd * random.normal()).collect();
             let cutoff = rule(&[noisy], period).cutoff;
+            let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
+            assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
             // The noise of one draw is known to a few per cent, its fifth root to less; a bin is a twentieth of a Hz.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }

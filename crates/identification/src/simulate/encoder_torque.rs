@@ -8,13 +8,13 @@
 //! far above the frequencies of the motion. The parameters hardly see it; the weight of joint i does.
 
 use crate::experiments::reference_motion::Reference;
-use crate::signals::cutoff::rule;
+use crate::signals::cutoff::rule_with_noise;
 use crate::simulate::dynamics::Dynamics;
 
 /// e, N m (N) a sample, one a coordinate, for an identification with its default cut-off; `noise`: s, rad (m).
 pub fn encoder_torque(dynamics: &dyn Dynamics, motion: &Reference, noise: &[f64]) -> Vec<f64> {
     let n = noise.len();
-    let w = std::f64::consts::TAU * rule(&motion.q, motion.sample_time).cutoff;
+    let w = std::f64::consts::TAU * rule_with_noise(&motion.q, motion.sample_time, noise).cutoff;
     let (mut inertia, mut bias, mut sum) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
     let samples = motion.q.first().map_or(0, Vec::len);
     for k in 0..samples {
@@ -44,7 +44,7 @@ mod tests {
         let found = encoder_torque(&RegressorDynamics::new(&arm, vec![inertia, 0.0, 0.0]), &motion, &[noise])[0];
 
         // Of white noise each frequency up to half the rate has the same share of the variance.
-        let cutoff = rule(&[q], 1.0 / rate).cutoff;
+        let cutoff = rule_with_noise(&[q], 1.0 / rate, &[noise]).cutoff;
         let mut random = Random::new(4);
         let (bins, mut square) = (2000, 0.0);
         for bin in 0..bins {

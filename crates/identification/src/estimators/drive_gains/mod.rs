@@ -2,4 +2,5 @@
 
 pub mod equations;
 pub mod likelihood;
+pub mod replicates;
 pub mod total_least_squares;

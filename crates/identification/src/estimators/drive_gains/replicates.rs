@@ -1,0 +1,119 @@
+//! Deviations of drive gains and parameters that logs of currents give together, to believe as those of `replicate_deviation`.
+//!
+//! Of joint j, with g_j = 1/k_j and weight w_j = 1 / (k_j s_j), the equation of `likelihood` linearised at the answer is
+//!
+//! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise:
+//!
+//! the logarithm of an unknown gain is one more parameter, its column the torque of its joint. Everything follows from the
+//! products of [D_j, I_j] over the rows of a cluster, T' P T with T = [1, X, -X; 0, 0, k_j].
+//!
+//! An expected gain is a row of its own, of which the error is one deviation.
+
+use nalgebra::DMatrix;
+
+use crate::algebra::triangle::Triangle;
+use crate::estimators::clusters::{Cluster, Whole};
+use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
+use crate::estimators::replicate_deviation::{ReplicateDeviation, of_clusters};
+use crate::estimators::speed_bands::SpeedBands;
+use crate::model::linear_model::Model;
+use crate::rows::observation::Observation;
+
+/// Rows of one joint that share an error.
+struct Rows {
+    joint: usize,
+    /// The columns that are not zero in them.
+    columns: Vec<usize>,
+    /// (m + 1) x (m + 1): of these columns, then the current.
+    products: DMatrix<f64>,
+}
+
+/// The rows of logs of currents by what they share.
+pub struct Replicates {
+    /// By part of the record, the joints one by one.
+    parts: Vec<Vec<Rows>>,
+    /// By joint and band of its speed.
+    bands: Vec<Rows>,
+}
+
+impl Replicates {
+    /// From rows whose right-hand side is the current, and their bands with the current as the residual, weights one.
+    pub fn of(model: &Model, observation: &Observation, bands: SpeedBands) -> Replicates {
+        let of_triangle = |(joint, triangle): (usize, &Triangle)| {
+            let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());
+            let all: Vec<usize> = columns.clone().chain([triangle.columns()]).collect();
+            let entry = |i: usize, c: usize| if i <= all[c] { triangle.at(i, all[c]) } else { 0.0 };
+            let rows = DMatrix::from_fn(triangle.columns() + 1, all.len(), entry);
+            Rows { joint, columns: columns.collect(), products: rows.tr_mul(&rows) }
+        };
+        let of_band = |(joint, products): (usize, Vec<f64>)| {
+            let columns = model.layout.joints[joint].columns.clone();
+            let m = columns.len() + 1;
+            let products = DMatrix::from_fn(m, m, |i, j| products[i.max(j) * m + i.min(j)]);
+            Rows { joint, columns, products }
+        };
+        let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
+        Replicates {
+            parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(),
+            bands: bands.products().map(of_band).collect(),
+        }
+    }
+
+    /// Of the parameters at an answer, then of the logarithms of the gains that were not known; beside an expected gain,
+    /// `discounts` equations counted as one.
+    pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
+        let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
+        let p = found.parameters.len();
+        let width = p + unknown.len();
+        let relative = |j: usize| found.gain_deviation[j] / found.gain[j].abs();
+        let white: Vec<f64> = found.deviation.iter().copied().chain(unknown.iter().map(|&j| relative(j))).collect();
+        let cluster = |rows: &Rows| rows.linearised(found, unknown.iter().position(|&j| j == rows.joint));
+        let of_part = |part: &Vec<Rows>| Cluster::sum(width, &part.iter().map(cluster).collect::<Vec<Cluster>>());
+        let parts: Vec<Cluster> = self.parts.iter().map(of_part).collect();
+        let bands: Vec<Cluster> = self.bands.iter().map(cluster).collect();
+        let expected: Vec<Cluster> = unknown
+            .iter()
+            .enumerate()
+            .filter_map(|(at, &j)| match known[j] {
+                Gain::Expected(_, deviation) => Some((p + at, found.gain[j] / deviation, discounts[j])),
+                Gain::Known(_) | Gain::Free => None,
+            })
+            .map(|(column, row, s)| Cluster::of_products(vec![column], &[s * row * row, 0.0, s * row, 0.0]))
+            .collect();
+        let whole = Whole::of_clusters(width, parts.iter().chain(&expected));
+        let mut deviation = of_clusters(&whole, &parts, &bands, 1.0, white);
+        let of_expected = whole.variance(&expected, 0.0, 0.0);
+        for by_cluster in [&mut deviation.by_part, &mut deviation.by_speed] {
+            by_cluster.iter_mut().zip(&of_expected).for_each(|(deviation, v)| *deviation = deviation.hypot(v.sqrt()));
+        }
+        deviation
+    }
+}
+
+impl Rows {
+    /// A_g and W_g' e_g of these columns, and of the gain behind all parameters where it is the `gain`-th unknown one.
+    fn linearised(&self, found: &DriveGains, gain: Option<usize>) -> Cluster {
+        let (m, p) = (self.columns.len(), found.parameters.len());
+        let k = found.gain[self.joint];
+        let weight = 1.0 / (k * found.noise[self.joint]);
+        let of_gain = usize::from(gain.is_some());
+        let map = DMatrix::from_fn(m + 1, m + of_gain + 1, |i, j| {
+            let (is_current, is_residual) = (i == m, j == m + of_gain);
+            match (is_current, j < m) {
+                (false, true) => f64::from(u8::from(i == j)),
+                (true, true) => 0.0,
+                (true, false) => {
+                    if is_residual {
+                        k
+                    } else {
+                        0.0
+                    }
+                }
+                (false, false) => found.parameters[self.columns[i]] * if is_residual { -1.0 } else { 1.0 },
+            }
+        });
+        let products = map.tr_mul(&(&self.products * &map)) * (weight * weight);
+        let columns = self.columns.iter().copied().chain(gain.map(|at| p + at)).collect();
+        Cluster::of_products(columns, products.as_slice())
+    }
+}
