@@ -61,7 +61,7 @@ fn errors(rho: f64, expected: Option<f64>) -> [f64; 3] {
     let signal = Signal { order: 0, ..Signal::default() };
     let options = Options { signal, friction: Vec::new(), ..Options::default() };
     let mut random = Random::new(31);
-    let draws = 120;
+    let draws = 480;
     let mut sums = [0.0; 3];
     for _ in 0..draws {
         let mut log = clean.clone();
@@ -91,7 +91,7 @@ fn errors(rho: f64, expected: Option<f64>) -> [f64; 3] {
 
 #[test]
 fn gains_and_parameters_err_by_what_they_say() {
-    // 120 draws tell a mean square to 13 %; the twenty parts that a deviation comes from scatter, and it is on the wide
+    // 480 draws tell a mean square to 7 %; the twenty parts that a deviation comes from scatter, and it is on the wide
     // side on purpose (`replicate_deviation`): where all is white noise, by up to 1.4.
     for (rho, honest) in [(0.0, 0.45..1.4), (0.9, 0.6..1.6)] {
         let [gain, parameters, _] = errors(rho, None);
