@@ -56,7 +56,7 @@ fn read(model: &Model, text: &str) {
     if let Ok(motion) = ExcitingMotion::from_yaml("motion.yaml", text) {
         again(motion.to_yaml(), |text| ExcitingMotion::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));
         let _ = motion.to_string();
-        let _ = rist::check(model, Path::new("motion.yaml"), &motion);
+        let _ = rist::check(model, Path::new("motion.yaml"), &motion, None);
     }
     if let Ok(validation) = Validation::from_yaml("validation.yaml", text) {
         again(validation.to_yaml(), |text| Validation::from_yaml("again.yaml", text).and_then(|x| x.to_yaml()));

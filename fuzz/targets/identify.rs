@@ -52,7 +52,7 @@ fn identified(model: &Model, logs: &[LogSource], which: usize) {
         ..IdentifyRequest::default()
     };
     let Ok(found) = rist::identify(model, logs, &request) else { return };
-    let verdict = found.verdict(None);
+    let Ok(verdict) = rist::verdict::fitted_verdict(model, &found.estimate, logs) else { return };
     let _ = (verdict.to_string(), found.estimate.to_string());
     let _ = page(&PageRequest {
         model: Some(model),
