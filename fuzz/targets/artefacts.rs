@@ -74,8 +74,7 @@ fn read(model: &Model, text: &str) {
     }
     if let Ok(limits) = LimitsFile::from_yaml("limits.yaml", text) {
         let family = Family::Fourier { blend: None, harmonics: 2 };
-        let little =
-            ExciteRequest { limits, family, rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
+        let little = ExciteRequest { limits, family, rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
         let _ = rist::excite(model, &little, &|_, _, _| {});
     }
     if let Ok(load) = KnownLoad::from_yaml("load.yaml", text) {

@@ -4,7 +4,7 @@ use expr::Tape;
 use modeling::Derivation;
 use robot::convention::Convention;
 use robot::format::{read_par, read_urdf, read_yaml, write_par, write_urdf, write_yaml};
-use robot::{Robot, RotorInertia, StandardParameter};
+use robot::{Note, Robot, RotorInertia, StandardParameter};
 use tests::model;
 
 /// Physical parameters of link j: a body of two points and an ellipsoid, no symmetry to hide behind.
@@ -70,6 +70,28 @@ fn a_robot_has_the_same_torques_in_every_format() {
             let urdf = read_urdf(&write_urdf(&robot).0, "written.urdf").unwrap_or_else(|e| panic!("{file}: {e}"));
             agree(&format!("{file} through URDF"), &reference, &torques(&urdf), 1e-11);
         }
+    }
+}
+
+#[test]
+fn any_name_of_a_robot_reads_back_from_yaml_and_some_name_from_every_format() {
+    let mut robot = model("planar2r.yaml");
+    let long = format!("parallelogram{}4bar", "\0".repeat(8));
+    let names =
+        [&long, "a\nb: c", " edge ", "\u{1b}[2J", "\u{85}\u{2028}\u{feff}", "tab\there", "\"\\'", "# no", "007", "*)"];
+    for name in names {
+        robot.name = name.to_string();
+        let written = write_yaml(&robot).0;
+        let yaml = read_yaml(&written, "written.yaml").unwrap_or_else(|e| panic!("{name:?}: {e}\n{written}"));
+        assert_eq!(yaml.name, name);
+        assert_eq!(write_yaml(&yaml).0, written, "{name:?}");
+        // These formats have no sign for some characters: the name reads back, or a note says so.
+        let (par, urdf) = (write_par(&robot), write_urdf(&robot));
+        let told = |notes: &[Note]| notes.iter().any(|n| n.subject == "name");
+        let read = read_par(&par.0, "written.par").unwrap_or_else(|e| panic!("{name:?}: {e}"));
+        assert_eq!(read.name == name, !told(&par.1), "{name:?} through .par");
+        let read = read_urdf(&urdf.0, "written.urdf").unwrap_or_else(|e| panic!("{name:?}: {e}"));
+        assert_eq!(read.name == name, !told(&urdf.1), "{name:?} through URDF");
     }
 }
 

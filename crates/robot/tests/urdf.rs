@@ -170,3 +170,18 @@ fn mimic_joints_follow() {
     let message = format::read_urdf(&circle, "t.urdf").unwrap_err().to_string();
     assert!(message.contains("run in a circle"), "{message}");
 }
+
+#[test]
+fn a_link_or_a_joint_without_a_name_is_refused() {
+    for (body, what) in [
+        ("<link name=\"a\"/><link name=\" \"/>", "a <link> has no name"),
+        ("<link/>", "a <link> has no name"),
+        (
+            "<link name=\"a\"/><link name=\"b\"/><joint type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/></joint>",
+            "a <joint> has no name",
+        ),
+    ] {
+        let error = format::read_urdf(&format!("<robot name=\"t\">{body}</robot>"), "t.urdf").expect_err(body);
+        assert!(error.to_string().starts_with("t.urdf:1:") && error.to_string().ends_with(what), "{error}");
+    }
+}

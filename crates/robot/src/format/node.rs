@@ -138,7 +138,7 @@ impl Node {
     /// A text, or a number as its text.
     pub fn word(&self, source: Source, what: &str) -> Result<String, Error> {
         match &self.content {
-            Content::Text(t) if !t.trim().is_empty() => Ok(t.trim().to_string()),
+            Content::Text(t) if !t.trim().is_empty() => Ok(t.clone()),
             Content::Number(x) => Ok(x.to_string()),
             _ => Err(source.at(self, format!("{what} must be a name, found {}", self.kind()))),
         }

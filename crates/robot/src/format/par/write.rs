@@ -34,7 +34,7 @@ fn head(robot: &Robot, names: &Names, text: &mut String) {
     let (nl, nj) = (robot.links.len(), robot.links.len() + robot.loops.len());
     let is_simple = robot.links.iter().enumerate().all(|(j, l)| l.antecedent == j.checked_sub(1).map(LinkId));
     let kind = if nj > nl { 2 } else { usize::from(!is_simple) };
-    line!(text, "(* Robotname = '{}' *)", allowed(&robot.name, " -"));
+    line!(text, "(* Robotname = '{}' *)", robot_name(robot));
     if let Some(source) = &robot.source {
         line!(text, "(* {} *)", source.replace("*)", "* )"));
     }
@@ -184,6 +184,10 @@ impl Names {
     }
 }
 
+fn robot_name(robot: &Robot) -> String {
+    allowed(robot.name.trim(), " -")
+}
+
 fn allowed(name: &str, also: &str) -> String {
     let keep = |c: char| c.is_ascii_alphanumeric() || c == '_' || also.contains(c);
     name.chars().map(|c| if keep(c) { c } else { '_' }).collect()
@@ -192,6 +196,9 @@ fn allowed(name: &str, also: &str) -> String {
 /// What the format has no word for.
 fn tell(robot: &Robot, names: &Names, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: String| notes.push(Note { subject: subject.into(), text });
+    if robot_name(robot) != robot.name {
+        note("name", format!("the robot is called {} in the file", robot_name(robot)));
+    }
     for (j, link) in robot.links.iter().enumerate() {
         let joint = &link.joint;
         if link.label != (j + 1).to_string() || link.name != format!("link {}", j + 1) {

@@ -91,7 +91,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     }
     let base = base(&model, &checked, &rooted);
     let robot = Robot {
-        name: if model.name.is_empty() { "robot".into() } else { model.name },
+        name: if model.name.trim().is_empty() { "robot".into() } else { model.name },
         source: None,
         symbols: Vec::new(),
         coordinates,

@@ -11,16 +11,16 @@ use crate::value::CoordinateId;
 
 /// The text, and what it could not carry.
 pub fn write_urdf(robot: &Robot) -> (String, Vec<Note>) {
-    let names = unique(robot.links.iter().map(|l| l.name.clone()), "base");
+    let names = unique(robot.links.iter().map(|l| carried(&l.name)), "base");
     let joints = unique(
         robot.links.iter().map(|l| match (l.joint.drive, &l.joint.variable.terms[..]) {
-            (Drive::Actuated, [(k, _)]) => robot.coordinate_name(*k).to_string(),
-            _ => l.joint.name.clone(),
+            (Drive::Actuated, [(k, _)]) => carried(robot.coordinate_name(*k)),
+            _ => carried(&l.joint.name),
         }),
         "",
     );
     let mut writer = Writer { robot, names, joints, text: String::new(), notes: Vec::new() };
-    writer.line(format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">", escaped(&robot.name)));
+    writer.line(format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">", escaped(&carried(&robot.name))));
     writer.line("  <link name=\"base\"/>".into());
     for j in robot.link_ids() {
         writer.link(j);
@@ -178,6 +178,14 @@ impl Writer<'_> {
 
     fn tell_of_the_robot(&mut self) {
         let robot = self.robot;
+        for (j, link) in robot.links.iter().enumerate() {
+            if self.names[j] != link.name {
+                self.note(&link.name, format!("the link is called {} in the file", self.names[j]));
+            }
+        }
+        if carried(&robot.name) != robot.name {
+            self.note("name", format!("the robot is called {} in the file", carried(&robot.name)));
+        }
         for l in 1..=robot.loops.len() {
             self.note(&format!("loop {l}"), "a URDF is a tree: the loop is written cut open".into());
         }
@@ -221,6 +229,11 @@ fn unique(names: impl Iterator<Item = String>, taken: &str) -> Vec<String> {
         all.push(name);
     }
     all.split_off(1)
+}
+
+/// A name without what XML has no character for, and without breaks of the line, which it reads as blanks.
+fn carried(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { '_' } else { c }).collect()
 }
 
 fn escaped(text: &str) -> String {

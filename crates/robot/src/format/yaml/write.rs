@@ -189,7 +189,10 @@ fn quoted(text: &str) -> String {
         .map(|c| match c {
             '"' => "\\\"".into(),
             '\\' => "\\\\".into(),
-            c if c.is_control() => " ".into(),
+            // What YAML reads as a break of the line, or not at all.
+            c if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}') => {
+                format!("\\u{:04x}", u32::from(c))
+            }
             c => c.to_string(),
         })
         .collect();
