@@ -173,15 +173,18 @@ fn mimic_joints_follow() {
 
 #[test]
 fn a_link_or_a_joint_without_a_name_is_refused() {
+    let moved = |name: &str| {
+        format!(
+            "<link name=\"a\"/><link name=\"b\"/><joint {name} type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/></joint>"
+        )
+    };
     for (body, what) in [
-        ("<link name=\"a\"/><link name=\" \"/>", "a <link> has no name"),
-        ("<link/>", "a <link> has no name"),
-        (
-            "<link name=\"a\"/><link name=\"b\"/><joint type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/></joint>",
-            "a <joint> has no name",
-        ),
+        ("<link name=\"a\"/><link name=\" \"/>".to_string(), "`name` in <link> of link ` ` is empty"),
+        ("<link/>".to_string(), "<link> of the robot has no `name`"),
+        (moved(""), "<joint> of the robot has no `name`"),
+        (moved("name=\"\""), "`name` in <joint> of joint `` is empty"),
     ] {
-        let error = format::read_urdf(&format!("<robot name=\"t\">{body}</robot>"), "t.urdf").expect_err(body);
+        let error = format::read_urdf(&format!("<robot name=\"t\">{body}</robot>"), "t.urdf").expect_err(&body);
         assert!(error.to_string().starts_with("t.urdf:1:") && error.to_string().ends_with(what), "{error}");
     }
 }

@@ -246,7 +246,7 @@ impl Reader<'_, '_> {
     fn attribute(&self, node: Node, named: &str, attribute: &str, value: &str, count: usize) -> Result<String, Error> {
         let place = format!("`{attribute}` in <{}> of {named}", node.tag_name().name());
         if count == 0 {
-            if value.trim().is_empty() && attribute != "name" {
+            if value.trim().is_empty() && node.tag_name().name() != "robot" {
                 return Err(self.error(node, format!("{place} is empty")));
             }
             let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
@@ -272,18 +272,10 @@ impl Reader<'_, '_> {
         Ok(words.join(" "))
     }
 
-    /// The name of a link or a joint, by which others of the file refer to it.
-    fn name(&self, node: Node) -> Result<String, Error> {
-        match node.attribute("name") {
-            Some(name) if !name.trim().is_empty() => Ok(name.to_string()),
-            _ => Err(self.error(node, format!("a <{}> has no name", node.tag_name().name()))),
-        }
-    }
-
     fn links(&self, root: Node) -> Result<BTreeMap<String, LinkMark>, Error> {
         let mut links: BTreeMap<String, LinkMark> = BTreeMap::new();
         for node in root.children().filter(|n| n.has_tag_name("link")) {
-            let name = self.name(node)?;
+            let name = node.attribute("name").unwrap_or("").to_string();
             let has = |tag: &str| first(node, tag).is_some();
             let mark = LinkMark {
                 at: self.at(node),
@@ -303,7 +295,7 @@ impl Reader<'_, '_> {
         const KINDS: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
         let mut joints: BTreeMap<String, JointMark> = BTreeMap::new();
         for node in root.children().filter(|n| n.has_tag_name("joint")) {
-            let name = self.name(node)?;
+            let name = node.attribute("name").unwrap_or("").to_string();
             let kind = node.attribute("type").unwrap_or("");
             if !KINDS.contains(&kind) {
                 let meant = did_you_mean(kind, KINDS[..4].iter().copied());
