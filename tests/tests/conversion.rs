@@ -95,6 +95,19 @@ fn any_name_of_a_robot_reads_back_from_yaml_and_some_name_from_every_format() {
     }
 }
 
+/// A URDF may say lower="-0", and sums of shifted parts may be it.
+#[test]
+fn a_zero_with_a_sign_is_written_as_it_reads_back() {
+    let mut robot = model("planar2r.yaml");
+    robot.links[0].inertial = Some([-0.0; 10]);
+    robot.links[0].joint.friction.offset = Some(-0.0);
+    robot.coordinates[0].limits.position = Some((-0.0, 1.0));
+    robot.gravity[0] = robot::Value::Number(-0.0);
+    let written = write_yaml(&robot).0;
+    assert_eq!(write_yaml(&read_yaml(&written, "written.yaml").unwrap()).0, written);
+    assert!(!written.contains("-0,") && !written.contains("-0]") && !written.contains("-0}"), "{written}");
+}
+
 #[test]
 fn parameters_through_every_convention_make_the_same_torques() {
     for file in ["rx90.yaml", "puma560.yaml", "stanford.yaml", "ur5.yaml", "tree.yaml"] {

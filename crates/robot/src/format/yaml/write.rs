@@ -54,7 +54,7 @@ pub fn write_yaml(robot: &Robot) -> (String, Vec<Note>) {
     for (link, label) in robot.links.iter().zip(&names.labels) {
         if let Some(x) = link.inertial {
             let items: Vec<String> =
-                Inertial::BODY.iter().zip(x).map(|(i, x)| format!("{}: {x}", i.letters())).collect();
+                Inertial::BODY.iter().zip(x).map(|(i, x)| format!("{}: {}", i.letters(), number(x))).collect();
             line!("  {label}: {{{}}}", items.join(", "));
         }
     }
@@ -84,16 +84,16 @@ fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
     match joint.rotor_inertia {
         RotorInertia::Absent => {}
         RotorInertia::Unknown => items.push("rotor_inertia: unknown".into()),
-        RotorInertia::Known(x) => items.push(format!("rotor_inertia: {x}")),
+        RotorInertia::Known(x) => items.push(format!("rotor_inertia: {}", number(x))),
     }
     let friction =
         [("viscous", joint.friction.viscous), ("coulomb", joint.friction.coulomb), ("offset", joint.friction.offset)];
-    let friction: Vec<String> = friction.iter().filter_map(|(k, x)| x.map(|x| format!("{k}: {x}"))).collect();
+    let friction: Vec<String> = friction.iter().filter_map(|(k, x)| x.map(|x| format!("{k}: {}", number(x)))).collect();
     if !friction.is_empty() {
         items.push(format!("friction: {{{}}}", friction.join(", ")));
     }
     if let Some(gain) = joint.drive_gain {
-        items.push(format!("drive_gain: {gain}"));
+        items.push(format!("drive_gain: {}", number(gain)));
     }
     if let (Drive::Actuated, [(k, _)]) = (joint.drive, &joint.variable.terms[..]) {
         items.extend(limits(robot.coordinates.get(k.0).map(|c| c.limits).unwrap_or_default()));
@@ -139,7 +139,7 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
             [(k, c)] if k.0 >= n && *c == 1.0 => {
                 let start = robot.passive[k.0 - n].start + value.number(&robot.symbols);
                 if start != 0.0 {
-                    items.push(format!("start: {start}"));
+                    items.push(format!("start: {}", number(start)));
                 }
             }
             terms if terms.iter().any(|(k, _)| k.0 >= n) => {}
@@ -152,16 +152,21 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
     items
 }
 
+/// A zero has no sign: YAML reads -0 as the integer 0.
+fn number(x: f64) -> String {
+    (x + 0.0).to_string()
+}
+
 fn limits(limits: Limits) -> Option<String> {
     let mut items = Vec::new();
     if let Some((low, high)) = limits.position
         && low.is_finite()
         && high.is_finite()
     {
-        items.push(format!("position: [{low}, {high}]"));
+        items.push(format!("position: [{}, {}]", number(low), number(high)));
     }
     for (key, x) in [("velocity", limits.velocity), ("acceleration", limits.acceleration), ("effort", limits.effort)] {
-        items.extend(x.map(|x| format!("{key}: {x}")));
+        items.extend(x.map(|x| format!("{key}: {}", number(x))));
     }
     (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
 }
