@@ -7,7 +7,8 @@ use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::described::described_residuals;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::essential::keep_essential;
-use identification::estimate::identify::Fit;
+use identification::estimate::identified::Identified;
+use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
@@ -328,7 +329,7 @@ fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> S
     text + "; everything stands on those that were given"
 }
 
-/// Deviations with the uncertainty of the gains in them: parameters follow from the gains.
+/// Deviations and covariance with the uncertainty of the gains in them: parameters follow from the gains.
 fn widen(estimate: &mut Estimate, gains: &DriveGains) {
     // Another friction chosen since has other columns: it keeps its own deviations.
     if gains.deviation.len() != estimate.parameters.len() {
@@ -336,6 +337,11 @@ fn widen(estimate: &mut Estimate, gains: &DriveGains) {
     }
     for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
         *parameter = parameter.clone().widened(deviation);
+    }
+    if !estimate.covariance.is_empty() {
+        let found = |(c, parameter): (usize, &Identified)| parameter.sigma.unwrap_or(estimate.covariance[c][c].sqrt());
+        let sigma: Vec<f64> = estimate.parameters.iter().enumerate().map(found).collect();
+        estimate.covariance = with_deviations(&gains.covariance, &sigma);
     }
 }
 

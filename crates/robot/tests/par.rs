@@ -40,6 +40,19 @@ fn sr400_has_one_parallelogram() {
     assert!(robot.notes.iter().any(|n| n.subject == "symbols" && n.text.contains("generic")), "{:?}", robot.notes);
 }
 
+/// The unit of a passive variable is free.
+#[test]
+fn a_passive_joint_may_move_by_a_multiple_of_its_variable() {
+    let text =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("testdata/par/parallelogram4bar.par"));
+    let text = text.unwrap();
+    let found = variables(&read(&text));
+    assert!(found.contains(&"-th1".to_string()), "{found:?}");
+    for multiple in ["th2/2", "-th2", "3*th2"] {
+        assert_eq!(variables(&read(&text.replace("th2", multiple))), found, "{multiple}");
+    }
+}
+
 /// Three parallelograms that share links: what models/race.yaml says, from the cut frames alone.
 #[test]
 fn race_finds_its_passive_joints() {

@@ -4,6 +4,7 @@
 //! intervals, the held-out errors and the remarks are added here.
 
 use logs::{Error, Log};
+use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
@@ -138,17 +139,17 @@ impl Fit {
         estimate.method = options.weights.method().into();
         estimate.logs = logs;
         if options.covariance {
-            estimate.covariance = covariance(&solution, &sigma);
+            estimate.covariance = with_deviations(&(&solution.inverse * solution.variance), &sigma);
         }
         Ok(Fit { estimate, observation, solution, weights, deviation })
     }
 }
 
-/// sigma_i sigma_j rho_ij, row by row: the correlations of white noise, and the deviations to believe.
-pub(super) fn covariance(solution: &Solution, sigma: &[f64]) -> Vec<Vec<f64>> {
-    let white = white_deviation(solution);
-    let share = |c: usize| if white[c] > 0.0 { sigma[c] / white[c] } else { 0.0 };
-    let entry = |i: usize, j: usize| share(i) * share(j) * solution.variance * solution.inverse[(i, j)];
+/// sigma_i sigma_j rho_ij, row by row: the correlations of this covariance, and the deviations to believe.
+pub fn with_deviations(covariance: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
+    let deviation = covariance.diagonal().map(f64::sqrt);
+    let share = |c: usize| if deviation[c] > 0.0 { sigma[c] / deviation[c] } else { 0.0 };
+    let entry = |i: usize, j: usize| share(i) * share(j) * covariance[(i, j)];
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 

@@ -15,7 +15,7 @@ use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::settings::ColumnsAlone;
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::identified::INTERVAL;
-use crate::estimate::identify::{AT_REST, covariance, of_signals, report};
+use crate::estimate::identify::{AT_REST, of_signals, report, with_deviations};
 use crate::estimate::remarks::driving;
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
 use crate::estimators::replicate_deviation::white_deviation;
@@ -95,7 +95,7 @@ impl Accumulator {
         estimate.method = format!("{}, from sums", options.weights.method());
         estimate.logs = self.logs().into_iter().map(|log| log.name.clone()).collect();
         if options.covariance {
-            estimate.covariance = covariance(&solved.solution, &sigma);
+            estimate.covariance = with_deviations(&(&solved.solution.inverse * solved.solution.variance), &sigma);
         }
         Ok(estimate)
     }

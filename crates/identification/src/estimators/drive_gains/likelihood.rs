@@ -19,6 +19,7 @@
 //! [Gautier, Vandanjon, Presse 1994; Vandanjon, Gautier, Desbats 1995, section 4.2]
 
 use logs::Error;
+use nalgebra::DMatrix;
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
@@ -56,6 +57,8 @@ pub struct DriveGains {
     pub parameters: Vec<f64>,
     /// Standard deviations of X with the uncertainty of the gains in them.
     pub deviation: Vec<f64>,
+    /// Covariance of X for white noise: what a gain errs by moves the parameters of its joint together.
+    pub covariance: DMatrix<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
     /// Standard deviation of the currents, one a joint; 1 where the weights hold it.
@@ -119,6 +122,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
         gain_deviation,
         gain_determined,
         deviation: (0..p).map(deviation).collect(),
+        covariance: last.inverse.view((0, 0), (p, p)).into_owned(),
         determined: last.determined[..p].to_vec(),
         parameters: x,
         noise,

@@ -20,7 +20,7 @@ use super::generic::{generic_value, gravity_value, note_generic};
 use super::parameters::{friction, inertial, note_unused, rotor_inertia};
 use super::table::{Table, text};
 use super::text::{ParText, scan};
-use super::variables::{Mover, own_variables};
+use super::variables::{Mover, own_variables, passive_by_its_joint};
 use crate::angle_snap::Angles;
 use crate::angle_snap::snap_angles;
 use crate::closure;
@@ -93,6 +93,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, angles: Angles) -
         notes,
         snapped: Vec::new(),
     };
+    passive_by_its_joint(&mut robot);
     snap_angles(&mut robot, angles);
     let place = || table.at("ant", String::new()).place;
     passive::resolve(&mut robot).map_err(|message| Error { place: place(), message })?;

@@ -12,6 +12,8 @@ use super::table::text;
 use crate::error::Error;
 use crate::format::expression::identifiers;
 use crate::format::node::{Node, Source};
+use crate::robot::Robot;
+use crate::value::CoordinateId;
 
 /// A joint whose variable is looked for.
 pub(super) struct Mover<'a> {
@@ -76,6 +78,25 @@ pub(super) fn own_variables(
         }
     }
     Ok(own)
+}
+
+/// Scales each passive coordinate so that a joint of its own moves by it, not by a multiple (`-th2`, `2*th2`): its unit is
+/// free, and relations are looked for in those of the joints.
+pub(super) fn passive_by_its_joint(robot: &mut Robot) {
+    let n = robot.n_coordinates();
+    for k in (0..robot.passive.len()).map(|p| CoordinateId(n + p)) {
+        let of_links = robot.links.iter().map(|link| &link.joint.variable);
+        let of_loops = robot.loops.iter().flat_map(|one| [&one.cut.variable, &one.twin.variable]);
+        let own = of_links.chain(of_loops).find_map(|variable| match variable.terms[..] {
+            [(of, multiple)] if of == k => Some(multiple),
+            _ => None,
+        });
+        let Some(multiple) = own.filter(|multiple| *multiple != 1.0) else { continue };
+        let of_links = robot.links.iter_mut().map(|link| &mut link.joint.variable);
+        let of_loops = robot.loops.iter_mut().flat_map(|one| [&mut one.cut.variable, &mut one.twin.variable]);
+        let terms = of_links.chain(of_loops).flat_map(|variable| &mut variable.terms);
+        terms.filter(|(of, _)| *of == k).for_each(|(_, c)| *c /= multiple);
+    }
 }
 
 /// The 12 of `th12`.
