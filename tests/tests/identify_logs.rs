@@ -73,14 +73,22 @@ fn currents_become_torques_by_gains_given_or_found() {
     let gain = [2.0, 0.5];
     let rows = log_of(&robot, &Random(42).physical_parameters(&robot), &|j, dq, tau| rubbed(j, dq, tau) / gain[j]);
     std::fs::write(here.join("log.csv"), format!("{}\n{}\n", HEADER.replace("tau", "i"), rows.join("\n"))).unwrap();
-    let identify = |more: &[&str]| rist(&here, &[&["identify", &arm(), "log.csv"], more].concat());
+    std::fs::write(here.join("options.yaml"), "covariance: true\n").unwrap();
+    let command = ["identify", &arm(), "log.csv", "--options", "options.yaml"];
+    let identify = |more: &[&str]| rist(&here, &[&command, more].concat());
     let refused = identify(&[]);
     assert_eq!(refused.code, Some(2));
     assert!(refused.err.contains("--gain q1=11.5"), "{}", refused.err);
     for gains in ["q1=2,q2=0.5", "q1=2", "q1=2,q2=0.6+-0.3"] {
         let run = identify(&["--gain", gains, "--out", "e.yaml"]);
         assert_eq!(run.code, Some(0), "{gains}: {}", run.err);
-        let friction = value(&yaml(&here.join("e.yaml")), "FS2");
+        let estimate = yaml(&here.join("e.yaml"));
+        for (c, parameter) in estimate["parameters"].as_array().unwrap().iter().enumerate() {
+            let Some(sigma) = parameter["sigma"].as_f64() else { continue };
+            let variance = estimate["covariance"][c][c].as_f64().unwrap();
+            assert!((variance / (sigma * sigma) - 1.0).abs() < 1e-9, "{gains}: {parameter:?} {variance}");
+        }
+        let friction = value(&estimate, "FS2");
         // As exact as the filtered jumps of the friction.
         assert!((friction / COULOMB[1] - 1.0).abs() < 0.01, "{gains}: {friction}");
         assert_eq!(

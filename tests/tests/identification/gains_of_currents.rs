@@ -2,12 +2,14 @@
 
 use identification::algebra::random::Random;
 use identification::estimate::drive_gains::estimate_drive_gains;
+use identification::estimate::identify::with_deviations;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::model::regressor::Regressor;
 use identification::signals::signal_options::Signal;
 use identification::simulate::dynamics::torque;
 use logs::{Effort, Log, LogReport, LogSource};
+use nalgebra::{DMatrix, DVector};
 use tests::model;
 use tests::tape_robot::TapeRobot;
 
@@ -54,15 +56,16 @@ fn currents(arm: &TapeRobot) -> Log {
 }
 
 /// Mean square over the draws of the error of q2's gain over its deviation, of the errors of the parameters over
-/// theirs, and of the deviation of the gain; noise that forgets by `rho` a sample. An expected gain is drawn as it says.
-fn errors(rho: f64, expected: Option<f64>) -> [f64; 3] {
+/// theirs, of the deviation of the gain, and e' C^-1 e / p of the parameters together; noise that forgets by `rho` a
+/// sample. An expected gain is drawn as it says.
+fn errors(rho: f64, expected: Option<f64>) -> [f64; 4] {
     let arm = TapeRobot::new(model("planar2r_vertical.yaml"));
     let clean = currents(&arm);
     let signal = Signal { order: 0, ..Signal::default() };
     let options = Options { signal, friction: Vec::new(), ..Options::default() };
     let mut random = Random::new(31);
     let draws = 480;
-    let mut sums = [0.0; 3];
+    let mut sums = [0.0; 4];
     for _ in 0..draws {
         let mut log = clean.clone();
         for current in &mut log.effort {
@@ -78,10 +81,15 @@ fn errors(rho: f64, expected: Option<f64>) -> [f64; 3] {
         let errors = found.parameters.iter().zip(&arm.truth).zip(&found.deviation);
         let squares: Vec<f64> = errors.map(|((x, truth), sigma)| ((x - truth) / sigma).powi(2)).collect();
         let sigma = found.gain_deviation[1];
+        let p = found.parameters.len();
+        let covariance = with_deviations(&found.covariance, &found.deviation);
+        let error = DVector::from_fn(p, |c, _| found.parameters[c] - arm.truth[c]);
+        let information = DMatrix::from_fn(p, p, |i, j| covariance[i][j]).try_inverse().unwrap();
         let one = [
             ((found.gain[1] - GAINS[1]) / sigma).powi(2),
             squares.iter().sum::<f64>() / squares.len() as f64,
             sigma * sigma,
+            error.dot(&(information * &error)) / p as f64,
         ];
         sums.iter_mut().zip(one).for_each(|(sum, one)| *sum += one / f64::from(draws));
     }
@@ -94,18 +102,19 @@ fn gains_and_parameters_err_by_what_they_say() {
     // 480 draws tell a mean square to 7 %; the twenty parts that a deviation comes from scatter, and it is on the wide
     // side on purpose (`replicate_deviation`): where all is white noise, by up to 1.4.
     for (rho, honest) in [(0.0, 0.45..1.4), (0.9, 0.6..1.6)] {
-        let [gain, parameters, _] = errors(rho, None);
-        assert!(honest.contains(&gain) && honest.contains(&parameters), "{rho}: {gain} {parameters}");
+        let [gain, parameters, _, together] = errors(rho, None);
+        let all = [gain, parameters, together];
+        assert!(all.iter().all(|x| honest.contains(x)), "{rho}: {all:?}");
     }
 }
 
 /// An expected gain counts by its deviation: one that knows as much as the log halves the variance.
 #[test]
 fn an_expected_gain_counts_by_its_deviation() {
-    let [.., of_data] = errors(0.9, None);
-    let [gain, parameters, variance] = errors(0.9, Some(of_data.sqrt()));
+    let [_, _, of_data, _] = errors(0.9, None);
+    let [gain, parameters, variance, _] = errors(0.9, Some(of_data.sqrt()));
     assert!((0.6..1.6).contains(&gain) && (0.6..1.6).contains(&parameters), "{gain} {parameters}");
     assert!((0.4..0.65).contains(&(variance / of_data)), "{variance} {of_data}");
-    let [gain, _, variance] = errors(0.9, Some(0.01 * of_data.sqrt()));
+    let [gain, _, variance, _] = errors(0.9, Some(0.01 * of_data.sqrt()));
     assert!((0.6..1.4).contains(&gain) && (variance / of_data / 1e-4 - 1.0).abs() < 0.01, "{gain} {variance}");
 }
