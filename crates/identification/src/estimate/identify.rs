@@ -139,17 +139,17 @@ impl Fit {
         estimate.method = options.weights.method().into();
         estimate.logs = logs;
         if options.covariance {
-            estimate.covariance = with_deviations(&(&solution.inverse * solution.variance), &sigma);
+            estimate.covariance = with_deviations(&solution.inverse, &sigma);
         }
         Ok(Fit { estimate, observation, solution, weights, deviation })
     }
 }
 
-/// sigma_i sigma_j rho_ij, row by row: the correlations of this covariance, and the deviations to believe.
-pub fn with_deviations(covariance: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
-    let deviation = covariance.diagonal().map(f64::sqrt);
-    let share = |c: usize| if deviation[c] > 0.0 { sigma[c] / deviation[c] } else { 0.0 };
-    let entry = |i: usize, j: usize| share(i) * share(j) * covariance[(i, j)];
+/// Covariance sigma_i sigma_j rho_ij, p x p row by row, with the deviations to believe; rho_ij = a_ij / sqrt(a_ii a_jj) of
+/// any multiple `a` of the covariance for white noise. Zero where a_ii is.
+pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
+    let share = |c: usize| if a[(c, c)] > 0.0 { sigma[c] / a[(c, c)].sqrt() } else { 0.0 };
+    let entry = |i: usize, j: usize| share(i) * share(j) * a[(i, j)];
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 

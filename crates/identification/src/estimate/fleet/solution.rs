@@ -95,7 +95,7 @@ impl Accumulator {
         estimate.method = format!("{}, from sums", options.weights.method());
         estimate.logs = self.logs().into_iter().map(|log| log.name.clone()).collect();
         if options.covariance {
-            estimate.covariance = with_deviations(&(&solved.solution.inverse * solved.solution.variance), &sigma);
+            estimate.covariance = with_deviations(&solved.solution.inverse, &sigma);
         }
         Ok(estimate)
     }
