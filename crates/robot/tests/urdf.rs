@@ -188,3 +188,18 @@ fn a_link_or_a_joint_without_a_name_is_refused() {
         assert!(error.to_string().starts_with("t.urdf:1:") && error.to_string().ends_with(what), "{error}");
     }
 }
+
+/// XML reads a line break in an attribute as a blank: what is looked up by the joint's name stays with it.
+#[test]
+fn a_joint_named_with_a_line_break_keeps_its_limits() {
+    let moved = "<joint name=\"j&#10;1\" type=\"revolute\"><parent link=\"a\"/><child link=\"b\"/>\
+                 <limit lower=\"-1\" upper=\"2\" effort=\"30\" velocity=\"4\"/></joint>";
+    let robot = read(&(links(&["a", "b"]) + moved));
+    assert_eq!(robot.coordinates[0].name, "j\n1");
+    assert_eq!(robot.coordinates[0].limits.position, Some((-1.0, 2.0)));
+    assert_eq!(robot.coordinates[0].limits.effort, Some(30.0));
+    let (written, notes) = format::write_urdf(&robot);
+    let again = format::read_urdf(&written, "written.urdf").unwrap();
+    assert_eq!(again.coordinates[0].limits.position, Some((-1.0, 2.0)));
+    assert_eq!(again.coordinates[0].name != "j\n1", notes.iter().any(|n| n.subject == "j\n1"), "{notes:?}");
+}

@@ -250,7 +250,8 @@ impl Reader<'_, '_> {
                 return Err(self.error(node, format!("{place} is empty")));
             }
             let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-            return Ok(escaped.replace(['\n', '\r', '\t'], " "));
+            // As they stand in an attribute, XML reads them as blanks.
+            return Ok(escaped.replace('\n', "&#10;").replace('\r', "&#13;").replace('\t', "&#9;"));
         }
         let words: Vec<&str> = value.split_whitespace().collect();
         if words.len() != count {

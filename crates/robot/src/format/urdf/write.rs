@@ -6,19 +6,13 @@
 //! one other by a factor and an offset mimics it.
 
 use crate::inertial::{Matrix3, Part, Pose};
-use crate::robot::{Drive, JointKind, Limits, LinkId, Note, Robot, RotorInertia};
+use crate::robot::{Drive, JointKind, Limits, Link, LinkId, Note, Robot, RotorInertia};
 use crate::value::CoordinateId;
 
 /// The text, and what it could not carry.
 pub fn write_urdf(robot: &Robot) -> (String, Vec<Note>) {
     let names = unique(robot.links.iter().map(|l| carried(&l.name)), "base");
-    let joints = unique(
-        robot.links.iter().map(|l| match (l.joint.drive, &l.joint.variable.terms[..]) {
-            (Drive::Actuated, [(k, _)]) => carried(robot.coordinate_name(*k)),
-            _ => carried(&l.joint.name),
-        }),
-        "",
-    );
+    let joints = unique(robot.links.iter().map(|l| carried(joint_name(robot, l))), "");
     let mut writer = Writer { robot, names, joints, text: String::new(), notes: Vec::new() };
     writer.line(format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">", escaped(&carried(&robot.name))));
     writer.line("  <link name=\"base\"/>".into());
@@ -182,6 +176,10 @@ impl Writer<'_> {
             if self.names[j] != link.name {
                 self.note(&link.name, format!("the link is called {} in the file", self.names[j]));
             }
+            let joint = joint_name(robot, link);
+            if self.joints[j] != joint && !joint.is_empty() {
+                self.note(joint, format!("the joint is called {} in the file", self.joints[j]));
+            }
         }
         if carried(&robot.name) != robot.name {
             self.note("name", format!("the robot is called {} in the file", carried(&robot.name)));
@@ -197,6 +195,14 @@ impl Writer<'_> {
             let names: Vec<&str> = robot.symbols.iter().map(|s| s.name.as_str()).collect();
             self.note("symbols", format!("written as numbers: {}", names.join(", ")));
         }
+    }
+}
+
+/// That of its coordinate where the joint alone moves it.
+fn joint_name<'a>(robot: &'a Robot, link: &'a Link) -> &'a str {
+    match (link.joint.drive, &link.joint.variable.terms[..]) {
+        (Drive::Actuated, [(k, _)]) => robot.coordinate_name(*k),
+        _ => &link.joint.name,
     }
 }
 
