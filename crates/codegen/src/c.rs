@@ -42,7 +42,7 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str) -> CFiles {
     );
     let mut source = format!("{banner}\n#include \"{header_name}\"\n");
     let from_math = |node: &Node| matches!(node, Node::Sin(_) | Node::Cos(_) | Node::Sqrt(_));
-    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused() > 0);
+    let fuses = bound.iter().any(|(_, function)| Fusion::of(function).fused_sums() > 0);
     if fuses || bound.iter().any(|(_, function)| function.graph().nodes().iter().any(from_math)) {
         source += "\n#include <math.h>\n";
     }

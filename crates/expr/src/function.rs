@@ -24,6 +24,21 @@ pub struct Output {
     pub entries: Vec<Expr>,
 }
 
+impl Output {
+    /// The entries, block by block and each block row by row. Columns side by side with the same last row that is not zero
+    /// are a block: in a regressor those of one link, which read its motion and row by row the twist of one coordinate, so
+    /// that little has to be kept in registers.
+    fn by_blocks(&self) -> Vec<Expr> {
+        let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
+        let columns: Vec<usize> = (0..self.columns).collect();
+        let blocks = columns.chunk_by(|&c, &d| last_row(c) == last_row(d));
+        blocks
+            .flat_map(|block| (0..self.rows).flat_map(move |r| block.iter().map(move |c| r * self.columns + c)))
+            .map(|i| self.entries[i])
+            .collect()
+    }
+}
+
 /// Named inputs -> named outputs.
 #[derive(Clone, Debug)]
 pub struct Function {
@@ -180,16 +195,13 @@ impl Function {
         self
     }
 
-    /// The nodes of `graph` that the outputs need, operands first, each just before it is first
-    /// wanted; outputs column by column, so that what belongs to one parameter stays together.
+    /// The nodes of `graph` that the outputs need, operands first, each just before it is first wanted; outputs block by
+    /// block.
     fn schedule(&self, graph: &Graph) -> Vec<usize> {
         let mut order = Vec::new();
         let mut seen = vec![false; graph.nodes().len()];
-        let by_column = |o: &Output| -> Vec<Expr> {
-            (0..o.columns).flat_map(|c| (0..o.rows).map(move |r| r * o.columns + c)).map(|i| o.entries[i]).collect()
-        };
         let inputs = self.inputs.iter().flat_map(|i| i.entries.clone());
-        let wanted: Vec<Expr> = inputs.chain(self.outputs.iter().flat_map(by_column)).collect();
+        let wanted: Vec<Expr> = inputs.chain(self.outputs.iter().flat_map(Output::by_blocks)).collect();
         for e in wanted {
             let mut stack = vec![(e.node(), false)];
             while let Some((n, operands_done)) = stack.pop() {

@@ -1,8 +1,9 @@
 //! Which product is fused into which sum: the operations of a function as every target performs them.
 //!
 //! A product that one sum alone reads is fused into it, a b + c, which a processor does in one operation and with one
-//! rounding. Of two such products of a sum the one that is known later is fused. The tape, generated Rust and generated C
-//! perform these operations in this order.
+//! rounding. Of two such products of a sum the one that is known later is fused. A product that several sums read, and
+//! nothing else, is fused into all of them if none of them takes up another: the product itself is saved. The tape,
+//! generated Rust and generated C perform these operations in this order.
 //!
 //! A sum of which more negatives than positives are stored is held as its negative, where that costs nothing: in a b + c
 //! every sign is free, in a - b the two are exchanged.
@@ -33,6 +34,8 @@ pub struct Fusion {
     operations: Vec<Operation>,
     /// Whether the negative of the node is held.
     negated: Vec<bool>,
+    /// Number of products that are part of sums and made nowhere else.
+    products: usize,
 }
 
 impl Fusion {
@@ -40,20 +43,13 @@ impl Fusion {
     pub fn of(function: &Function) -> Fusion {
         let nodes = function.graph().nodes();
         let uses = Uses::of(function);
-        let mut fusion = Fusion { operations: vec![Operation::None; nodes.len()], negated: vec![false; nodes.len()] };
-        let mut depth = vec![0_usize; nodes.len()];
-        // The product that each sum takes up, before any sum is written: a product comes before its sum.
-        let mut taken_up = vec![None; nodes.len()];
-        let mut is_part = vec![false; nodes.len()];
-        for (n, &node) in nodes.iter().enumerate() {
-            depth[n] = operands(node).map(|e| depth[e.node()] + 1).max().unwrap_or(0);
-            if let Node::Add(a, b) = node {
-                let alone = |e: &Expr| matches!(nodes[e.node()], Node::Mul(..)) && uses.count[e.node()] == 1;
-                let product = [a, b].into_iter().filter(alone).max_by_key(|e| depth[e.node()]);
-                taken_up[n] = product;
-                is_part[product.map_or(n, Expr::node)] |= product.is_some();
-            }
-        }
+        // Decided before any sum is written: a product comes before its sum.
+        let (taken_up, is_part) = products_taken_up(nodes, &uses);
+        let mut fusion = Fusion {
+            operations: vec![Operation::None; nodes.len()],
+            negated: vec![false; nodes.len()],
+            products: is_part.iter().filter(|part| **part).count(),
+        };
         for (n, &node) in nodes.iter().enumerate() {
             if !is_part[n] {
                 let wanted = uses.negative[n] > uses.positive[n];
@@ -112,10 +108,48 @@ impl Fusion {
         a.into_iter().chain(b).chain(c)
     }
 
-    /// Number of products that are part of a sum.
-    pub fn fused(&self) -> usize {
+    /// Number of sums that have a product in them.
+    pub fn fused_sums(&self) -> usize {
         self.operations.iter().filter(|o| matches!(o, Operation::MulAdd(..))).count()
     }
+
+    /// Number of products that are part of sums, one or several, and made nowhere else.
+    pub fn fused_products(&self) -> usize {
+        self.products
+    }
+}
+
+/// The product that each sum takes up, and which nodes are such products.
+fn products_taken_up(nodes: &[Node], uses: &Uses) -> (Vec<Option<Expr>>, Vec<bool>) {
+    let mut depth = vec![0_usize; nodes.len()];
+    let mut taken_up = vec![None; nodes.len()];
+    let mut is_part = vec![false; nodes.len()];
+    // Product -> the sums that read it, each with the sign of the product in it.
+    let mut readers: Vec<Vec<(usize, Expr)>> = vec![Vec::new(); nodes.len()];
+    for (n, &node) in nodes.iter().enumerate() {
+        depth[n] = operands(node).map(|e| depth[e.node()] + 1).max().unwrap_or(0);
+        if let Node::Add(a, b) = node {
+            let is_product = |e: &Expr| matches!(nodes[e.node()], Node::Mul(..));
+            let alone = |e: &Expr| is_product(e) && uses.count[e.node()] == 1;
+            taken_up[n] = [a, b].into_iter().filter(alone).max_by_key(|e| depth[e.node()]);
+            is_part[taken_up[n].map_or(n, Expr::node)] |= taken_up[n].is_some();
+            for product in [a, b].into_iter().filter(is_product) {
+                readers[product.node()].push((n, product));
+            }
+        }
+    }
+    for (product, sums) in readers.iter().enumerate() {
+        // Of a product added to itself, one of the two would stay.
+        let is_free =
+            |&(n, _): &(usize, Expr)| taken_up[n].is_none() && operands(nodes[n]).any(|e| e.node() != product);
+        if sums.len() > 1 && sums.len() == uses.count[product] && sums.iter().all(is_free) {
+            is_part[product] = true;
+            for &(n, signed) in sums {
+                taken_up[n] = Some(signed);
+            }
+        }
+    }
+    (taken_up, is_part)
 }
 
 fn signed(e: Expr, negative: bool) -> Expr {
@@ -179,13 +213,32 @@ mod tests {
     }
 
     #[test]
-    fn a_product_read_twice_is_made_once() {
+    fn a_product_that_sums_alone_read_is_part_of_each() {
         let f = function(|g, [a, b, c, d]| {
             let ab = g.mul(a, b);
-            vec![g.add(c, ab), g.add(d, ab)]
+            vec![g.add(c, ab), g.sub(d, ab)]
         });
         let (all, _) = operations(&f);
-        assert!(matches!(all[..], [Operation::Mul(..), Operation::Add(..), Operation::Add(..)]), "{all:?}");
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| f.inputs[0].entries[k]);
+        assert_eq!(all, [Operation::MulAdd(a, b, c), Operation::MulAdd(-a, b, d)]);
+    }
+
+    #[test]
+    fn a_product_that_something_else_needs_is_made_once() {
+        let f = function(|g, [a, b, c, d]| {
+            let ab = g.mul(a, b);
+            let cd = g.mul(c, d);
+            // Stored itself; the addend of a product that is read once; added to itself.
+            vec![ab, g.add(c, ab), g.sub(d, ab), g.add(cd, ab)]
+        });
+        let (all, _) = operations(&f);
+        let made = all.iter().filter(|o| matches!(o, Operation::Mul(..))).count();
+        assert_eq!((made, all.len()), (1, 4), "{all:?}");
+        let twice = function(|g, [a, b, ..]| {
+            let ab = g.mul(a, b);
+            vec![g.add(ab, ab)]
+        });
+        assert_eq!(operations(&twice).0.len(), 2);
     }
 
     #[test]
@@ -199,6 +252,6 @@ mod tests {
         for e in &f.outputs[0].entries {
             assert!(!fusion.held(*e).is_negative());
         }
-        assert_eq!(fusion.fused(), 1);
+        assert_eq!((fusion.fused_sums(), fusion.fused_products()), (1, 1));
     }
 }

@@ -98,9 +98,9 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
 /// a sum, `mul_add`, is neither a product nor a sum here.
 fn operations(bound: &Function) -> String {
     let bound = bound.bound();
-    let (count, fused) = (bound.count(), Fusion::of(&bound).fused());
-    let (mul, add) = (count.mul - fused, count.add - fused);
-    format!("{fused} mul_add, {mul} mul, {add} add, {} sin_cos", count.sin_cos)
+    let (count, fusion) = (bound.count(), Fusion::of(&bound));
+    let (mul, mul_add) = (count.mul - fusion.fused_products(), fusion.fused_sums());
+    format!("{mul_add} mul_add, {mul} mul, {} add, {} sin_cos", count.add - mul_add, count.sin_cos)
 }
 
 /// The named constants that the rules may name, with their values: `D2 = 0.3`.

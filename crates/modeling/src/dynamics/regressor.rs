@@ -15,7 +15,7 @@ use robot::{Inertial, StandardParameter};
 use crate::derivation::Derivation;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::{LinkMotion, Twist};
-use crate::kinematics::vector::{NULL, Vector, cross, dot};
+use crate::kinematics::vector::{NULL, Vector, cross, dot, plus_dot};
 
 /// D(q, dq, ddq), n x p: one row a coordinate, one column a parameter of
 /// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
@@ -114,6 +114,6 @@ fn unit_wrench(g: &mut Graph, j: &LinkMotion, parameter: Inertial) -> Wrench {
 }
 
 fn power(g: &mut Graph, twist: Twist, wrench: Wrench) -> Expr {
-    let (angular, linear) = (dot(g, twist.z, wrench.n), dot(g, twist.d, wrench.f));
-    g.add(angular, linear)
+    let angular = dot(g, twist.z, wrench.n);
+    plus_dot(g, angular, twist.d, wrench.f)
 }

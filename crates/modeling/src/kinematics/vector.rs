@@ -19,8 +19,13 @@ pub(crate) fn cross(g: &mut Graph, a: Vector, b: Vector) -> Vector {
 }
 
 pub(crate) fn dot(g: &mut Graph, a: Vector, b: Vector) -> Expr {
+    plus_dot(g, Expr::ZERO, a, b)
+}
+
+/// c + a . b, product by product: each is fused into the sum before it.
+pub(crate) fn plus_dot(g: &mut Graph, c: Expr, a: Vector, b: Vector) -> Expr {
     let terms = [0, 1, 2].map(|i| g.mul(a[i], b[i]));
-    sum(g, &terms)
+    terms.iter().fold(c, |s, &t| g.add(s, t))
 }
 
 pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
