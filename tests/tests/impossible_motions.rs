@@ -90,7 +90,7 @@ fn impossible_limits_get_an_answer() {
         ("coordinates: {q1: {locked: 3}}", vec!["coordinate q1: locked at 3, outside its limits of position, -2 to 2"]),
         (
             "coordinates: {q1: {effort: 1}}",
-            vec!["no motion keeps the effort limit of q1: hardly moving it takes ", "--effort-share"],
+            vec!["no motion keeps the effort limit of q1: even a tiny one takes ", "--effort-share"],
         ),
         ("coordinates: {q1: {power: 1e-6}}", vec!["no motion keeps the power limit of q1"]),
         ("all: {acceleration: 1e-9}", vec!["a blend 1.2500e10 s (by the limits of velocity and acceleration"]),

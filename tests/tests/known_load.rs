@@ -123,7 +123,7 @@ fn a_load_on_the_forearm_gives_all_gains_and_the_estimate_feeds_forward() {
     assert!(one.contains("all of it stands on the gain of q3, 1 N m/A"), "{one}");
     let refused = rist(&here, &["identify", "arm.yaml", "logs/e01.csv", "--load", "load.yaml"]);
     assert!(
-        refused.code == Some(2) && refused.err.contains("--load: --method ls does not heed that"),
+        refused.code == Some(2) && refused.err.contains("--load: --method ls does not use that"),
         "{}",
         refused.err
     );

@@ -20,11 +20,11 @@ use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
 use rist::output::{check_output, is_same, write_file};
 
-/// Add logs up: triangles that rist merge, rist solve and rist compare take instead of the logs
+/// Add logs up into sums, which rist merge, rist solve and rist compare take instead of the logs
 ///
-/// The logs are read as rist identify reads them. All parts of one sum need one cut-off: give it, or take all settings of
-/// the first part with --like. Without either it follows from the motion of all logs given here, which are then read
-/// twice.
+/// The logs are read as rist identify reads them. All parts of one sum need the same cut-off. Give it, or take all
+/// settings of the first part with --like. Without either, it follows from the motion of all logs given here, which are
+/// then read twice.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -74,7 +74,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     options: Option<PathBuf>,
 
-    /// Go on where a log cannot be used, or is not of this robot; the sums say which and why
+    /// Leave out logs that cannot be used or are not of this robot; the sums say which and why
     #[arg(long)]
     skip_broken: bool,
 

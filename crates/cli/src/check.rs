@@ -14,11 +14,12 @@ use crate::terminal::{self, at_work, print_result};
 
 /// Prove anew that an exciting motion keeps its limits
 ///
-/// From the motion and the model alone: the limits the motion was made with, no looser than those of the description. It is
-/// said of each limit where it stands: one that neither the description nor --limits has is what the motion's file says.
-/// Position, velocity, acceleration and jerk always; torque and power where they are limited and the description has
-/// inertial parameters, or the motion was made after an identification; distances of the robot's own links where a URDF has their
-/// collision geometry; the floors, walls and boxes that the motion was made with. Exit code 1: a limit is broken, or not
+/// The proof needs the motion and the model alone. The limits are those that the motion was made with, but no looser
+/// than those of the description. The output says where each limit comes from. A limit that neither the description nor
+/// --limits has is taken from the motion's file. Position, velocity, acceleration and jerk are always proved. Torque
+/// and power are proved where they are limited and the description has inertial parameters, or the motion was made
+/// after an identification. Distances of the robot's own links are proved where a URDF has their collision geometry.
+/// The floors, walls and boxes that the motion was made with are proved too. Exit code 1: a limit is broken, or not
 /// proven to be kept.
 #[derive(Args)]
 pub struct Arguments {
@@ -28,7 +29,8 @@ pub struct Arguments {
     /// The motion of `rist excite`
     motion: PathBuf,
 
-    /// Hold it to your own limits too, as of `rist excite --limits`; what this file does not give is not assumed
+    /// Limits of your own that the motion must keep too, as for `rist excite --limits`; those that the file lacks are
+    /// not assumed
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
 }

@@ -23,8 +23,8 @@ pub struct Arguments {
     #[arg(required = true, value_name = "ROBOT.tri")]
     robots: Vec<PathBuf>,
 
-    /// False discovery rate: the expected share of robots that did not change among those that are said to have, and of
-    /// parameters in them likewise
+    /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
+    /// parameters among those reported
     #[arg(long, value_name = "RATE", default_value_t = 0.05)]
     fdr: f64,
 

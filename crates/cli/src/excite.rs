@@ -22,17 +22,18 @@ use rist::output::write_file;
 
 /// Search one motion of all joints that makes the parameters visible, and prove that it keeps its limits
 ///
-/// A finite Fourier series between rest and rest, or a quintic spline (--motion). The limits are those of the description, tightened by --limits; what
-/// neither gives is assumed, with a note. Position, velocity, acceleration and jerk are proved between the samples too;
-/// the torque and the power where the description has inertial parameters and there are limits of them; the distances of the robot's own links
-/// where a URDF has their collision geometry; and floors, walls and boxes of --limits. What is not looked at is said.
-/// Ctrl-C ends the search with the best that it has. Watch the motion in a simulator, and slowly on the robot, first.
+/// The motion is a finite Fourier series that starts and ends at rest, or a quintic spline (--motion). Its limits are
+/// those of the description, tightened by --limits. A kinematic limit that neither gives is assumed, with a note.
+/// Position, velocity, acceleration and jerk are proved between the samples too. So are torque and power, where they
+/// are limited and the description has inertial parameters; the distances of the robot's own links, where a URDF has
+/// their collision geometry; and the floors, walls and boxes of --limits. Notes say what is not checked. Ctrl-C ends
+/// the search with the best motion found so far. Watch the motion in a simulator, and slowly on the robot, first.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// What the motion is a sum of
+    /// The form of the motion
     #[arg(long, value_enum, default_value_t = MotionWord::Fourier)]
     motion: MotionWord,
 
@@ -90,15 +91,15 @@ pub struct Arguments {
     #[arg(long, default_value_t = 12)]
     starts: usize,
 
-    /// Iterations of a start at each of six heights of the walls, at most
+    /// Maximum number of iterations of a start at each of the six weights of the barrier
     #[arg(long, default_value_t = 100)]
     iterations: usize,
 
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
-    /// An estimate of the same model: the motion shows what it leaves open, and its torques are those identified. Best
-    /// with its covariance (`covariance: true` in the --options of `rist identify`)
+    /// An earlier estimate of this model: the motion shows what it leaves open, and the torques follow from its
+    /// parameters. Best with its covariance (`covariance: true` in the --options of `rist identify`)
     #[arg(long, value_name = "ESTIMATE")]
     after: Option<PathBuf>,
 
@@ -115,18 +116,18 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 
-    /// The date on that page, as you would have it
+    /// The date on that page, in any form
     #[arg(long, requires = "report")]
     date: Option<String>,
 
-    /// Write the motion even where its limits are not proven to be kept; it says so
+    /// Write the motion even where its limits are not proven to be kept; the file then says so
     #[arg(long)]
     unproven: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MotionWord {
-    /// Between blends: whole periods of a few frequencies, to be averaged, or filtered without loss
+    /// Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss
     Fourier,
     /// From rest to rest: tells more in a short time, or within narrow limits; may be quick here and slow there
     Spline,
@@ -158,8 +159,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print_result(format_args!("{}{found}", terminal::notes(&found.notes)), || serde_json::to_value(&found))?;
     if !found.proven && !arguments.unproven {
         return Err(Failure::verdict(
-            "no motion was found whose limits are proven to be kept; nothing is written (--unproven writes it all the \
-             same, and it says so)",
+            "no motion was found whose limits are proven to be kept; nothing is written (--unproven writes it anyway, \
+             and its file says so)",
         ));
     }
     let reference = found.motion("the motion")?.reference();

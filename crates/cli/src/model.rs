@@ -18,7 +18,7 @@ pub struct ModelArguments {
     /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO); - is standard input
     pub model: PathBuf,
 
-    /// Value of a symbol of the description, m or rad: D3=0.45 (a .par file gives its symbols none)
+    /// Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
     #[arg(long = "value", value_name = "NAME=VALUE", value_parser = assignment)]
     values: Vec<(String, f64)>,
 
@@ -27,12 +27,12 @@ pub struct ModelArguments {
     #[arg(long, value_enum, default_value_t = MimicJoints::Constraint)]
     mimic: MimicJoints,
 
-    /// Whether rounded angles are taken for what was meant, 1.5707 and 1.5708 for pi/2, or left as given
+    /// How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
     #[arg(long, value_enum, default_value_t = GivenAngles::Meant)]
     angles: GivenAngles,
 
-    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; in YAML the
-    /// actuated joints unless it says otherwise, in URDF none, since it has no word for it]
+    /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a YAML file that does
+    /// not say: actuated; a URDF, which cannot say: none]
     #[arg(long, value_name = "JOINTS")]
     rotor_inertia: Option<RotorJoints>,
 

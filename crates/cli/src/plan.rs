@@ -18,8 +18,9 @@ use rist::output::{check_output, write_file};
 
 /// Plan the exciting experiments of identification by spectrum analysis
 ///
-/// Chooses, from every kind of motion about a grid of configurations, the set with the greatest determinant (or
-/// the least condition number) of its information, and says how far from the best possible it can be.
+/// The candidates are all kinds of motion about a grid of configurations. The plan is the set of them whose information
+/// has the greatest determinant (or the least condition number) found. It says how far it can be from the best possible
+/// set.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -35,11 +36,11 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t = ProfileWord::BangBang)]
     profile: ProfileWord,
 
-    /// Configurations a coordinate
+    /// Configurations of the grid per coordinate
     #[arg(long, default_value_t = 5)]
     steps: usize,
 
-    /// At most this many configurations a kind of motion
+    /// Maximum number of configurations per kind of motion
     #[arg(long, default_value_t = 60)]
     configurations: usize,
 
@@ -58,8 +59,8 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
-    /// Nodes of a branch and bound that improves the plan and proves how far from the best it can be, at most; 0: none. It
-    /// ends where the D-efficiency is within 0.001 of the best. The proof stands in the plan
+    /// Maximum number of nodes of a branch and bound, 0 for none. It improves the plan and proves how far from the best
+    /// it can be. It ends where the D-efficiency is within 0.001 of the best. The proof is written into the plan
     #[arg(long, default_value_t = 0)]
     nodes: usize,
 

@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LOG", requires = "model")]
     log: Vec<PathBuf>,
 
-    /// The date on the page, as you would have it
+    /// The date on the page, in any form
     #[arg(long)]
     date: Option<String>,
 
@@ -211,7 +211,8 @@ fn drawn(arguments: &Arguments, model: &Model, estimate: &Estimate) -> Result<Dr
         Ok((log, _)) => Ok(log),
         Err(e) if is_of_others => Err(Failure::new(e)),
         Err(e) => Err(Failure::new(format_args!(
-            "{e}\nthe estimate was made from this log; run where its name leads to it, or say where it is with --log"
+            "{e}\nthe estimate was made from this log; run in the directory that its path is relative to, or say \
+             where it is with --log"
         ))),
     };
     at_work("reading the logs once more");

@@ -24,7 +24,7 @@ pub struct TerminalArguments {
     #[arg(long, global = true)]
     pub json: bool,
 
-    /// Neither notes nor progress: the result and errors alone
+    /// Print the result and errors alone, no notes and no progress
     #[arg(long, short, global = true)]
     pub quiet: bool,
 

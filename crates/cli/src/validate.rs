@@ -48,7 +48,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 
-    /// The date on that page, as you would have it
+    /// The date on that page, in any form
     #[arg(long, requires = "report")]
     date: Option<String>,
 }
@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let motions = motions(&arguments.logs)?;
     let fitted: Vec<&PathBuf> = motions.iter().filter(|log| is_fitted(&estimate, log)).collect();
     for log in &fitted {
-        note(format_args!("{}: the estimate was fitted to it; what it leaves there is no validation", log.display()));
+        note(format_args!("{}: the estimate was fitted to it; its error there is no validation", log.display()));
     }
     let options = estimate.options.as_ref();
     if options.is_none() && arguments.series.is_some() {

@@ -275,7 +275,8 @@ fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     let scale = match (low.is_finite() && high.is_finite(), is_relative) {
         (false, _) => String::new(),
         (true, true) => format!(
-            "A bar is the relative deviation, logarithmic from {} % to {} %; beyond it is full, and what is described as zero has none",
+            "A bar is the relative deviation, logarithmic from {} % to {} % and full beyond; a parameter described as \
+             zero has none",
             power_of_ten(low + 2.0),
             power_of_ten(high + 2.0)
         ),

@@ -48,7 +48,7 @@ pub fn identify_experiments_in_loop(
 ) -> Result<Estimate, Error> {
     if logs.options.friction != FrictionTerm::STANDARD {
         return Err(Error::new(
-            "the simulated joints rub by viscous, Coulomb and offset terms alone: leave out --friction",
+            "the simulated joints have viscous, Coulomb and offset friction alone: leave out --friction",
         ));
     }
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
@@ -114,8 +114,8 @@ impl Simulator for PlanInLoop<'_> {
             let (record, stop) = setup.record(dynamics.as_ref(), reference, None, None);
             if let Stop::NotPhysical { time } = stop {
                 return Err(logs::Error::new(format!(
-                    "the simulation of an experiment breaks down at {time:.3} s: the parameters of the start are no robot's, \
-                     or it cannot follow; identify by --method ls or rist-mh and look at what they say"
+                    "the simulation of an experiment breaks down at {time:.3} s: no robot has the parameters it starts \
+                     from, or it cannot follow the motion; identify by --method ls or rist-mh and look at the estimate"
                 )));
             }
             let log = record.to_log("simulation", regressor.coordinates(), &setup.drives.gain);

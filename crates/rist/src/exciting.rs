@@ -323,9 +323,9 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
             ))
         }
         NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
-            "{path}: no motion keeps the {limit} limit of {}: hardly moving it takes {:.0} % of what it may; the limits of \
-             position leave no pose that is light enough, or the {limit} limit, the inertial parameters or --effort-share \
-             are too small or too great",
+            "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
+             limits of position leave no pose that is light enough, the {limit} limit or --effort-share is too small, \
+             or the inertial parameters are too great",
             names[coordinate],
             100.0 * share
         )),

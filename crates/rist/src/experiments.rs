@@ -79,8 +79,8 @@ fn unlike(model: &Model, file: &str, experiment: &SpectralExperiment) -> Option<
     let (joint, scatter) = experiment.scatter()?;
     (scatter > UNLIKE).then(|| {
         format!(
-            "{file}: the motion of {} does not repeat, its periods scatter by {:.0} % of the swing: a drive that saturates, \
-             or a controller that does not hold it; the mean of unlike periods is no motion, and no interval knows",
+            "{file}: the motion of {} does not repeat, its periods scatter by {:.0} % of the swing: a drive saturates, \
+             or the controller does not hold it; the mean of unlike periods is no motion, and no interval shows that",
             model.regressor().coordinates()[joint],
             100.0 * scatter
         )

@@ -106,7 +106,7 @@ pub struct Bodies {
 }
 
 const ESSENTIAL_BODIES: &str =
-    "a body has all of its parameters: essential parameters and bodies that can exist are two requests";
+    "ask for essential parameters or for bodies that can exist, not both: a body needs all of its parameters";
 
 /// The fit, and the rows that tell of rotor inertias too where the model has none.
 fn fit_of(
@@ -228,9 +228,9 @@ fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Resu
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {
         return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the residual still falls there, where the \
-             search ends: the delay is longer, or none explains these logs; look at units, signs and drive gains, or give the \
-             delay",
+            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the search ends there, but the \
+             residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
+             drive gains, or give the delay",
             delay.seconds, delay.residual, delay.residual_without
         )));
     }
@@ -326,7 +326,7 @@ fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> S
             Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
         };
     }
-    text + "; everything stands on those that were given"
+    text + "; all results rest on those that were given"
 }
 
 /// Deviations and covariance with the uncertainty of the gains in them: parameters follow from the gains.

@@ -79,7 +79,7 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, bodies, estimate).is_none() {
-        notes.push("no friction is written: viscous and coulomb, or asymmetric, are not both in the model".into());
+        notes.push("no friction is written: the model has neither viscous and coulomb nor asymmetric friction".into());
     }
     let rotors = model.regressor().coordinates().iter().zip(&bodies.armatures).filter(|(_, a)| **a > 0.0);
     let rotors: Vec<String> = rotors.map(|(c, a)| format!("{c} {a:.4}")).collect();

@@ -185,7 +185,7 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
             (0..n).filter(|&k| coefficients[k] != 0.0).map(|k| robot.coordinates[k].name.as_str()).collect();
         if !tied.is_empty() {
             let message = format!(
-                "loop {} ties the coordinates {} together: one of their joints is passive",
+                "loop {} ties the coordinates {} together: one of their joints must be passive",
                 l + 1,
                 tied.join(", ")
             );

@@ -213,10 +213,7 @@ fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
         ),
         (compressed[..300].to_vec(), "the recording has no topic at all; "),
         (compressed[..300].to_vec(), "is cut short: whole up to byte 41 of 300"),
-        (
-            replaced(recording(None, 60, ALL).finish(), b"\x01\0\0\0\0\0", b"\x07"),
-            "a message of channel 7, which is not told",
-        ),
+        (replaced(recording(None, 60, ALL).finish(), b"\x01\0\0\0\0\0", b"\x07"), "a message of undeclared channel 7"),
         (b"SQLite format 3\0 and so on".to_vec(), "this is no rosbag2 in sqlite3 that can be read: "),
         (
             b"#ROSBAG V2.0\n\0\0\0\0".to_vec(),

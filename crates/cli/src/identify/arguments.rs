@@ -20,13 +20,13 @@ const OUTPUTS: &str = "Outputs";
 const EXAMPLES: &str = "\
 Examples:
   rist identify robot.urdf log.csv --rotor-inertia actuated --out estimate.yaml --report page.html
-      what a log tells of a robot, with the inertias of its motors
+      identify a robot from a log, with the inertias of its motors
   rist identify robot.urdf a.csv b.csv --validate c.csv --friction auto --delay auto
-      two logs together, the friction model and the delay of the torques found, a third log predicted
+      fit two logs, choose the friction model and the delay of the torques, and predict a third log
   rist identify robot.urdf log.mcap --gain elbow=11.5,wrist=7+-2 --consistent --write-urdf identified.urdf
-      motor currents, bodies that can exist, and the description with them
+      identify bodies that can exist from motor currents, and write the description with them
   rist identify robot.yaml logs --plan plan.yaml --method rist-mh --gain q3=1
-      the experiments of a plan";
+      identify from the experiments of a plan";
 
 /// Identify a robot's base parameters and friction from logs
 ///
@@ -79,8 +79,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..), help_heading = SIGNALS)]
     pub decimate: Option<usize>,
 
-    /// Seconds by which the torques lag the positions, or auto: with the smallest residual [default: 0]; rist-mh: auto
-    /// estimates what is left of it with the parameters
+    /// Seconds by which the torques lag the positions, or auto, the delay with the smallest residual [default: 0];
+    /// rist-mh: auto estimates the remaining delay with the parameters
     #[arg(long, value_name = "SECONDS", value_parser = delay, help_heading = SIGNALS)]
     pub delay: Option<Delay>,
 
@@ -93,12 +93,12 @@ pub struct Arguments {
     #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', value_parser = whose, help_heading = METHOD)]
     pub elastic: Vec<Whose>,
 
-    /// rist-mh: the same of the play of joints
+    /// rist-mh: the same for the play of these joints, or of all
     #[arg(long, value_name = "COORDINATE|all", value_delimiter = ',', value_parser = whose, help_heading = METHOD)]
     pub play: Vec<Whose>,
 
-    /// Friction columns a joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
-    /// stribeck=V (V in rad/s), none, or auto: the set that best predicts what was left out [default:
+    /// Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V, stribeck=V (V
+    /// in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit [default:
     /// viscous,coulomb,offset]
     #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction, help_heading = METHOD)]
     pub friction: Option<Vec<Friction>>,
@@ -111,8 +111,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", help_heading = METHOD)]
     pub options: Option<PathBuf>,
 
-    /// Physically consistent parameters: only bodies that can exist. Where the log is silent, the bodies of the
-    /// description hold them
+    /// Physically consistent parameters: only bodies that can exist. Where the log says nothing, they stay near the
+    /// bodies of the description
     #[arg(long, help_heading = BODIES)]
     pub consistent: bool,
 
@@ -149,7 +149,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", help_heading = OUTPUTS)]
     pub report: Option<PathBuf>,
 
-    /// The date on that page, as you would have it
+    /// The date on that page, in any form
     #[arg(long, requires = "report", help_heading = OUTPUTS)]
     pub date: Option<String>,
 
@@ -163,9 +163,9 @@ pub struct Arguments {
 pub enum Method {
     /// Least squares on filtered samples
     Ls,
-    /// The same with the parameters that the data need; the others are zero
+    /// Least squares with the parameters that the data need; the others are zero
     Essential,
-    /// The paper's rows of Sp
+    /// The paper's equations, rows of the operator Sp
     Rist,
     /// All harmonics, with friction
     RistMh,

@@ -64,7 +64,7 @@ fn columns(path: &Path) -> Result<ColumnNames, Failure> {
     match given == (Options { columns: given.columns.clone(), ..Options::default() }) {
         true => Ok(columns),
         false => Err(Failure::new(format_args!(
-            "{}: of the options only columns are for the experiments of a plan",
+            "{}: the experiments of a plan take no options but columns",
             path.display()
         ))),
     }

@@ -19,11 +19,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !unheeded.is_empty() {
         let instead = match arguments.method {
             Method::Ls => "it reads samples of logs; --method rist-mh has the experiments of a plan",
-            Method::Essential => "a parameter that is left out leaves no body",
+            Method::Essential => "it leaves parameters out, and a body needs all of its own",
             _ => "--method ls has them; `rist validate` predicts other logs, `rist report` draws the page",
         };
         return Err(Failure::new(format_args!(
-            "{}: --method {method} does not heed that: {instead}",
+            "{}: --method {method} does not use that: {instead}",
             unheeded.join(", ")
         )));
     }

@@ -214,9 +214,12 @@ impl Finder<'_> {
             let Some(slot) = places.get_mut(place) else { continue };
             if let Some(other) = slot {
                 let (a, b) = (&self.table.header[other.column], &self.table.header[reading.column]);
-                let name = if quantity == Time { "the time".into() } else { format!("joint {}", place + 1) };
+                let what = match quantity {
+                    Time => "time".into(),
+                    _ => format!("{quantity:?} of joint {}", place + 1).to_lowercase(),
+                };
                 return Err(self.error(format!(
-                    "`{a}` and `{b}` both hold the {quantity:?} of {name}; say which one to use by naming the columns"
+                    "`{a}` and `{b}` both hold the {what}; say which one to use by naming the columns"
                 )));
             }
             *slot = Some(reading);
@@ -377,8 +380,8 @@ mod tests {
             ("t,tau1,tau2", "no columns hold the joint positions"),
             ("t,q1,q2", "no columns hold the joint torques or motor currents"),
             ("t,q1,tau1,tau2", "the position of joint 2 (elbow) is missing"),
-            ("t,q1,q2,position_1,tau1,tau2", "`q1` and `position_1` both hold the Position of joint 1"),
-            ("t,time,q1,q2,tau1,tau2", "`t` and `time` both hold the Time of the time"),
+            ("t,q1,q2,position_1,tau1,tau2", "`q1` and `position_1` both hold the position of joint 1"),
+            ("t,time,q1,q2,tau1,tau2", "`t` and `time` both hold the time"),
         ] {
             let message = find(header, &["shoulder", "elbow"], &ColumnNames::default()).unwrap_err().to_string();
             assert!(message.contains(expected), "{header}: {message}");

@@ -245,7 +245,7 @@ fn cells(
 ) -> Result<usize, String> {
     use ColumnReader::*;
     match reader {
-        BoolColumnReader(_) => Err("truths are no numbers".into()),
+        BoolColumnReader(_) => Err("booleans are no numbers".into()),
         Int32ColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.integer(i64::from(*x), 32)),
         Int64ColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.integer(*x, 64)),
         Int96ColumnReader(r) => typed(r, leaf, rows, series, &mut |x| numbers.integer(x.to_nanos(), 64)),

@@ -138,7 +138,7 @@ impl JointTable {
         }
         if !rare.is_empty() {
             let rare = clipped(rare.into_iter().collect::<Vec<_>>().join(", "));
-            table.notes.push(format!("left out, for fewer than one message of {SPARSE} names it: {rare}"));
+            table.notes.push(format!("left out, because fewer than one message in {SPARSE} names them: {rare}"));
         }
         if self.uneven > 0 {
             let message = "messages with an array that is neither empty nor as long as `name`: it is not used";

@@ -92,7 +92,7 @@ impl Reader<'_, '_> {
             }
             Record::Message { header, data } => {
                 let id = header.channel_id;
-                let channel = self.channels.get(&id).ok_or(format!("a message of channel {id}, which is not told"))?;
+                let channel = self.channels.get(&id).ok_or(format!("a message of undeclared channel {id}"))?;
                 (self.each)(&Message { channel, log_time: header.log_time.cast_signed(), data: &data })
                     .map_err(|e| format!("message of {}: {e}", channel.topic))?;
             }

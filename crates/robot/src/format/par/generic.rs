@@ -25,8 +25,8 @@ pub(super) fn note_generic(symbols: &[Symbol]) -> Option<Note> {
     let last = symbols.last()?;
     let shown: Vec<String> = symbols.iter().map(|s| format!("{} = {}", s.name, s.value.number(symbols))).collect();
     let text = format!(
-        "no value in the file; generic ones stand in ({}): ranks and rules hold, figures mean nothing; a value is given \
-         by a comment `(* Value {} = 0.45 *)`",
+        "no value in the file, so generic ones are used ({}): ranks and rules hold, but numbers mean nothing; give a \
+         value in a comment `(* Value {} = 0.45 *)`",
         shown.join(", "),
         last.name
     );

@@ -95,7 +95,7 @@ pub(super) fn followed(
         if !(at.multiplier.is_finite() && at.offset.is_finite()) {
             let name = shown(&model.joints[start].name);
             return Err(
-                source.place(place(start), format!("the mimic factors of joint `{name}` multiply beyond numbers"))
+                source.place(place(start), format!("the mimic factors of joint `{name}` have no finite product"))
             );
         }
         follows.push(at);

@@ -79,7 +79,7 @@ pub(super) fn moving_links(
     }
     if let Some(j) = reached.iter().position(|r| !r) {
         let circle = tree.circle(model, j);
-        let message = format!("the joints {} form a circle that hangs on nothing", circle.join(", "));
+        let message = format!("the joints {} form a circle that nothing connects to the base", circle.join(", "));
         return Err(source.place(mark(checked, &model.joints[j]).map_or((0, 0), |m| m.at), message));
     }
     if moving.is_empty() && !floating {

@@ -287,7 +287,7 @@ fn told(robot: &Robot, names: &Names) -> Vec<Note> {
         }
     }
     for symbol in robot.symbols.iter().filter(|s| s.generic) {
-        note(&symbol.name, "has no value; its generic one is written as if it were one".into());
+        note(&symbol.name, "has no value in the description; a generic one is written".into());
     }
     notes
 }
