@@ -22,7 +22,7 @@ pub struct Estimate {
     /// Fingerprint of the base regressor it was made with; empty where it is not kept.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fingerprint: String,
-    /// How the description of the robot was read, where that was not as it stands.
+    /// How the description of the robot was read, where it was not read as it stands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
     /// How it was estimated, in words.
@@ -31,13 +31,13 @@ pub struct Estimate {
     pub logs: Vec<String>,
     /// Base parameters, then friction, couplings and drive gains.
     pub parameters: Vec<Identified>,
-    /// Residuals of the model, one a coordinate.
+    /// Residuals of the model, one per coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
-    /// `total` on tenths of the record predicted from the others.
+    /// `total` where each tenth of the record is predicted from the others.
     pub cross_validation: Option<f64>,
-    /// The same of each tenth, in the order of time; log after log.
+    /// The same for each tenth alone, in the order of time, log after log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tenths: Vec<f64>,
     /// Condition number of the columns scaled to unit norm.
@@ -45,13 +45,13 @@ pub struct Estimate {
     /// Whether a method of many rounds came to rest; absent for methods that need none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<bool>,
-    /// Of RIST-MH: chi^2 over the rows less the unknowns, against the noise between the periods; absent where none was
+    /// Chi^2 of RIST-MH over the rows less the unknowns, against the noise between the periods; absent where none was
     /// measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chi_square_per_freedom: Option<f64>,
     /// Number of parameters, or combinations of them, that the data determine.
     pub rank: usize,
-    /// Combinations of parameters that the data tell least, the weakest first.
+    /// Combinations of parameters that the data determine least, the weakest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub directions: Vec<Direction>,
     /// Number of rows of all joints.
@@ -60,7 +60,7 @@ pub struct Estimate {
     pub cutoff: f64,
     /// Sentences on what the data cannot tell.
     pub remarks: Vec<String>,
-    /// Why it is not to be used, where that was the verdict of its identification.
+    /// Reasons not to use it, where the verdict of its identification was no.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refusal: Vec<String>,
     /// The options it was made with, so that other logs can be predicted in the same way; absent for estimates of
@@ -70,7 +70,8 @@ pub struct Estimate {
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
-    /// Number of parameters, the last line of a file: one without it is cut short. `None` in memory.
+    /// Number of parameters, on the last line of a file, so that a file without it is known to be cut short. `None` in
+    /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }
@@ -81,7 +82,7 @@ impl Estimate {
         self.parameters.iter().find(|p| p.id == *id)?.value
     }
 
-    /// By how much variances of white noise are too small: the median of (sigma / white sigma)^2, at least 1.
+    /// Factor by which variances for white noise are too small: the median of (sigma / white sigma)^2, at least 1.
     pub fn discount(&self) -> f64 {
         let ratio = |p: &Identified| Some((p.sigma? / p.white_sigma?).powi(2)).filter(|r| r.is_finite());
         let mut ratios: Vec<f64> = self.parameters.iter().filter_map(ratio).collect();
@@ -89,7 +90,7 @@ impl Estimate {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    /// What predicts torques for a parameter; `None` where it is not there.
+    /// The value of a parameter that predicts torques; `None` where the parameter is not there.
     pub fn prediction(&self, id: &ParameterId) -> Option<f64> {
         self.parameters.iter().find(|p| p.id == *id).map(Identified::prediction)
     }
@@ -100,8 +101,10 @@ impl Estimate {
         serde_yaml::to_string(&whole).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))
     }
 
-    /// Reads estimate.yaml; fails with the line of what is no estimate, where the file is cut short, and with the name of
-    /// a parameter whose value is no number.
+    /// Reads estimate.yaml.
+    ///
+    /// Fails with the line that belongs to no estimate, where the file is cut short, and with the name of a parameter
+    /// whose value is NaN or infinite.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
         let mut estimate: Estimate = yaml::read(text).map_err(|e| at(format!("this is no estimate: {e}")))?;
@@ -122,8 +125,8 @@ impl Estimate {
     }
 }
 
-/// Digits behind the point: five, or as many as show two digits of the deviation, or three of the value without one. The
-/// parameters of a robot below a kilogram would all be zeros otherwise.
+/// Digits behind the point: five, or as many as show two digits of the deviation, or three of the value without one.
+/// The parameters of a robot below a kilogram would all be zeros otherwise.
 fn decimals(sigma: f64, value: f64) -> usize {
     let shown = |x: f64, digits: f64| (digits - 1.0 - x.abs().log10().floor()).clamp(5.0, 9.0) as usize;
     match (sigma > 0.0, value == 0.0) {
@@ -152,7 +155,7 @@ impl fmt::Display for Estimate {
                 Status::Weak => "  (weak: little motion decides it)",
                 Status::Identified | Status::NotIdentifiable | Status::Given => "",
             };
-            // Of a value of zero there is no share.
+            // A value of zero has no relative deviation.
             let share = p.relative_sigma.map_or("-".into(), |share| format!("{share:.2}"));
             writeln!(f, "  {share:>9}  {}{status}", p.unit)?;
         }
@@ -208,7 +211,7 @@ mod tests {
         );
     }
 
-    /// Wherever a file ends too early, it is no estimate; nor with a value that is no number.
+    /// A file that ends too early is no estimate, nor is one with a value that is NaN.
     #[test]
     fn what_is_cut_short_is_refused() {
         let text = estimate().to_yaml().unwrap();

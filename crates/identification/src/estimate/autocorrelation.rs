@@ -1,9 +1,9 @@
 //! Whether a residual is noise: how far in time it resembles itself.
 //!
-//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2, each sum over the pairs of rows that both count, made comparable by their
-//! number. The memory is the area below rho up to its first zero. White noise behind the zero-phase low-pass of order four
-//! has the density (1 + (f/f_c)^8)^-2, and so a memory of 0.320/f_c: a residual with a much longer one holds what the model
-//! lacks. Other orders differ by a tenth.
+//! rho_j(l) = sum_r e_r e_(r-l) / sum_r e_r^2. Each sum is over the pairs of rows that both count, and is divided by
+//! their number. The memory is the area below rho up to its first zero. White noise behind the zero-phase low-pass of
+//! order four has the density (1 + (f/f_c)^8)^-2, and so a memory of 0.320/f_c. A residual with a much longer memory
+//! holds what the model lacks. Other orders differ by a tenth.
 //!
 //! e: N m (N); l: samples; the memory: s. Not here: what correlated residuals do to deviations
 //! (`estimators::correlated_deviation`).
@@ -19,7 +19,7 @@ const LAGS: usize = 200;
 /// Memory of filtered white noise, in periods of the cut-off.
 pub const NOISE_MEMORY: f64 = 0.320;
 
-/// rho of white noise behind the low-pass of a cut-off, Hz, after t seconds.
+/// rho after t seconds, of white noise behind a low-pass of this cut-off, Hz.
 pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
     const STEPS: usize = 200;
     let (mut whole, mut turned) = (0.0, 0.0);
@@ -48,7 +48,7 @@ pub struct Autocorrelation {
     joints: Vec<Products>,
     /// s between successive rows.
     period: f64,
-    /// The residuals of the record that is gone through, joint by joint; NaN where a row does not count.
+    /// The residuals of the current record, joint by joint; NaN where a row does not count.
     record: Vec<Vec<f64>>,
 }
 
@@ -59,7 +59,7 @@ impl Autocorrelation {
         Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints] }
     }
 
-    /// Adds the residuals of a record, one series a joint, `period` s apart; NaN where a row does not count.
+    /// Adds the residuals of a record, one series per joint, `period` s apart; NaN where a row does not count.
     pub fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
@@ -86,7 +86,7 @@ impl Autocorrelation {
     pub fn of_joint(&self, j: usize) -> Vec<(f64, f64)> {
         let products = &self.joints[j];
         let mean = |lag: usize| products.sums[lag] / products.pairs[lag].max(1) as f64;
-        // Few pairs make a poor mean.
+        // Lags with less than a quarter of the pairs have too poor a mean.
         let enough = |lag: &usize| products.pairs[*lag] >= products.pairs[0] / 4;
         if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
@@ -94,7 +94,8 @@ impl Autocorrelation {
         (0..=LAGS).take_while(enough).map(|lag| (lag as f64 * self.period, mean(lag) / mean(0))).collect()
     }
 
-    /// The area below rho of joint j up to its first zero or the last lag, s, by straight lines; `None` without a residual.
+    /// The area below rho of joint j up to its first zero or the last lag, by the trapezoidal rule, s; `None` without a
+    /// residual.
     pub fn memory(&self, j: usize) -> Option<f64> {
         let rho = self.of_joint(j);
         if rho.len() < 2 {
@@ -150,7 +151,7 @@ mod tests {
         found.memory(0).unwrap()
     }
 
-    /// The constant of filtered noise, and a process whose memory is known: below rho = a^l lies an area of -1/ln a samples.
+    /// The memory of filtered noise is the constant; that of a process with rho = a^l is -1/ln a samples.
     #[test]
     fn noise_and_slow_processes_have_the_memory_they_should() {
         let mut random = Random::new(3);
@@ -181,7 +182,7 @@ mod tests {
         let (t, rho) = found.of_joint(0)[2];
         // Rounding of a transform of a thousand samples.
         assert!(t == 0.2 && (rho - 1.0).abs() < 1e-12, "{t} {rho}");
-        // A constant resembles itself up to the last lag, which is less than every tenth row away.
+        // A constant resembles itself up to the last lag, at 20 s.
         assert!((found.memory(0).unwrap() - 20.0).abs() < 1e-10);
         assert_eq!(found.memory(1), None);
         assert!(found.of_joint(1).is_empty());

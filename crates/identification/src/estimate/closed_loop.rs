@@ -1,7 +1,7 @@
 //! From the states of experiments and a simulator of their loop to an estimate: IDIM-IV and DIDIM.
 //!
-//! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and their
-//! deviations are those of `estimators::closed_loop`.
+//! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and
+//! their deviations are those of `estimators::closed_loop`.
 
 use logs::Error;
 
@@ -46,7 +46,7 @@ pub fn identify_closed_loop(
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),
     };
-    // They are of least squares.
+    // The covariance, the directions and the held-out errors are those of least squares.
     estimate.covariance.clear();
     estimate.directions.clear();
     estimate.tenths.clear();

@@ -1,9 +1,9 @@
 //! From logs to parameters that a simulator accepts: the way in to `estimators::consistent`.
 //!
-//! The weights by joint are those of WLS. The data are discounted by the median of (sigma by parts / white sigma)^2 over
-//! the parameters, so that the reference is weighed against what the residuals are worth. The torque that friction would
-//! make bounds the friction that the motion does not show: the standard deviation of FV_j is max|tau_j| / (fastest
-//! joint's speed), that of FS_j, FT_j and OFF_j is max|tau_j|.
+//! The weights by joint are those of WLS. The data are discounted by the median of (sigma by parts / white sigma)^2
+//! over the parameters, so that the reference is weighed against what the residuals are worth. Friction that the motion
+//! does not show is bounded by the torque that it would make. The standard deviation of FV_j is max|tau_j| / (fastest
+//! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|.
 
 use logs::Error;
 use nalgebra::DMatrix;
@@ -42,7 +42,7 @@ impl Default for Consistency {
     }
 }
 
-/// A consistent estimate, with the least squares beside it and the solver's account.
+/// A consistent estimate, with least squares and the solver's account beside it.
 pub struct ConsistentFit {
     /// Least squares on the same rows.
     pub least_squares: Fit,
@@ -104,15 +104,15 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The uncertainty is that of least squares, which the constraints can only lessen; what the data leave open
-        // comes from the reference, and is no finding.
+        // The deviation is that of least squares, which the constraints can only lessen. What the data leave open comes
+        // from the reference and is no finding.
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
 }
 
-/// How the solver ended, and what the bodies cost beside the best there are.
+/// How the solver ended, and by how much the bodies are worse than the best there are.
 fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {
     let residuals = format!("residual {:.4}, least squares {:.4}", estimate.total, least_squares.total);
     let (steps, objective) = (consistent.newton_steps, consistent.objective);
@@ -132,7 +132,7 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
     )
 }
 
-/// A residual this many times that of least squares, and this share of the torques, is none of noise.
+/// A residual this many times that of least squares, and this share of the torques, is not due to noise.
 const OUT_OF_PROPORTION: f64 = 2.0;
 const LARGE: f64 = 0.02;
 
@@ -152,8 +152,9 @@ impl ConsistentFit {
     }
 }
 
-/// kg: the mass of the ball that stands for unknown bodies, from the largest first moment at an arm
-/// of 0.3 m; 1 kg where no first moment is among the parameters.
+/// Mass of the ball that stands for unknown bodies, kg.
+///
+/// It puts the largest first moment at an arm of 0.3 m, and is 1 kg where no first moment is among the parameters.
 fn scale(model: &Model, fit: &Fit) -> f64 {
     let moment = |(p, x): (&Parameter, &f64)| (p.unit() == Unit::FIRST_MOMENT).then_some(x.abs());
     let largest = model.parameters.iter().zip(&fit.solution.x).filter_map(moment).fold(0.0, f64::max);

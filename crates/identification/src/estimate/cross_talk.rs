@@ -20,25 +20,25 @@ pub struct CrossTalk {
     pub share: f64,
 }
 
-/// What is regressed on: ddq_k, dq_k and the direction.
+/// Number of columns: ddq_k, dq_k and the direction.
 const COLUMNS: usize = 3;
 
 /// Products of the columns of each joint with one another, and with the residuals of the others.
 #[derive(Clone)]
 pub struct CrossTalkSums {
     n: usize,
-    /// Of joint k with itself, over the samples at which all joints count: most.
+    /// Products of joint k's columns, over the samples at which all joints count, which are most.
     motions: Vec<Matrix3<f64>>,
-    /// Of joint k with itself, over the other rows of joint j, at j n + k.
+    /// Products of joint k's columns, over the other rows of joint j, at j n + k.
     more: Vec<Matrix3<f64>>,
-    /// With the residual of joint j, at j n + k, column after column.
+    /// Products with the residual of joint j, at j n + k, column after column.
     residuals: [Vec<f64>; COLUMNS],
     /// |e_j|^2.
     squares: Vec<f64>,
 }
 
 impl CrossTalkSums {
-    /// Of no row.
+    /// Sums over no row.
     pub fn new(n: usize) -> CrossTalkSums {
         let (none, nothing) = (Matrix3::zeros(), vec![0.0; n * n]);
         let residuals = [nothing.clone(), nothing.clone(), nothing];
@@ -97,7 +97,9 @@ impl ResidualSum for CrossTalkSums {
     }
 }
 
-/// The share of the squares of a residual that columns explain, from their products with one another and with it.
+/// The share of the squares of a residual that columns explain.
+///
+/// `products` are those of the columns with one another, and `with_residual` those with the residual.
 fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) -> f64 {
     let scale = |i: usize| if products[(i, i)] > 0.0 { products[(i, i)].sqrt().recip() } else { 0.0 };
     let gram = Matrix3::from_fn(|i, k| scale(i) * products[(i, k)] * scale(k));

@@ -1,9 +1,9 @@
 //! The delay of the torques behind the positions: the one with the smallest residual.
 //!
-//! It shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c of a reversal of their
-//! joint are left out: a joint sticks where it turns, its friction turns over while it does, and the filtered velocity
-//! knows neither when that begins nor when it ends. With these rows, at a cut-off of 16 Hz, friction twice as large
-//! as the torque of inertia moves the minimum by 3.6 ms.
+//! A trial delay shifts the torques by linear interpolation before they are filtered. Rows within 1 / f_c of a reversal
+//! of their joint are left out. There a joint sticks and its friction changes sign, and the filtered velocity knows
+//! neither when that begins nor when it ends. With these rows, at a cut-off of 16 Hz, friction twice as large as the
+//! torque of inertia moves the minimum by 3.6 ms.
 
 use logs::{Error, LogSource};
 
@@ -19,17 +19,17 @@ use crate::signals::records::{Records, SourceRecords};
 /// What was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delay {
-    /// s; positive: the torques are late.
+    /// The delay, s; positive: the torques are late.
     pub seconds: f64,
-    /// |tau - W X| / |tau| there and without delay, on the rows away from reversals.
+    /// |tau - W X| / |tau| with this delay, on the rows away from reversals.
     pub residual: f64,
-    /// |tau - W X| / |tau| without a delay.
+    /// |tau - W X| / |tau| without a delay, on the same rows.
     pub residual_without: f64,
-    /// The residual still falls where the search ends: the delay is another, or none explains it.
+    /// Whether the residual still falls where the search ends, so that the delay is another or none explains it.
     pub at_the_end: bool,
 }
 
-/// s: delays are looked for up to this, a whole number of steps, to both sides, in steps of [`STEP`] and then finer.
+/// Longest delay of the search to both sides, s: a whole number of steps of [`STEP`], after which the search is finer.
 const LONGEST: f64 = 0.248;
 const STEP: f64 = 0.004;
 
@@ -79,14 +79,14 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             false => Observation::of_records(&model, &records, None)?,
         };
         if options.signal.order > 0 {
-            // The motion does not change with the delay of the torques: its frequencies are looked at once.
+            // The motion does not change with the delay of the torques, so its frequencies are found once.
             options.signal.cutoff.get_or_insert(observation.cutoff);
         }
         let joints = observation.joints(|_| true);
         let (solution, _) = fit(&joints, options.weights);
         Ok((residuals(&model, &joints, &solution.x).total, joints.iter().map(|t| t.rows).sum()))
     };
-    // A motion of reversals alone is better than none.
+    // A motion of reversals alone is searched with all its rows.
     let away = search(0.0, true)?.1 > model.p();
     let mut residual = |delay: f64| search(delay, away).map(|found| found.0);
     let residual_without = residual(0.0)?;
@@ -100,8 +100,9 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
 }
 
-/// The best of a grid of delays, and its residual: downhill from no delay, to both sides. The residual has one valley, and
-/// most delays are short.
+/// The best of a grid of delays, and its residual.
+///
+/// The search goes downhill from no delay to both sides, because the residual has one valley and most delays are short.
 fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) -> Result<(f64, f64), Error> {
     let mut best = (0.0, without);
     for direction in [STEP, -STEP] {
@@ -120,8 +121,9 @@ fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) 
     Ok(best)
 }
 
-/// The lowest residual of a valley between a and b, to a tenth of a millisecond: c and d divide the interval by the
-/// golden section, and the side of the higher one goes.
+/// The lowest residual of a valley between a and b, to a tenth of a millisecond.
+///
+/// c and d divide the interval by the golden section, and the side of the higher one is dropped.
 fn golden_section(
     residual: &mut impl FnMut(f64) -> Result<f64, Error>,
     mut a: f64,
@@ -153,8 +155,10 @@ mod tests {
     use crate::test_arm::Pendulum;
     use logs::{Effort, Log, LogReport};
 
-    /// A pendulum with dry friction under a PD controller of 1 kHz: it sticks where it turns. The torque of a row is held
-    /// until the next, half a millisecond ahead of its mean; it is logged `late` rows later.
+    /// A pendulum with dry friction under a PD controller of 1 kHz, which sticks where it turns.
+    ///
+    /// The torque of a row is held until the next, half a millisecond ahead of its mean. It is logged `late` rows
+    /// later.
     fn sticking(late: i32) -> Log {
         let (zz, mx, my, viscous, coulomb) = (0.3, 0.8, -0.1, 0.3, 1.5);
         let reference =

@@ -1,7 +1,7 @@
-//! How well a description predicts the torques by itself: its base parameters as they are, friction fitted to the log.
+//! How well a description predicts the torques by itself: with its own base parameters, and friction fitted to the log.
 //!
-//! tau - Y X = F x_F: the columns beyond the base parameters (friction, couplings) are solved for with the weights by
-//! joint of the fit, X stays that of the description.
+//! tau - Y X = F x_F. The columns beyond the base parameters (friction, couplings) are solved for, with the weights by
+//! joint of the fit. X stays that of the description.
 
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
@@ -33,7 +33,7 @@ mod tests {
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
 
-    /// A log with friction: the right description predicts it to rounding, one with twice the inertia does not.
+    /// The right description predicts a log with friction to rounding, and one with twice the inertia does not.
     #[test]
     fn the_right_description_predicts_its_log() {
         let arm = Pendulum::new();

@@ -1,9 +1,9 @@
-//! Combinations of parameters that the data hardly tell.
+//! Combinations of parameters that the data hardly determine.
 //!
-//! A direction d of the parameter space, from the singular vectors of the scaled columns (`algebra::least_squares`),
-//! changes the weighted torques by |W d| per unit. Along it the estimate has the standard deviation sigma / |W d|, times
-//! the root of the discount of correlated rows. Where 1.96 of them change a parameter of the direction by more than its
-//! value, the data do not tell it along that direction.
+//! A direction d of the parameter space comes from the singular vectors of the scaled columns
+//! (`algebra::least_squares`). It changes the weighted torques by |W d| per unit. Along it the estimate has the
+//! standard deviation sigma / |W d|, times the root of the discount of correlated rows. Where 1.96 such deviations
+//! change a parameter by more than its value, the data do not determine the parameter along that direction.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,13 +17,13 @@ use crate::model::parameter::ParameterId;
 const KEPT: usize = 6;
 /// Share of the largest member, in scaled columns, below which a parameter is not named.
 const NAMED: f64 = 0.25;
-/// Members that are named at most.
+/// Largest number of members that are named.
 const MEMBERS: usize = 6;
 
-/// A combination that the data hardly tell.
+/// A combination of parameters that the data hardly determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Direction {
-    /// How strongly the torques show it, beside the direction they show most; 0: not at all.
+    /// How strongly the torques show it, relative to the direction that they show most; 0: not at all.
     pub strength: f64,
     /// Its parameters, the one it changes most first.
     pub members: Vec<Member>,
@@ -36,13 +36,15 @@ pub struct Direction {
 pub struct Member {
     /// Identity of the parameter.
     pub parameter: ParameterId,
-    /// Its change by one standard deviation along the direction, in its unit; relative to the others where the torques
-    /// do not show the direction at all.
+    /// Its change by one standard deviation along the direction, in its unit.
+    ///
+    /// It is only relative to the other members where the torques do not show the direction at all.
     pub change: f64,
 }
 
-/// The weakest directions of a solution, the weakest first. `joints`: its triangles; `weights`: by joint; `discount`: how
-/// many correlated rows are worth one.
+/// The weakest directions of a solution, the weakest first.
+///
+/// `joints` are its triangles, `weights` are by joint, and `discount` is how many correlated rows are worth one.
 pub fn directions(
     model: &Model,
     joints: &[Triangle],
@@ -73,7 +75,7 @@ pub fn directions(
             open: order.iter().take(2).all(open),
         }
     };
-    // A column of zeros is no direction: its parameter is not identifiable by itself.
+    // A column of zeros is no direction, because its parameter is not identifiable by itself.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
     solution.weak.iter().filter(shown).take(KEPT).map(direction).collect()
 }
@@ -85,7 +87,7 @@ fn length(triangle: &Triangle, d: &[f64]) -> f64 {
 }
 
 impl Direction {
-    /// What it means: `MX2 from MXR3: a change of both ..`.
+    /// The direction as a sentence: `the data cannot tell MX2 from MXR3: ..`.
     pub fn sentence(&self) -> String {
         let names: Vec<String> = self.members.iter().map(|m| m.parameter.to_string()).collect();
         let also = |rest: &[String]| match rest.len() {
@@ -116,7 +118,7 @@ mod tests {
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
 
-    /// A pendulum that hardly leaves one angle tells its two first moments together, and not apart.
+    /// A pendulum that hardly leaves one angle determines a sum of its two first moments, and does not tell them apart.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let arm = Pendulum::new();
@@ -140,7 +142,7 @@ mod tests {
         assert!(named.contains(&"MX1".into()) && named.contains(&"MY1".into()), "{named:?}");
         assert!(narrow[0].sentence().contains("cannot tell"), "{}", narrow[0].sentence());
         assert!(of(1.0, 1e-6).iter().all(|d| !d.open));
-        // A direction of the arm's own: one deviation along it is what the inverse says.
+        // The arm's own motion determines all three parameters.
         let solution = solve(&Observation::of(&model, &arm.states(500), 1).joints(|_| true)[0]);
         assert!(solution.rank == 3);
     }

@@ -1,11 +1,11 @@
 //! Drive gains from logs of motor currents: the equations of `drive_gains` from filtered samples.
 //!
-//! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same
-//! for a while, and some come back with the state of the robot: the deviations are those of `replicates`.
+//! The equations of a joint are its triangle with currents on the right-hand side. Residuals of logs stay the same for
+//! a while, and some come back with the state of the robot, so the deviations are those of `replicates`.
 //!
-//! Other joints hardly feel what wrist joints carry: the gains of wrists are weakly observable, and errors of the model
-//! decide them. An expected value with its deviation holds them; beside it, as many equations count as one as their
-//! errors call for.
+//! Other joints hardly feel what wrist joints carry. So the gains of wrists are weakly observable, and errors of the
+//! model decide them. An expected value with its deviation holds them. Beside it, as many equations count as one as
+//! their errors call for.
 
 use std::sync::Arc;
 
@@ -62,13 +62,15 @@ pub fn estimate_drive_gains(
     Ok(found)
 }
 
-/// Where the data pull at an expected gain, the answer moves, and what it says of their errors with it.
+/// Rounds of weighing. Where the data pull at an expected gain, the answer moves, and so does what it says of their
+/// errors.
 const WEIGHINGS: usize = 3;
 
-/// How many equations count as one beside each expected gain, from an answer in which `before` did.
+/// How many equations count as one beside each expected gain, from an answer in which `before` equations did.
 ///
-/// With a the information of the data for white noise, of which s equations should count as one where s_0 did, and b that
-/// of the expectation, ln k has the variance v = 1 / (a + b s_0), and its variance to believe is v^2 (a s + b s_0^2).
+/// Let a be the information of the data for white noise, and b that of the expectation. Of the data, s equations should
+/// count as one where s_0 did. Then ln k has the variance v = 1 / (a + b s_0), and its variance to believe is
+/// v^2 (a s + b s_0^2).
 fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &ReplicateDeviation) -> Vec<f64> {
     let (p, sigma) = (found.parameters.len(), deviation.sigma());
     let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
@@ -79,7 +81,7 @@ fn discounts(found: &DriveGains, known: &[Gain], before: &[f64], deviation: &Rep
         let (white, believed) = (deviation.white[p + at].powi(2), sigma[p + at].powi(2));
         let of_expectation = before[j] * (found.gain[j] / expected).powi(2);
         let of_data = 1.0 / white - of_expectation;
-        // Below a millionth of the expectation, the data say nothing that could be weighed.
+        // Below a millionth of the expectation, the data say too little to be weighed.
         if of_data > 1e-6 * of_expectation {
             ((believed / (white * white) - before[j] * of_expectation) / of_data).max(1.0)
         } else {
@@ -119,7 +121,7 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::algebra::triangle::TriangleBuilder;
 
-    /// Two joints that share two parameters, currents with noise.
+    /// Two joints that share two parameters, with noisy currents.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {
         let (x, k) = ([2.0, -1.0], [3.0, 0.5]);
         let mut random = Random::new(seed);
@@ -142,7 +144,7 @@ mod tests {
         assert!((found.parameters[0] - 2.0).abs() < 1e-10);
     }
 
-    /// Noise of a third of the current: least squares in torque is 10 % low, maximum likelihood is not.
+    /// With noise of a third of the current, least squares in torque is 10 % low and maximum likelihood is not.
     #[test]
     fn noise_does_not_shrink_the_gain() {
         let runs = 60;

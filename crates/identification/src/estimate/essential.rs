@@ -1,9 +1,9 @@
-//! The estimate of the essential parameters: those that a test says the data need, the others zero.
+//! The estimate of the essential parameters. A test says which parameters the data need; the others are zero.
 //!
-//! `estimators::essential` eliminates while the squared residual grows by less than 3.84 discounted variances, which 95 of
-//! 100 parameters that are zero stay below; the discount is that of correlated residuals [Pham, Gautier 1991]. The deviation to
-//! believe of a parameter that stays is that of white noise in the smaller model, times what it was larger than that of
-//! white noise in the whole one.
+//! `estimators::essential` eliminates while the squared residual grows by less than 3.84 discounted variances. Of 100
+//! parameters that are zero, 95 stay below that. The discount is that of correlated residuals [Pham, Gautier 1991]. The
+//! deviation to believe of a parameter that stays is the white deviation in the smaller model, times the ratio of the
+//! deviation to believe to the white one in the whole model.
 
 use crate::estimate::held_out::residuals;
 use crate::estimate::identified::{Deviations, Identified, Status};
@@ -25,7 +25,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     let model = Model::new(regressor, &options.friction, &couplings);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
-    // The norm grows by half of what its square does.
+    // The norm grows by half the relative growth of its square.
     let growth = 0.5 * SIGNIFICANT * fit.estimate.discount() / triangle.rows.max(1) as f64;
     let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
@@ -55,7 +55,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     estimate.total = left.total;
     estimate.method = format!("essential parameters, {}", estimate.method);
     (estimate.rank, estimate.condition_number) = (found.solution.rank, found.solution.condition_number);
-    // Both are of all parameters.
+    // Both were made for all parameters.
     estimate.directions.clear();
     estimate.covariance.clear();
     let names: Vec<String> = found.dropped.iter().map(|&c| estimate.parameters[c].id.to_string()).collect();
@@ -77,7 +77,7 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
 
-    /// Of a joint without an offset and without Coulomb friction both go; what stays is right, and its deviation shrinks.
+    /// In a joint without offset and Coulomb friction both are dropped. What stays is right, and its deviation shrinks.
     #[test]
     fn friction_that_is_not_there_goes() {
         let arm = Pendulum::new();
@@ -95,7 +95,7 @@ mod tests {
             if c < base && arm.truth[c].abs() > 0.1 {
                 let sigma = p.sigma.unwrap();
                 assert!((p.value.unwrap() - arm.truth[c]).abs() < 4.0 * sigma, "{p:?} {:?}", arm.truth);
-                // 1.001: one part fewer in the mean of the residual.
+                // 1.001 allows for one part fewer in the mean of the residual.
                 assert!(sigma <= 1.001 * before.sigma.unwrap(), "{p:?} {before:?}");
             }
         }

@@ -1,8 +1,8 @@
 //! How well an estimate predicts torques it was not made from.
 //!
-//! relative_j = |tau_j - W_j X| / |tau_j| on states that were not used, or on each part of the
-//! record with X from all other parts (blocked cross-validation: neighbours in time are alike, so
-//! parts are contiguous; the parts beside a hole may be left out too).
+//! relative_j = |tau_j - W_j X| / |tau_j| on states that were not used, or on each part of the record with X from all
+//! other parts. This is blocked cross-validation: neighbours in time are alike, so parts are contiguous. The parts
+//! beside a hole may be left out too.
 
 use logs::Error;
 
@@ -20,15 +20,15 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
     Ok(residuals(model, &Observation::of_records(model, records, None)?.joints(|_| true), x))
 }
 
-/// Leaves out each tenth of the record in turn and predicts it from the others: two of the parts that it is kept in.
+/// Leaves out each tenth of the record in turn and predicts it from the others.
 ///
-/// A direction that only one part shows (without that part it is weaker than `HELD` of its columns) keeps the value
-/// of the whole record: leaving the part out does not test it.
+/// A tenth is two of the parts that the record is kept in. A direction that only one part shows is weaker than `HELD`
+/// of its columns without that part. It keeps the value of the whole record, so leaving the part out does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0
 }
 
-/// The same, with the error of each part over all joints, in the order of time.
+/// The same, and the error of each tenth over all joints, in the order of time.
 pub fn cross_validate_by_part(model: &Model, observation: &Observation, weights: Weights) -> (Residuals, Vec<f64>) {
     let mut sums = vec![Squares::default(); model.n()];
     let mut totals = Vec::new();
@@ -41,13 +41,13 @@ pub fn cross_validate_by_part(model: &Model, observation: &Observation, weights:
     (Residuals::new(model.regressor, sums), totals)
 }
 
-/// The squares of each part, one a joint, under parameters from all others.
+/// The squares of each tenth, one per joint, under parameters from all others.
 fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<Vec<Squares>> {
-    // The weights by joint are those of the whole record: a tenth of it does not change them.
+    // The weights by joint are those of the whole record, because a tenth of it does not change them.
     let (whole, weights) = fit(&observation.joints(|_| true), weights);
     let tenths: Vec<Vec<Triangle>> = observation.parts.chunks(2).map(merged).collect();
     let parts: Vec<Triangle> = tenths.iter().map(|joints| weighted(joints, &weights)).collect();
-    // Without a part, its neighbours before and behind it remain.
+    // The rest of the record is the sum of the parts before and that of the parts behind.
     let sums = |parts: &mut dyn Iterator<Item = &Triangle>| -> Vec<Triangle> {
         let mut sum = Triangle::new(model.p());
         let before = parts.map(|part| {
@@ -73,7 +73,7 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     left_out
 }
 
-/// Parts as one.
+/// Several parts merged into one.
 fn merged(parts: &[Vec<Triangle>]) -> Vec<Triangle> {
     let mut parts = parts.iter().cloned();
     let mut joints = parts.next().unwrap_or_default();
@@ -114,8 +114,8 @@ mod tests {
     use crate::model::states::States;
     use crate::test_arm::Pendulum;
 
-    /// One tenth of the record alone turns far enough to tell MX from MY: without it their difference is open,
-    /// and the error on it is that of the noise, not of a guess.
+    /// Only one tenth of the record turns far enough to tell MX from MY. Without it their difference is open, and the
+    /// error on it is that of the noise and not of a guess.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let arm = Pendulum::new();

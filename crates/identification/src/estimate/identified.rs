@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::model::parameter::ParameterId;
 use crate::model::unit::Unit;
 
-/// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it is larger.
+/// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it exceeds so many.
 pub const INTERVAL: f64 = 1.96;
 
 /// One parameter.
@@ -20,7 +20,7 @@ pub struct Identified {
     pub value: Option<f64>,
     /// Standard deviation, in the unit of the value: the one to believe.
     pub sigma: Option<f64>,
-    /// What it would be if the model were exact and the noise white; it never is in a robot.
+    /// The standard deviation if the model were exact and the noise white, which it never is in a robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub white_sigma: Option<f64>,
     /// 100 sigma / |value|, %.
@@ -28,8 +28,10 @@ pub struct Identified {
     pub relative_sigma: Option<f64>,
     /// Whether the value can be used.
     pub status: Status,
-    /// Of a parameter that is not identifiable: one of the many values that explain the data alike, the smallest. It is
-    /// no finding; the sums that the data determine need it to predict torques.
+    /// The value that predicts torques for a parameter that is not identifiable.
+    ///
+    /// It is the smallest of the many values that explain the data alike, and no finding. The sums that the data
+    /// determine need it to predict torques.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub used_for_prediction: Option<f64>,
 }
@@ -46,7 +48,7 @@ pub enum Status {
     Weak,
     /// The data say nothing about it.
     NotIdentifiable,
-    /// Known beforehand, as the truth of a simulation is: no data stand behind it.
+    /// Known beforehand, as the truth of a simulation is, so that no data stand behind it.
     Given,
 }
 
@@ -55,7 +57,7 @@ pub enum Status {
 pub struct Deviations {
     /// The standard deviation to believe.
     pub sigma: f64,
-    /// What white noise alone would leave of it, where that was looked at beside.
+    /// The standard deviation for white noise alone, where it is known too.
     pub white: Option<f64>,
     /// Whether little motion decides the value.
     pub weak: bool,
@@ -69,7 +71,7 @@ impl Deviations {
 }
 
 impl Identified {
-    /// A value with its deviations; decides the relative deviation and the status.
+    /// A value with its deviations, from which the relative deviation and the status follow.
     pub fn new(id: ParameterId, unit: Unit, value: f64, deviations: Deviations) -> Identified {
         let relative = 100.0 * deviations.sigma / value.abs();
         let status = if value.abs() <= INTERVAL * deviations.sigma {
@@ -91,14 +93,14 @@ impl Identified {
         }
     }
 
-    /// A parameter that the data do not determine; `used_for_prediction`: what it is beside the others of a solution.
+    /// A parameter that the data do not determine; `used_for_prediction` is its value among the others of a solution.
     pub fn unidentifiable(id: ParameterId, unit: Unit, used_for_prediction: f64) -> Identified {
         let (value, sigma, white_sigma, relative_sigma) = (None, None, None, None);
         let (status, used_for_prediction) = (Status::NotIdentifiable, Some(used_for_prediction));
         Identified { id, unit, value, sigma, white_sigma, relative_sigma, status, used_for_prediction }
     }
 
-    /// What predicts torques: the value, or what stands for it where there is none.
+    /// The value that predicts torques, or what stands for it where there is none.
     pub fn prediction(&self) -> f64 {
         self.value.or(self.used_for_prediction).unwrap_or(0.0)
     }
@@ -117,7 +119,7 @@ impl Identified {
         }
     }
 
-    /// The same with a standard deviation of at least this; nothing where it is not identifiable.
+    /// The same with a standard deviation of at least this; unchanged where it is not identifiable.
     pub fn widened(self, deviation: f64) -> Identified {
         match (self.value, self.deviations()) {
             (Some(value), Some(found)) => {

@@ -30,8 +30,8 @@ use crate::signals::records::Records;
 
 /// Identifies a robot from one log.
 ///
-/// Fails when the log does not fit the robot, the transmission or the signal options; parameters
-/// that the data do not determine are a status, not a failure.
+/// Fails when the log does not fit the robot, the transmission or the signal options. Parameters that the data do not
+/// determine are a status and no failure.
 pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Result<Estimate, Error> {
     identify_all(regressor, std::slice::from_ref(log), options)
 }
@@ -42,7 +42,7 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
     Ok(fit.estimate)
 }
 
-/// No joint has a row.
+/// The error where no joint has a row.
 pub(super) const AT_REST: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
                                   friction out of the model for torques of poses at rest";
 
@@ -54,9 +54,9 @@ pub struct Fit {
     pub observation: Observation,
     /// The solution behind the values.
     pub solution: Solution,
-    /// 1 / standard deviation of the residual, one a joint; ones for OLS.
+    /// 1 / standard deviation of the residual, one per joint; ones for OLS.
     pub weights: Vec<f64>,
-    /// The deviations of the values by what they allow for.
+    /// The deviations of the values, by the kind of error that they allow for.
     pub deviation: ReplicateDeviation,
 }
 
@@ -104,7 +104,7 @@ impl Fit {
             return Err(Error::new(AT_REST));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
-        // Huber's function or Tukey's, from the solution before.
+        // Each loss, Huber's and then Tukey's, starts from the solution before.
         let mut by_rows: Option<Reweighted> = None;
         for &loss in options.weights.losses() {
             let start = by_rows.as_ref().map_or(&solution, |found| &found.solution);
@@ -145,15 +145,17 @@ impl Fit {
     }
 }
 
-/// Covariance sigma_i sigma_j rho_ij, p x p row by row, with the deviations to believe; rho_ij = a_ij / sqrt(a_ii a_jj) of
-/// any multiple `a` of the covariance for white noise. Zero where a_ii is.
+/// Covariance sigma_i sigma_j rho_ij with the deviations to believe, p x p, row by row.
+///
+/// rho_ij = a_ij / sqrt(a_ii a_jj), where `a` is any multiple of the covariance for white noise. Zero where a_ii is
+/// zero.
 pub fn with_deviations(a: &DMatrix<f64>, sigma: &[f64]) -> Vec<Vec<f64>> {
     let share = |c: usize| if a[(c, c)] > 0.0 { sigma[c] / a[(c, c)].sqrt() } else { 0.0 };
     let entry = |i: usize, j: usize| share(i) * share(j) * a[(i, j)];
     (0..sigma.len()).map(|i| (0..sigma.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
-/// How fast the joints moved, and the options with the cut-off that follows from it.
+/// Adds how fast the joints moved, and the options with the cut-off that follows from it.
 pub(super) fn of_signals(estimate: &mut Estimate, observation: &Observation, options: &Options) {
     for (joint, &f95) in estimate.joints.iter_mut().zip(&observation.f95) {
         joint.f95 = (f95 > 0.0).then_some(f95);
@@ -210,7 +212,7 @@ fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
     loud.map(sentence).collect()
 }
 
-/// The estimate of a solution: values with the deviation to believe and that of white noise, residuals, remarks.
+/// The estimate of a solution, with the deviations to believe `sigma` and those of white noise, residuals and remarks.
 pub(super) fn report(
     model: &Model,
     joints: &[Triangle],

@@ -59,7 +59,7 @@ impl Options {
         Ok(options)
     }
 
-    /// The preparation of a log: the signal options, which keep rows at standstill where no friction of the model is dry.
+    /// The preparation of a log. Rows at standstill are kept where no friction of the model is dry.
     pub fn preparation(&self) -> Preparation {
         let mut signal = self.signal.clone();
         if !self.friction.iter().any(|term| term.is_dry()) {
@@ -74,7 +74,7 @@ impl Options {
 mod tests {
     use super::*;
 
-    /// A logger is late by less than a second; what is no number is not the log's fault.
+    /// No logger is late by a second or more, and NaN is no delay.
     #[test]
     fn a_delay_that_cannot_be_is_refused_with_its_file() {
         let parse = |delay: &str| Options::parse("options.yaml", &format!("signal: {{delay: {delay}}}\n"));

@@ -7,20 +7,20 @@ use crate::model::parameter::{Parameter, ParameterId};
 use crate::model::pseudo_inertia::Ten;
 use crate::rows::observation::Observation;
 
-/// A joint that moves less than this, rad or m, explains why its parameters are badly known.
+/// A range of motion, rad or m, below which a joint explains why its parameters are badly known,
 const LITTLE_ANGLE: f64 = 0.5;
 const LITTLE_LENGTH: f64 = 0.05;
 
-/// ... unless it is fast: this share of the speed of the fastest joint of its kind.
+/// .. unless its speed exceeds this share of that of the fastest joint of its kind.
 const SLOW: f64 = 0.2;
 
 /// Scaled condition numbers above this are worth a sentence.
 const ILL_CONDITIONED: f64 = 100.0;
 
-/// rad. Few joints of arms turn farther than two turns; columns in degrees are more common.
+/// Few joints of arms turn farther than two turns, rad; columns in degrees are more common.
 const FAR: f64 = 4.0 * std::f64::consts::PI;
 
-/// Joints that hardly move: a small range, and slow beside the fastest joint.
+/// Joints that hardly move: their range is small, and they are slow beside the fastest joint of their kind.
 pub fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
@@ -42,7 +42,7 @@ pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
 }
 
-/// A sentence on viscous friction that is negative beyond doubt: three standard deviations.
+/// A sentence on viscous friction that is negative by more than three standard deviations.
 pub fn driving(parameter: &Identified) -> Option<String> {
     let is_viscous = matches!(parameter.id, ParameterId::Friction(friction, _) if friction.is_viscous());
     let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.sigma_or_infinity());
@@ -84,7 +84,7 @@ pub fn remarks(model: &Model, observation: &Observation, solution: &Solution) ->
     out
 }
 
-/// Columns that are zero in all rows.
+/// Parameters whose columns are zero in all rows.
 fn alone(model: &Model, observation: &Observation, solution: &Solution) -> Vec<String> {
     let is_alone = |c: &usize| !solution.determined[*c] && solution.inverse[(*c, *c)] == 0.0;
     let sentence = |c: usize| {
@@ -123,7 +123,7 @@ fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Opt
     Some(format!("weakest direction (1/{:.0} of the strongest): {names}{why}", 1.0 / ratio))
 }
 
-/// Rows without an equation.
+/// Rows that were left out because the joint stands still.
 fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
     let at_rest = model.regressor.coordinates().iter().zip(&observation.still).filter(|(_, count)| **count > 0);
     let at_rest: Vec<String> = at_rest.map(|(name, count)| format!("{name} {count}")).collect();
@@ -173,7 +173,7 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// Names the joints whose little motion lies behind some parameters.
+/// Names the joints whose little motion explains why some parameters are badly known.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

@@ -27,10 +27,10 @@ pub struct JointResidual {
     /// `relative` on tenths of the record predicted from the others.
     #[serde(default)]
     pub held_out: Option<f64>,
-    /// Hz: 95 % of the energy of the velocity lies below.
+    /// Frequency below which 95 % of the energy of the velocity lies, Hz.
     #[serde(default)]
     pub f95: Option<f64>,
-    /// s: time after which the residual no longer resembles itself (`estimate::autocorrelation`).
+    /// Time after which the residual no longer resembles itself, s (`estimate::autocorrelation`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory: Option<f64>,
 }
@@ -53,11 +53,11 @@ pub struct Squares {
 /// Residuals of all joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Residuals {
-    /// One a coordinate.
+    /// One per coordinate.
     pub joints: Vec<JointResidual>,
     /// |tau - W X| / |tau| over all joints.
     pub total: f64,
-    /// The squares behind both, one a joint.
+    /// The squares behind both, one per joint.
     pub squares: Vec<Squares>,
 }
 
@@ -85,7 +85,7 @@ impl fmt::Display for Residuals {
     }
 }
 
-/// The table of joints; `held_out`: the error of all joints on the parts left out, where it is known.
+/// Writes the table of joints; `held_out` is the error of all joints on the parts left out, where it is known.
 pub fn write_residuals(
     f: &mut fmt::Formatter<'_>,
     joints: &[JointResidual],

@@ -1,6 +1,6 @@
 //! Tells whether rotor inertias that the model lacks would predict better.
 //!
-//! The rows with the columns of rotors hold those without: one pass over the records gives both.
+//! The rows with the columns of rotors contain those without, so one pass over the records gives both.
 
 use logs::Error;
 
@@ -16,10 +16,10 @@ use crate::signals::records::Records;
 /// chance alone stays above it.
 const WORTH: f64 = 0.97;
 
-/// Where nothing is left to explain, a difference is rounding.
+/// With errors below this nothing is left to explain, and a difference is rounding.
 const NOTHING_LEFT: f64 = 1e-3;
 
-/// The rows of a model that lacks rotor inertias, with their columns.
+/// The rows of a model that lacks rotor inertias, with the columns of these inertias added.
 pub struct WithRotors {
     friction: Vec<FrictionTerm>,
     observation: Observation,
@@ -44,7 +44,7 @@ impl WithRotors {
         Ok(Some(WithRotors { friction, observation }))
     }
 
-    /// The rows without those columns.
+    /// The rows without the added columns.
     pub fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
         let couplings = options.transmission.coupled();
         let [wider, model] =

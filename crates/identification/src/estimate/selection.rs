@@ -1,8 +1,8 @@
 //! The friction model, chosen by prediction, with the evidence.
 //!
-//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted
-//! from the rest. The smallest model whose error is within 1 % of the best is taken; more columns
-//! always fit better, seldom predict better.
+//! Friction models are compared by blocked cross-validation: each tenth of each record is predicted from the rest. The
+//! smallest model whose error is within 1 % of the best is taken. More columns always fit better, but seldom predict
+//! better.
 
 use std::fmt;
 
@@ -26,26 +26,27 @@ pub struct FrictionCandidate {
     pub terms: Vec<FrictionTerm>,
     /// Columns of all joints.
     pub columns: usize,
-    /// |tau - W X| / |tau| on the rows it was fitted to, and on rows left out.
+    /// |tau - W X| / |tau| on the rows it was fitted to.
     pub fitted: f64,
     /// Residuals on tenths of the record predicted from the others.
     pub predicted: Residuals,
 }
 
-/// The candidates in the order given, and the one to take.
+/// The candidates, and the one to take.
 #[derive(Clone, Debug)]
 pub struct FrictionSelection {
-    /// All that were tried, the simplest first.
+    /// All that were tried, in the order given.
     pub candidates: Vec<FrictionCandidate>,
     /// Index of the one that is used.
     pub chosen: usize,
 }
 
-/// Relative difference from the best error up to which another is as good.
+/// Ratio to the best error up to which another is as good.
 const AS_GOOD: f64 = 1.01;
 
-/// The customary candidates; speeds as shares of the fastest joint's, rad/s. Load-dependent friction
-/// is not among them: its column is made of the torque to be predicted.
+/// The customary candidates, with speeds as shares of `fastest`, the speed of the fastest joint, rad/s.
+///
+/// Load-dependent friction is not among them, because its column is made of the torque to be predicted.
 pub fn friction_candidates(fastest: f64) -> Vec<Vec<FrictionTerm>> {
     use FrictionTerm::*;
     let mut out = vec![vec![Viscous, Offset], vec![Viscous, Coulomb, Offset], vec![Asymmetric]];
@@ -67,7 +68,7 @@ pub fn preparation(options: &Options, candidates: &[Vec<FrictionTerm>]) -> Prepa
     preparation
 }
 
-/// Compares friction models on records, which [`preparation`] made; everything else as in `options`.
+/// Compares friction models on records that [`preparation`] made, with everything else as in `options`.
 ///
 /// Fails when a record cannot be read, and without candidates.
 pub fn select_friction<R: Records + ?Sized>(

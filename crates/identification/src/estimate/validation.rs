@@ -21,13 +21,13 @@ pub struct Validation {
     pub method: String,
     /// Cut-off of the low-pass, Hz; 0: none.
     pub cutoff_hz: f64,
-    /// One a coordinate, over all motions.
+    /// One per coordinate, over all motions.
     pub joints: Vec<JointValidation>,
     /// Relative error over all joints and motions.
     pub total: f64,
-    /// One a log, over all joints.
+    /// One per log, over all joints.
     pub motions: Vec<MotionValidation>,
-    /// Torques over time of the first motion, one a joint.
+    /// Torques over time of the first motion, one picture per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
 }
@@ -59,7 +59,7 @@ pub struct MotionValidation {
     pub name: String,
     /// |tau - tau_predicted| / |tau| over all joints.
     pub relative: f64,
-    /// One a joint, where the motion was predicted with everything the estimate has.
+    /// One per joint, where the motion was predicted with everything that the estimate has.
     #[serde(default)]
     pub joints: Vec<JointResidual>,
 }

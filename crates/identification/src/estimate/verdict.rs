@@ -1,9 +1,10 @@
-//! What an identification or a validation comes to, in three sentences: what was found, whether to trust it and why,
-//! what to do next.
+//! The verdict on an identification or a validation, in three sentences.
 //!
-//! The answer is no where a number says so by itself: a gross finding of the passport, an error near or above half of
-//! the torques where nothing was fitted, bodies that fit far worse than free parameters or are all off by one factor.
-//! It is with care where a number is doubtful, and yes otherwise.
+//! They say what was found, whether to trust it and why, and what to do next.
+//!
+//! The answer is no where a number says so by itself. Such a number is a gross finding of the passport, an error of
+//! half of the torques or more where nothing was fitted, bodies that fit far worse than free parameters, or masses that
+//! are all off by one factor. The answer is with care where a number is doubtful, and yes otherwise.
 
 use std::fmt;
 
@@ -35,12 +36,12 @@ impl Trust {
     }
 }
 
-/// The last three lines.
+/// The verdict, the last three lines of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The answer.
     pub trust: Trust,
-    /// What was found, with the error of the description beside it.
+    /// What was found, beside the error of the description.
     pub found: String,
     /// Why, the weightiest reason first.
     pub reasons: Vec<String>,
@@ -62,40 +63,41 @@ pub struct BodiesEvidence {
 pub struct Evidence<'a> {
     /// The parameters, their statuses and conditioning.
     pub estimate: &'a Estimate,
-    /// Of the logs that were fitted, or of those that are validated.
+    /// The passport of the logs that were fitted, or of those that are validated.
     pub passport: Option<&'a Passport>,
     /// |tau - W X| / |tau| of the description with fitted friction, on the logs that `total` is of.
     pub described: Option<f64>,
-    /// The same of the identified parameters: in-sample, or on the logs that are validated.
+    /// The same for the identified parameters, on the fitted logs or on those that are validated.
     pub total: f64,
-    /// On parts of the fitted logs, each predicted from the others.
+    /// The error on parts of the fitted logs, each predicted from the others.
     pub held_out: Option<f64>,
-    /// On logs that were not fitted.
+    /// The error on logs that were not fitted.
     pub predicted: Option<f64>,
-    /// Where only bodies that can exist were asked for.
+    /// The bodies, where only bodies that can exist were asked for.
     pub bodies: Option<&'a BodiesEvidence>,
 }
 
-/// chi^2 per freedom above which the model lacks something. It is 0.3 to 0.7 in simulations whose model is right, for what
-/// scatters between periods holds the chatter of the controller too; 2.8 with a ripple of 2 %, 950 where joints bend at 25 Hz,
-/// 32 where torques are 1.5 ms late (`tests/tests/identification/misfit.rs`).
+/// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
+/// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
+/// bend at 25 Hz give 950, and torques that are 1.5 ms late give 32 (`tests/tests/identification/misfit.rs`).
 pub const LACKING: f64 = 2.0;
 
-/// An error on data that were not fitted above which parameters predict nothing.
+/// Error on data that were not fitted above which parameters predict nothing,
 const USELESS: f64 = 0.5;
 /// .. and above which they predict poorly; measured robots reach 0.13.
 const POOR: f64 = 0.25;
 
-/// Held-out error over in-sample error above which the fit holds for its own log only; below the other number
-/// everything fits.
+/// Held-out error over in-sample error above which the fit holds for its own log only. Held-out errors below the second
+/// number are small enough whatever their ratio.
 const OVERFITTED: f64 = 2.0;
 const SMALL: f64 = 0.02;
 
-/// All masses times one factor: beyond this factor, within this spread of it.
+/// All masses are off by one factor where their median ratio is beyond the first number and the others are within the
+/// second number of it.
 const FACTOR: f64 = 2.5;
 const SPREAD: f64 = 1.6;
 
-/// Scaled condition numbers: errors of the model decide the weakest direction.
+/// Scaled condition number above which errors of the model decide the weakest direction.
 const ILL_CONDITIONED: f64 = 1000.0;
 
 impl Verdict {
@@ -118,11 +120,11 @@ impl Verdict {
     }
 }
 
-/// What forbids to use the estimate.
+/// Reasons that forbid the use of the estimate.
 fn against(evidence: &Evidence) -> Vec<String> {
     let gross = evidence.passport.into_iter().flat_map(|p| &p.findings).filter(|f| f.fault.is_gross());
     let mut reasons: Vec<String> = gross.map(|f| f.statement()).collect();
-    // What was found against it once stays true of it.
+    // What was found against the estimate earlier still holds.
     let earlier: Vec<String> = evidence.estimate.refusal.iter().filter(|r| !reasons.contains(r)).cloned().collect();
     reasons.extend(earlier);
     let errors =
@@ -193,10 +195,10 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
     reasons
 }
 
-/// A residual that resembles itself this many times as long as noise would is worth a sentence.
+/// A residual whose memory is more than this many times that of noise is worth a sentence.
 const LONG: f64 = 2.0;
 
-/// What the residual's autocorrelation says, of the joint where it says most.
+/// What the autocorrelation of the residual says, for the joint with the longest memory.
 fn not_noise(estimate: &Estimate) -> Option<String> {
     let times = |memory: f64| memory * estimate.cutoff / NOISE_MEMORY;
     let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));

@@ -6,16 +6,16 @@
 //! y: bodies P_j and rotors y_k relative to their references, and friction y_i. Each step is one of Newton's with a
 //! line search that stays in the cone.
 //!
-//! How far 1/2 chi^2 of a solution y is above that of any other x: chi^2 is convex and the gradient of the whole is
-//! zero, so with the traces t(y) = sum tr P_j + sum y_k
+//! By how much is 1/2 chi^2 of a solution y above that of any other x? chi^2 is convex and the gradient of the whole is
+//! zero at y. With the traces t(y) = sum tr P_j + sum y_k this gives
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]; `slack` is this for every x up to [`LARGER`] times as large.
-//! What stands in A and where the references come from: `consistent`.
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to [`LARGER`] times as large.
+//! `consistent` says what stands in A and where the references come from.
 //!
-//! chi^2 is that of the residual, not 1/2 y'A'A y - z'A y + c: with torques a thousand times their noise the three terms
-//! cancel to a ten-thousandth of a nat, and no line search finds its way down.
+//! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. With torques a thousand times their noise,
+//! rounding of the three terms leaves a ten-thousandth of a nat, and no line search finds its way down.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 
@@ -24,7 +24,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix4};
 pub enum Outcome {
     /// The gradient vanished at the smallest barrier.
     Converged,
-    /// The line search found no way down before the gradient vanished: rounding.
+    /// The gradient did not vanish: the line search found no way down, because of rounding, or the steps ran out.
     Stalled,
 }
 
@@ -32,7 +32,8 @@ pub enum Outcome {
 const DECREMENT: f64 = 1e-10;
 const MAX_STEPS: usize = 40;
 
-/// Times as large as the solution in their traces, and friction as its deviation: what a bound on chi^2 covers.
+/// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
+/// deviations.
 pub const LARGER: f64 = 100.0;
 
 /// The problem in scaled variables.
@@ -52,13 +53,13 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
-    /// Logarithms of the barrier: the order of its cone.
+    /// Number of logarithms in the barrier, which is the order of the cone.
     pub fn barriers(&self) -> f64 {
         (4 * self.bodies.len() + self.rotors.len()) as f64
     }
 
-    /// Nats by which 1/2 chi^2 of the solution of a share of the prior is at most above that of anything [`LARGER`]
-    /// times as large: the bound in the head.
+    /// Nats by which 1/2 chi^2 of the solution for a share of the prior can at most exceed that of any x up to
+    /// [`LARGER`] times as large: the bound in the head.
     pub fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
@@ -67,7 +68,7 @@ impl Problem {
         share * (self.gamma * (self.barriers() + (LARGER - 1.0) * size) + pull)
     }
 
-    /// The weight of the friction's prior at a gamma: it goes down with it, and never above one.
+    /// The weight of the friction's prior at a gamma; it falls with gamma and is at most one.
     fn friction_weight(&self, gamma: f64) -> f64 {
         (gamma / self.gamma).min(1.0)
     }
@@ -125,9 +126,11 @@ impl Problem {
         Some((g, h))
     }
 
-    /// A gamma, `least` or ten, a hundred, .. times that, at which y is near the solution: the objective over gamma is
-    /// self-concordant, and Newton's method takes steps of fixed gain until its decrement is below one. From a smaller
-    /// gamma on it takes as many steps as chi^2 has gammas. [Boyd, Vandenberghe 2004, 9.6.4]
+    /// A gamma at which y is near the solution: `least`, or ten, a hundred, .. times that.
+    ///
+    /// The objective over gamma is self-concordant, so Newton's method takes steps of fixed gain until its decrement is
+    /// below one. From a smaller gamma on it would take as many steps as chi^2 has gammas.
+    /// [Boyd, Vandenberghe 2004, 9.6.4]
     pub fn starting_gamma(&self, y: &DVector<f64>, least: f64) -> f64 {
         let decrement = |gamma: f64| {
             let (g, h) = self.derivatives(y, gamma)?;
@@ -168,11 +171,11 @@ impl Problem {
     }
 }
 
-/// Factor between two gammas of the path at most, and where it is given up.
+/// Largest factor between two gammas of the path, and the factor at which the path is given up.
 const FURTHEST: f64 = 5.0;
 const NEAREST: f64 = 1.05;
 
-/// Steps of Newton's method in a round that did not come from too far: the next may come from further.
+/// A round with fewer Newton steps than this did not come from too far, so the next may come from further.
 const FEW_STEPS: usize = 20;
 
 /// The solution as a function of gamma.
@@ -196,7 +199,7 @@ impl CentralPath<'_> {
     /// Goes down to the solution at a lower gamma; false where no step leads on, and `y` is the last solution.
     ///
     /// A round that takes too many steps came from too far: bodies far from their reference grow along the path, and
-    /// Newton's method creeps along the boundary of the cone. It is done again from half as far, in logarithms.
+    /// Newton's method creeps along the boundary of the cone. The round is done again from half as far, in logarithms.
     pub fn follow(&mut self, gamma: f64) -> bool {
         while self.gamma > gamma {
             let next = (self.gamma / self.factor).max(gamma);
@@ -216,7 +219,7 @@ impl CentralPath<'_> {
     }
 }
 
-/// H^-1 g with H scaled to a unit diagonal; a ridge at the level of rounding where it must be.
+/// H^-1 g with H scaled to a unit diagonal, and with a ridge at the level of rounding where it is needed.
 fn solve_scaled(h: DMatrix<f64>, g: &DVector<f64>) -> Option<DVector<f64>> {
     let d = h.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
     let n = h.nrows();

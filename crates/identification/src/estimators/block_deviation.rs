@@ -1,21 +1,23 @@
-//! Standard deviations from what blocks of the data say one by one: the jackknife that leaves out a block at a time.
+//! Standard deviations by the jackknife that leaves out one block of the data at a time.
 //!
 //! Residuals that stay the same for a while, of one joint or of several together, are alike within a block and unlike
-//! between blocks. The solution without block g, the weights by joint held, is
+//! between blocks. With the weights by joint held, the solution without block g and the variance are
 //!   x_(g) = x - (A - A_g)^-1 s_g,   A_g = sum_j w_j^2 W_jg' W_jg,   s_g = sum_j w_j^2 W_jg' (y_jg - W_jg x),
 //!   var x_c = (G - 1)/G sum_g (x_(g) - x)_c^2,   A = sum_g A_g
-//! [Miller 1974; Kunsch 1989, for blocks of a series]. Where a parameter is told by few of the blocks, its variance scatters
-//! as if there were few. With pi_g the share of block g in what tells the parameter, its degrees of freedom are
+//! [Miller 1974; Kunsch 1989, for blocks of a series]. Where only a few blocks determine a parameter, its variance
+//! scatters as if there were only those blocks. With pi_g the share of block g in what determines the parameter, its
+//! degrees of freedom are
 //!   nu_c = 1 / sum_g pi_g^2 - 1,   pi_g = (A^-1 A_g A^-1)_cc / (A^-1)_cc       [Satterthwaite 1946]
-//! which is G - 1 where all blocks tell as much. Everything comes out of the triangles of the blocks, so that sums over many logs have deviations without a second pass over their rows. What differs from log
-//! to log (temperature) is in them where a block is a log.
+//! which is G - 1 where all blocks contribute alike. Everything follows from the triangles of the blocks, so sums over
+//! many logs have deviations without a second pass over their rows. What differs from log to log (temperature) is in
+//! the deviations where a block is a log.
 //!
 //! | symbol | code | shape |
 //! |---|---|---|
 //! | A_g, s_g | `clusters::Cluster` | p x p, p |
 //! | G | `blocks` | |
 //!
-//! Not here: a correlation that reaches over the ends of blocks; `correlated_deviation` has it, from the rows.
+//! Not here: correlation across the ends of blocks, which `correlated_deviation` allows for, from the rows.
 
 use crate::algebra::least_squares::Solution;
 use crate::algebra::triangle::Triangle;
@@ -25,7 +27,7 @@ use crate::rows::observation::weighted;
 /// Deviations by the jackknife.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockDeviation {
-    /// One a parameter, in its unit; zero with fewer than two blocks.
+    /// One per parameter, in its unit; zero with fewer than two blocks.
     pub sigma: Vec<f64>,
     /// Degrees of freedom of each; zero where one block alone shows the parameter.
     pub freedom: Vec<f64>,
@@ -33,8 +35,8 @@ pub struct BlockDeviation {
     pub blocks: usize,
 }
 
-/// Share of a column's norm with which its parameter is held where a block is left out that alone shows it. Directions of
-/// a condition number of a thousand are a hundred times stronger.
+/// Where the block left out alone shows a parameter, the parameter is held by this share of the norm of its column.
+/// Directions of a condition number of a thousand are a hundred times stronger.
 const HELD: f64 = 1e-5;
 
 /// Deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
@@ -45,7 +47,7 @@ pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solu
     let whole = Whole::of_clusters(p, &clusters);
     let (mut variance, mut squares, mut blocks) = (vec![0.0; p], vec![0.0; p], 0);
     for (cluster, told) in clusters.iter().zip(whole.told(&clusters, HELD * HELD)) {
-        // What is held is positive definite; numbers that are none are left out.
+        // Held, the matrix is positive definite; a block with NaN is skipped.
         let Some(moved) = whole.moved(cluster, 1.0, HELD * HELD) else { continue };
         squares.iter_mut().zip(told).for_each(|(sum, share)| *sum += share * share);
         variance.iter_mut().zip(moved).for_each(|(v, d)| *v += d * d);
@@ -90,7 +92,8 @@ mod tests {
         }
     }
 
-    /// Intervals of sixteen blocks by Student's t cover, where the noise is white and where it stays for half a second.
+    /// Student's t intervals from sixteen blocks hold the truth, in white noise and in noise that stays for half a
+    /// second.
     #[test]
     fn intervals_cover() {
         let arm = Pendulum::new();
@@ -110,12 +113,13 @@ mod tests {
                 let half = |c: usize| reach(0.05, found.freedom[c]) * found.sigma[c];
                 covered += (0..3).filter(|&c| (solution.x[c] - arm.truth[c]).abs() < half(c)).count();
             }
-            // 95 % are promised; 600 draws scatter by 1 %, three alike, and what crosses the ends of blocks is missing.
+            // 95 % are promised, and 600 draws scatter by 1 %, of which three are allowed. Correlation across
+            // the ends of blocks is missing.
             assert!(covered as f64 / (3.0 * f64::from(runs)) > least, "{rho}: {covered}");
         }
     }
 
-    /// What one block alone shows has no deviation from blocks, and no other is spoilt by it.
+    /// A parameter that one block alone shows has no deviation from blocks, and spoils no other deviation.
     #[test]
     fn what_one_block_shows_spoils_no_other() {
         let arm = Pendulum::new();
@@ -130,9 +134,9 @@ mod tests {
         let found = block_deviation(&observation.parts, &weights, &solution);
         let white = |c: usize| (solution.variance * solution.inverse[(c, c)]).sqrt();
         assert!(found.sigma.iter().all(|s| s.is_finite()), "{found:?}");
-        // Eight blocks leave a deviation uncertain by a quarter; twice is beyond it.
+        // Eight blocks leave a deviation uncertain by a quarter; a factor of two is beyond that.
         assert!((1..3).all(|c| (0.4..2.5).contains(&(found.sigma[c] / white(c)))), "{found:?}");
-        // The first block alone tells ZZ; the others tell the rest as well as it does.
+        // The first block alone determines ZZ; all blocks determine the other parameters equally well.
         assert!(found.freedom[0] < 0.1 && found.freedom[1] > 5.0 && found.freedom[1] <= 7.0, "{found:?}");
         let one = block_deviation(&observation.parts[..1], &weights, &solution);
         assert_eq!((one.sigma, one.blocks), (vec![0.0; 3], 1));

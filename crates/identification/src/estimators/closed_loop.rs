@@ -2,16 +2,18 @@
 //!
 //! Both simulate the robot with the current X under the controller and the reference of the
 //! experiment; the simulated states hold no measurement noise.
-//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured
-//!   ones: unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
-//! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states: it needs the measured torques only
+//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z the observation matrix at the simulated states, W at the measured ones. It is
+//!   unbiased although W is noisy, where the filter does not cut the motion [Janot, Vandanjon, Gautier 2014].
+//! - DIDIM: X = argmin |Y - W_s X|, W_s at the simulated states. It needs the measured torques only
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
-//! Standard deviations: for white noise, C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For others the scores Z_r' e_r are summed over
-//! the span of `correlated_deviation`: a filter that leaves several samples a period leaves neighbours alike.
+//! The standard deviations for white noise come from C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1. For other noise the scores Z_r' e_r
+//! are summed over the span of `correlated_deviation`, because a filter that leaves several samples a period leaves
+//! neighbours alike.
 //!
-//! Rows are weighed by joint with the residual of the start. The caller hands the simulator in. The simulator chooses
-//! what it integrates and with which controller; it must give states at the samples of the measured record.
+//! The rows are weighted by joint as weighted least squares on the measured states weights them. The caller provides
+//! the simulator, which chooses what it integrates and with which controller. It must give states at the samples of the
+//! measured record.
 
 use logs::Error;
 use nalgebra::{DMatrix, DVector};
@@ -57,9 +59,10 @@ pub struct Simulated {
 const ITERATIONS: usize = 20;
 const SETTLED: f64 = 1e-6;
 
-/// Iterates from `start` until the parameters stay.
+/// Iterates from `start` until the parameters settle.
 ///
-/// Fails when the simulator does, or gives states of another shape, or leaves X open.
+/// Fails when the simulator does, when it gives states of another shape, or when the simulated motion does not
+/// determine X.
 pub fn simulated(
     model: &Model,
     measured: &States,
@@ -115,7 +118,7 @@ pub fn simulated(
 
 type Products = (DMatrix<f64>, DVector<f64>, DMatrix<f64>, usize, f64);
 
-/// Z'W, Z'Y, Z'Z, the rows and |Y|^2, weighted.
+/// Z'W, Z'Y, Z'Z, the number of rows, and |Y|^2, the rows weighted.
 fn products(model: &Model, z: &States, w: &States, measured: &States, weights: &[f64]) -> Products {
     let (n, p) = (model.n(), model.p());
     let (mut normal, mut gram, mut rhs) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p), DVector::zeros(p));
@@ -145,7 +148,7 @@ fn paired(model: &Model, z: &States, w: &States, mut take: impl FnMut(usize, &[f
     });
 }
 
-/// From sums of the scores (Z'W)^-1 Z_r' e_r over the span that the residuals' correlation asks for.
+/// Deviations from sums of the scores (Z'W)^-1 Z_r' e_r over the span that the correlation of the residuals asks for.
 fn robust_sigma(
     model: &Model,
     z: &States,
@@ -221,7 +224,7 @@ mod tests {
         let (arm, control, states) = experiment(3e-3, 31);
         let model = Model::new(&arm, &[], &[]);
         let (ls, _) = fit(&Observation::of(&model, &states, 1).joints(|_| true), Weights::Joint);
-        // Accelerations from noisy positions: least squares loses most of the inertia.
+        // With accelerations from noisy positions, least squares loses most of the inertia.
         assert!((ls.x[0] - arm.truth[0]).abs() > 0.2 * arm.truth[0], "{:?}", ls.x);
         for method in [ClosedLoop::InstrumentalVariables, ClosedLoop::DirectAndInverse] {
             let start = [0.36, 0.7, -0.05];
@@ -245,7 +248,7 @@ mod tests {
         assert!((found.x[0] - arm.truth[0]).abs() < 0.02 * arm.truth[0], "{found:?}");
     }
 
-    /// Positions with noise, differentiated without a filter: errors over 40 draws in Cramer-Rao deviations.
+    /// Errors over 40 draws, in Cramer-Rao deviations, where noisy positions are differentiated without a filter.
     #[test]
     fn bad_filters_are_forgiven() {
         const NOISE: f64 = 0.1;

@@ -1,10 +1,10 @@
-//! What the parameters owe to rows that share one error: the one step behind all deviations by replicates.
+//! How far an error that rows share moves the parameters: the one step behind all deviations by replicates.
 //!
 //! With A = W'W of all rows, the rows weighted, and A_g, W_g' e_g of the rows of cluster g,
 //!   S_g = (A - k A_g)^-1 W_g' e_g
-//! is by how much x - X moves with the error of that cluster. k = 1 leaves the cluster out: x - S_g is the fit without it,
-//! and (G - 1)/G sum_g S_g^2 the jackknife [Miller 1974]. A smaller k undoes part of what the fit has hidden of the error
-//! [Liang, Zeger 1986; Bell, McCaffrey 2002].
+//! is by how much the error of that cluster moves x - X. With k = 1 the cluster is left out: x - S_g is the fit without
+//! it, and (G - 1)/G sum_g S_g^2 is the jackknife [Miller 1974]. A smaller k restores part of the error that the fit
+//! has absorbed [Liang, Zeger 1986; Bell, McCaffrey 2002].
 //!
 //! | who | clusters | k |
 //! |---|---|---|
@@ -49,8 +49,9 @@ impl Cluster {
         Cluster { columns: (0..p).collect(), gram, score }
     }
 
-    /// Rows that have these columns only, from the products of the columns and of the residual behind them: (i, j),
-    /// i <= j, at j (m + 1) + i.
+    /// Rows with these columns only, from the products of the columns and of the residual behind them.
+    ///
+    /// Product (i, j), i <= j, stands at j (m + 1) + i.
     pub fn of_products(columns: Vec<usize>, products: &[f64]) -> Cluster {
         let m = columns.len();
         let at = |i: usize, j: usize| products[i.max(j) * (m + 1) + i.min(j)];
@@ -70,14 +71,14 @@ pub(crate) struct Whole {
 }
 
 impl Whole {
-    /// Of the rows behind a triangle.
+    /// A of the rows behind a triangle.
     pub fn of(rows: &Triangle) -> Whole {
         let r = upper(rows);
         let norms = (0..rows.columns()).map(|c| rows.column_norm(c));
         Whole::scaled(r.tr_mul(&r), norms.collect())
     }
 
-    /// Of clusters that hold all rows.
+    /// A of clusters that together hold all rows.
     pub fn of_clusters<'a>(p: usize, clusters: impl IntoIterator<Item = &'a Cluster>) -> Whole {
         let gram = Cluster::sum(p, clusters).gram;
         let norms = gram.diagonal().iter().map(|d| d.max(0.0).sqrt()).collect();
@@ -90,7 +91,7 @@ impl Whole {
         Whole { gram: DMatrix::from_fn(p, p, |i, j| scale[i] * gram[(i, j)] * scale[j]), scale }
     }
 
-    /// A - k A_g with `held` on its scaled diagonal, factored; `None` where that is not positive definite, or no number.
+    /// A - k A_g with `held` on its scaled diagonal, factored; `None` where it is not positive definite or holds NaN.
     fn without(&self, out: Option<(&Cluster, f64)>, held: f64) -> Option<Cholesky<f64, Dyn>> {
         let mut left = self.gram.clone();
         if let Some((cluster, share)) = out {
@@ -100,12 +101,12 @@ impl Whole {
                 }
             }
         }
-        // What the data leave open keeps its value.
+        // A parameter that the data leave open keeps its value.
         (0..self.scale.len()).for_each(|c| left[(c, c)] += if self.scale[c] > 0.0 { held } else { 1.0 });
         left.cholesky()
     }
 
-    /// S_g of a cluster of which the share k is taken out; `None` as for [`Whole::without`].
+    /// S_g of a cluster with k = `share`; `None` as for [`Whole::without`].
     pub fn moved(&self, cluster: &Cluster, share: f64, held: f64) -> Option<Vec<f64>> {
         let mut score = DVector::zeros(self.scale.len());
         for (b, &column) in cluster.columns.iter().enumerate() {
@@ -115,7 +116,7 @@ impl Whole {
         Some(self.scale.iter().zip(found.iter()).map(|(scale, x)| scale * x).collect())
     }
 
-    /// sum_g S_g^2, one a parameter; a cluster that gives no numbers adds nothing.
+    /// sum_g S_g^2, one per parameter; a cluster without S_g adds nothing.
     pub fn variance(&self, clusters: &[Cluster], share: f64, held: f64) -> Vec<f64> {
         let mut variance = vec![0.0; self.scale.len()];
         for moved in clusters.iter().filter_map(|cluster| self.moved(cluster, share, held)) {
@@ -124,7 +125,8 @@ impl Whole {
         variance
     }
 
-    /// Share of each cluster in what tells each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc; clusters of all columns.
+    /// Share of each cluster in what determines each parameter, (A^-1 A_g A^-1)_cc / (A^-1)_cc. The clusters have all
+    /// columns.
     pub fn told<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());

@@ -3,22 +3,21 @@
 //! minimise  1/(2 s) |R (B phi, f) - z|^2 + 1/2 sum_i (f_i / sd_i)^2
 //!           + gamma sum_j [tr(P0_j^-1 P_j) - log det(P0_j^-1 P_j) - 4]   over P_j > 0, IA >= 0
 //!
-//! R, z: the whitened triangle; X = B phi the base parameters of the standard ones; f friction. The
-//! last term is the entropic (log-determinant) divergence from reference bodies [Lee, Wensing, Park
-//! 2020]. It holds what the data leave open. Its logarithm is also the barrier that keeps every
-//! P_j > 0, so the problem stays convex and unconstrained inside the cone. With gamma = 1e-3 it
-//! counts as a thousandth of a unit of log-likelihood: where least squares is consistent, this is
-//! least squares.
+//! R, z: the whitened triangle; X = B phi the base parameters of the standard ones; f friction. The last term is the
+//! entropic (log-determinant) divergence from reference bodies [Lee, Wensing, Park 2020]. It holds what the data leave
+//! open. Its logarithm is also the barrier that keeps every P_j > 0, so the problem stays convex and unconstrained
+//! inside the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood, so that the solution
+//! is least squares wherever least squares is consistent.
 //!
-//! What stands beside the data pulls: chi^2 lies above the least that bodies can reach, by more than the
-//! logarithms alone would cost where the reference is far from the data. So the problem is solved for lower and
-//! lower weights of all that is no data, down to a millionth, and lower until chi^2 has little left to gain
-//! (`Problem::slack`). The solution is that of the greatest weight, at most one, whose chi^2/2 is within
-//! gamma (4 bodies + rotors) of it: a reference that the data contradict yields.
+//! The prior pulls the solution away from the data, so chi^2 lies above the least that bodies can reach. Where the
+//! reference is far from the data, it does so by more than the logarithms alone would cost. So the problem is solved
+//! for lower and lower weights of the prior and of the bounds on friction, down to a millionth, and lower until chi^2
+//! has little left to gain (`Problem::slack`). The solution taken is that of the greatest weight, at most one, whose
+//! chi^2/2 is within gamma (4 bodies + rotors) of the last one. So a reference that the data contradict gives way.
 //!
-//! s >= 1 discounts the data for residuals that are correlated in time; sd_i bounds friction that
-//! the motion does not show. Newton's method with line search solves it; gamma starts where the
-//! reference alone decides, and is lowered. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
+//! s >= 1 discounts the data, because residuals are correlated in time. sd_i bounds friction that the motion does not
+//! show. Newton's method with line search solves the problem. gamma starts where the reference alone decides, and is
+//! lowered. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
 
 use nalgebra::{DMatrix, DVector, Matrix4};
 
@@ -32,11 +31,11 @@ use crate::model::standard_map::StandardMap;
 pub struct Prior {
     /// Reference bodies in the order of the map; `None`: a ball of `scale`.
     pub bodies: Vec<Option<Ten>>,
-    /// kg: mass of the ball (radius of gyration 0.1 m) that stands for unknown bodies.
+    /// Mass of the ball (radius of gyration 0.1 m) that stands for unknown bodies, kg.
     pub scale: f64,
     /// Nats per unit of divergence.
     pub gamma: f64,
-    /// Discount of the data: variance ratio of correlated to white residuals.
+    /// Discount of the data: ratio of the variance for correlated residuals to that for white ones.
     pub discount: f64,
     /// Standard deviation of each parameter after the base ones, around zero; infinite: free.
     pub friction: Vec<f64>,
@@ -51,12 +50,12 @@ pub struct Consistent {
     pub x: Vec<f64>,
     /// Smallest eigenvalue of each body's pseudo-inertia.
     pub smallest_eigenvalues: Vec<f64>,
-    /// 1/2 chi^2 of the data alone, counted 1/discount; nats.
+    /// 1/2 chi^2 of the data alone, divided by the discount; nats.
     pub objective: f64,
-    /// Nats by which `objective` is at most above the least over all bodies up to `LARGER` times as large; `None`
+    /// Nats by which `objective` can at most exceed the least over all bodies up to `LARGER` times as large; `None`
     /// where the solver stalled.
     pub excess: Option<f64>,
-    /// Share of its weight that the prior was left with; 1 where the data do not contradict it.
+    /// Share of its weight that the prior has kept; 1 where the data do not contradict it.
     pub prior_share: f64,
     /// How the iteration ended.
     pub outcome: Outcome,
@@ -64,10 +63,10 @@ pub struct Consistent {
     pub newton_steps: usize,
 }
 
-/// Share of the prior that a bound on chi^2 is taken from: it costs a millionth of what the prior does.
+/// Share of the prior at which chi^2 is bounded; it costs a millionth of what the prior does.
 const SMALL_SHARE: f64 = 1e-6;
-/// Where bodies have outgrown their references so far that the bound is wider than half of what the logarithms may cost,
-/// it is taken from a smaller share, down to this one; rounding of the Hessian is what is left below it.
+/// Where bodies have outgrown their references, the bound may be wider than half of what the logarithms may cost. It is
+/// then taken at a smaller share, down to this one. Below it only the rounding of the Hessian is left.
 const LEAST_SHARE: f64 = 1e-9;
 const TIGHT: f64 = 0.5;
 
@@ -78,8 +77,9 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let transform = transform(map, prior, dimension);
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
-    // From where the reference outweighs the data, however far from them, down to gamma; then on, five times lower each
-    // round, to see what the prior costs. `shares`: the solutions from the full weight of the prior on.
+    // The path starts where the reference outweighs the data, however far from them, and goes down to gamma. Then it
+    // goes on, five times lower each round, to see what the prior costs. `shares` are the solutions from the full
+    // weight on.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
@@ -131,7 +131,7 @@ fn transform(map: &StandardMap, prior: &Prior, dimension: usize) -> DMatrix<f64>
     transform
 }
 
-/// X, friction after the base parameters, of theta.
+/// The map from theta to X, with friction after the base parameters.
 fn scatter(map: &StandardMap, total: usize) -> DMatrix<f64> {
     let (base, standard) = map.matrix.shape();
     let mut scatter = DMatrix::zeros(total, standard + total - base);
@@ -162,7 +162,7 @@ fn problem(triangle: &Triangle, map: &StandardMap, prior: &Prior, x_of_y: &DMatr
     }
 }
 
-/// The y of the references, friction at zero.
+/// The y at which bodies are their references and friction is zero.
 fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
     let mut y = DVector::zeros(dimension);
     for first in &problem.bodies {
@@ -176,7 +176,7 @@ fn at_reference(problem: &Problem, dimension: usize) -> DVector<f64> {
 
 fn reference(body: Option<Ten>, scale: f64) -> Matrix4<f64> {
     let given = body.map(|b| pseudo_inertia(&b)).filter(|p| p.cholesky().is_some());
-    // A ball with a radius of gyration of 0.1 m an axis.
+    // The radius of gyration is 0.1 m about each axis.
     given.unwrap_or_else(|| Matrix4::from_diagonal(&nalgebra::Vector4::new(0.01, 0.01, 0.01, 1.0)) * scale)
 }
 
@@ -241,15 +241,15 @@ mod tests {
         let triangle = measured(&impossible, 100.0, 1.0);
         let near = consistent(&triangle, &map(), &prior(1e-6, None));
         assert!(near.smallest_eigenvalues[0] > 0.0 && near.smallest_eigenvalues[0] < 1e-4, "{near:?}");
-        // What is said of the distance from the least holds for a prior ten times weaker.
+        // The bound on the distance from the least must hold for a prior ten times weaker.
         let nearer = consistent(&triangle, &map(), &prior(1e-7, None));
         assert!(nearer.objective <= near.objective + 1e-6);
         let excess = near.excess.unwrap();
         assert!(near.objective - nearer.objective <= excess + 1e-9 * near.objective, "{near:?} {nearer:?}");
     }
 
-    /// Bodies a thousand times too small or too large in the description: chi^2 is where the right description leaves
-    /// it, within what is said, and what is said is of the order of the prior's logarithms.
+    /// The bodies of the description are a thousand times too small or too large. chi^2 is where the right description
+    /// leaves it, within the bound, and the bound is of the order of the prior's logarithms.
     #[test]
     fn a_wrong_reference_yields_and_the_bound_holds() {
         let triangle = measured(&BODY, 100.0, 1.0);
@@ -260,7 +260,7 @@ mod tests {
             let excess = out.excess.unwrap();
             assert_eq!(out.outcome, Outcome::Converged);
             assert!(out.objective - least <= excess, "{factor}: {out:?}, least {least}");
-            // 4 logarithms of 0.1 nats, twice: what is allowed, and what the bound itself costs.
+            // 4 logarithms of 0.1 nats, twice: once for what is allowed, once for what the bound itself costs.
             assert!(excess <= 0.8, "{factor}: {out:?}");
             assert!((out.prior_share < 1.0) == (factor < 0.005), "{factor}: {out:?}");
         }
@@ -274,8 +274,8 @@ mod tests {
         }
     }
 
-    /// The entropic prior knows no frame: rotating and moving the body's frame, its reference and its
-    /// data alike gives the same body, rotated and moved. A Euclidean one would fail.
+    /// The entropic prior does not depend on the frame. Rotating and moving the body's frame, its reference and its
+    /// data alike gives the same body, rotated and moved. A Euclidean prior would fail.
     #[test]
     fn the_prior_does_not_depend_on_the_frame() {
         let (s, c) = 0.7f64.sin_cos();

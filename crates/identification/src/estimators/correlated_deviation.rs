@@ -1,19 +1,19 @@
 //! Variances of sums whose terms stay the same for a while.
 //!
-//! With scores h_r correlated over time,
+//! With scores h_r correlated over time, the variance of each parameter is
 //!   var x = sum_l (1 - |l|/L) sum_r h_r h_(r-l)        [Newey, West 1987]
-//! of each parameter, and since the Bartlett weights are those of overlapping sums,
+//! The Bartlett weights are those of overlapping sums, so the variance is also
 //!   var x = 1/L sum_k S_k^2,  S_k = sum of L successive h_r,
-//! which needs L vectors at a time. L follows the rule for a first-order process with the correlation of the residuals:
+//! which needs L vectors at a time. L follows the rule for a first-order process with the correlation of the residuals,
 //!   L = 1.1447 (4 rho^2 / ((1 - rho)^2 (1 + rho)^2) n)^(1/3)   [Andrews 1991]
-//! with rho the largest among the joints, and at most a tenth of the record.
+//! with rho the largest correlation among the joints. L is at most a tenth of the record.
 //!
-//! Errors that come back with the state of the robot are not here: `replicate_deviation`.
+//! Not here: errors that come back with the state of the robot (`replicate_deviation`).
 
 use crate::model::linear_model::Model;
 use crate::model::states::States;
 
-/// Longest span, in samples: bounds the memory.
+/// Longest span, in samples; it bounds the memory.
 const LONGEST: usize = 4096;
 
 /// The squares of the sums of `span` successive scores.
@@ -41,7 +41,7 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// One variance a parameter; the last sums reach over the end.
+    /// One variance per parameter; the last sums reach beyond the end of the record.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {
@@ -86,7 +86,7 @@ pub fn correlation(model: &Model, states: &States, x: &[f64]) -> f64 {
 }
 
 pub(crate) fn span(rho: f64, n: usize) -> usize {
-    // With fewer samples a correlation of one could not be told from another.
+    // With n samples a larger correlation could not be told from one.
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
     let length = 1.1447 * (alpha * n as f64).cbrt();
@@ -99,7 +99,8 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
 
-    /// The sum of noise that forgets by 0.9 a sample has the variance of 19 white ones; Bartlett weights stay below.
+    /// The sum of noise that keeps 0.9 of itself from sample to sample has the variance of 19 white ones. Bartlett
+    /// weights stay below that.
     #[test]
     fn correlated_noise_is_not_taken_for_white() {
         let arm = Pendulum::new();
@@ -120,7 +121,7 @@ mod tests {
             found += sums.variance()[0] / f64::from(runs) / n as f64;
             rho += one / f64::from(runs);
         }
-        // Forty records of a hundred independent samples.
+        // Forty records of a hundred independent samples each.
         assert!((rho - 0.9).abs() < 0.01, "{rho}");
         assert!((13.0..19.5).contains(&found), "{found}");
         assert_eq!(span(0.0, n), 1);

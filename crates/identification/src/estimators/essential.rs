@@ -1,8 +1,8 @@
 //! Essential parameters: the fewest that explain the data as well.
 //!
-//! Backward elimination [Pham, Gautier 1991]: the parameter with the largest relative standard
-//! deviation is set to zero while that exceeds `ratio` times the smallest and the residual norm
-//! has grown by less than `growth`. Works on the triangle alone: no second look at the data.
+//! Backward elimination [Pham, Gautier 1991] sets the parameter with the largest relative standard deviation to zero.
+//! It goes on while that deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
+//! `growth`. It works on the triangle alone, without a second look at the data.
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::{Triangle, select};

@@ -1,10 +1,10 @@
 //! Robust regression: rows that do not fit count less.
 //!
 //! Iteratively reweighted least squares with the weights w(u) of `loss`, u = residual / s_j, s_j = 1.4826 median
-//! |residual| of joint j: Huber's from the WLS solution, Tukey's from Huber's.
+//! |residual| of joint j. Huber's weights start from the WLS solution, Tukey's from Huber's solution.
 //!
-//! With psi(u) = w u, C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6]; the triangle of the weighted rows
-//! would give s^2 mean(psi u) / mean w.
+//! With psi(u) = w u the covariance is C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6]. The triangle of
+//! the weighted rows would give s^2 mean(psi u) / mean w instead.
 
 use logs::Error;
 
@@ -16,14 +16,14 @@ use crate::rows::observation::{Observation, RowWeight};
 use crate::signals::records::Records;
 
 const ITERATIONS: usize = 30;
-/// Relative change of the parameters, in their sigmas, at which the iteration ends.
+/// Largest change of a parameter, in its sigmas, at which the iteration ends.
 const SETTLED: f64 = 1e-3;
 
 /// The robust solution, its weights by joint, and its triangles.
 pub struct Reweighted {
     /// Solution of the reweighted rows.
     pub solution: Solution,
-    /// 1 / scale of the residual, one a joint.
+    /// 1 / scale of the residual, one per joint.
     pub weights: Vec<f64>,
     /// The reweighted rows.
     pub observation: Observation,
@@ -35,7 +35,7 @@ pub struct Reweighted {
     pub loss: Loss,
     /// s_j.
     scales: Vec<f64>,
-    /// mean w / mean psi': a residual e counts slope w e in the scores of the solution.
+    /// mean w / mean psi'. In the scores of the solution a residual e counts slope w e.
     pub slope: f64,
 }
 
@@ -46,7 +46,7 @@ impl Reweighted {
     }
 }
 
-/// Iterates from a solution.
+/// Iterates from the solution `start`.
 ///
 /// Fails when a record cannot be read.
 pub fn reweighted<R: Records + ?Sized>(
@@ -125,8 +125,9 @@ impl Means {
     }
 }
 
-/// How many numbers have which absolute value, to a part in 256: the leading bits of a float are a
-/// logarithmic scale, so that a median needs neither the numbers nor their range.
+/// Counts numbers by their absolute value, to a part in 256.
+///
+/// The leading bits of a float are a logarithmic scale, so a median needs neither the numbers nor their range.
 #[derive(Clone)]
 struct Sizes {
     counts: Vec<u32>,
@@ -150,7 +151,7 @@ impl Sizes {
         self.counts.iter().map(|&c| u64::from(c)).sum()
     }
 
-    /// 1.4826 times the median: sigma for normal numbers; 1 without any.
+    /// 1.4826 times the median, which is sigma for normal numbers; 1 without any number.
     fn sigma(&self) -> f64 {
         let mut left = self.total() / 2;
         let middle = self.counts.iter().position(|&c| {
@@ -175,8 +176,8 @@ mod tests {
     use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
 
-    /// 5 % of the torques off by thirty sigmas to one side: least squares is pulled away, the robust
-    /// estimate stays within half a sigma.
+    /// With 5 % of the torques off by thirty sigmas to one side, least squares is pulled away. The robust estimate
+    /// stays within half a sigma.
     #[test]
     fn outliers_do_not_pull() {
         let arm = Pendulum::new();
@@ -206,7 +207,7 @@ mod tests {
         let worst = |b: [f64; 3]| b.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         assert!(worst(bias_ls) > 3.0, "{bias_ls:?}");
         assert!(worst(bias) < worst(bias_ls) / 5.0, "{bias:?} {bias_ls:?}");
-        // Thirty means have a deviation of 0.18 sigma; Huber's estimate is off by half a sigma here.
+        // The mean of thirty runs has a deviation of 0.18 sigma. Huber's estimate is off by half a sigma here.
         assert!(worst(bias_bisquare) < 0.5 && worst(bias_bisquare) < worst(bias), "{bias_bisquare:?} {bias:?}");
     }
 
@@ -221,10 +222,10 @@ mod tests {
         let robust = reweighted(&model, [states].as_slice(), &ls, Loss::Huber).unwrap();
         for c in 0..3 {
             let sigma = (ls.variance * ls.inverse[(c, c)]).sqrt();
-            // At 95 % efficiency the two differ by 0.23 sigma, one standard deviation; four of them.
+            // At 95 % efficiency the two differ by a standard deviation of 0.23 sigma; four of them are allowed.
             assert!((robust.solution.x[c] - ls.x[c]).abs() < sigma);
         }
-        // Outside of 1.345 sigmas: 17.9 % of a normal distribution, 800 rows.
+        // 17.9 % of a normal distribution lie outside 1.345 sigmas; there are 800 rows.
         assert!((robust.outliers[0] - 0.179).abs() < 0.05, "{:?}", robust.outliers);
     }
 }

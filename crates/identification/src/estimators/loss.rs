@@ -7,9 +7,9 @@
 //! | Huber | 1, beyond k: k / abs u | 1, beyond k: 0 | k = 1.345 |
 //! | bisquare | (1 - (u/c)^2)^2, beyond c: 0 | (1 - (u/c)^2)(1 - 5 (u/c)^2), beyond c: 0 | c = 4.685 |
 //!
-//! Both have 95 % of the efficiency of least squares for normal noise. Huber's bounds the influence of a row: outliers to
-//! one side shift the estimate by k times their share. Tukey's takes rows out altogether; it has several minima, and the
-//! one nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
+//! Both have 95 % of the efficiency of least squares for normal noise. Huber's bounds the influence of a row: outliers
+//! to one side shift the estimate by k times their share. Tukey's takes rows out altogether. It has several minima, and
+//! the one nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
 
 /// How residuals count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl Loss {
         }
     }
 
-    /// Residuals beyond it, in scales, count less than they could (Huber), or not at all (bisquare).
+    /// The u beyond which residuals count less than they could (Huber), or not at all (bisquare).
     pub fn bound(self) -> f64 {
         match self {
             Loss::Huber => 1.345,

@@ -1,9 +1,8 @@
 //! A load on the last link, from a log with it and a log without.
 //!
-//! The load is one more rigid body on the link: its ten parameters phi_L add to those of the link, so
-//! with X = B phi the torque of the loaded log is W (X + B_L phi_L), B_L the ten columns of B that
-//! belong to the link. Both logs are solved together for X, friction and phi_L [Khalil, Gautier,
-//! Lemoine 2007], weighted by joint.
+//! The load is one more rigid body on the link: its ten parameters phi_L add to those of the link. With X = B phi the
+//! torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs
+//! are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
 use logs::Error;
 use nalgebra::DMatrix;
@@ -30,8 +29,10 @@ pub struct Payload {
     pub solution: Solution,
 }
 
-/// Finds the load on body `link` of the map from the triangles by joint of the log without it and of the log with it.
-/// `weights` are by joint.
+/// Finds the load on body `link` of the map.
+///
+/// `without` and `with` are the triangles by joint of the log without the load and of the log with it. `weights` are by
+/// joint.
 ///
 /// Fails when the map has no such body or does not fit the triangles.
 pub fn payload(

@@ -1,28 +1,31 @@
 //! Standard deviations to believe where the model does not explain everything.
 //!
 //! x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, the rows weighted. White noise gives s^2 A^-1. What a model leaves
-//! unexplained is not white, and most of it is no noise: it is the same wherever the robot is in the same state. Rows that
-//! share one error are a cluster, whose sum of h counts as one draw,
+//! unexplained is not white, and most of it is not noise: it is the same wherever the robot is in the same state. Rows
+//! that share one error are a cluster, whose sum of h counts as one draw,
 //!   var x = f sum_g S_g^2,   S_g = (A - k A_g)^-1 W_g' e_g,   A_g = W_g' W_g      [Liang, Zeger 1986]
-//! The fit has hidden the share A^-1 A_g of the error of cluster g. k undoes that: with k = 1, x - S_g is the fit without
-//! the cluster and f = (G - 1) / G, the jackknife; (1 - A^-1 A_g / 2)^-1 is (1 - A^-1 A_g)^(-1/2) to the second order,
-//! which for errors of equal strength leaves no bias with f = 1 [Bell, McCaffrey 2002].
+//! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k restores it. With k = 1, x - S_g is the fit
+//! without the cluster and f = (G - 1) / G, which is the jackknife. With k = 1/2,
+//! (1 - A^-1 A_g / 2)^-1 is (1 - A^-1 A_g)^(-1/2) but for terms of the second order, and for errors of equal strength
+//! this leaves no bias with f = 1 [Bell, McCaffrey 2002].
 //!
 //! | clusters | hold | k, f |
 //! |---|---|---|
 //! | the parts of the record, a twentieth of it each | noise that stays the same for a while, and drift | 19/20, (G - 1)/G |
 //! | rows of a joint whose speed is of one octave, below 1/16 to 1 of its largest | friction of another law, hysteresis where a joint turns, ripple, play: they are the same at every pass | 1/2, 1 |
 //!
-//! Drifts outlast the parts, so that the estimate on the wide side is taken there; a twentieth of a part stays, lest a
-//! direction that one part alone shows have no value.
+//! Drifts outlast the parts, so that k is near one there and the estimate is on the wide side. A twentieth of a part
+//! stays, because otherwise a direction that one part alone shows would have no value.
 //!
-//! Where white noise is all there is, both are estimates of one variance, and the larger of two is above it by what their few
-//! draws scatter: their mean is not. Slow noise sets the parts above the bands, and what the model lacks the bands above the
-//! parts, of nearly every parameter: there the larger is right. The median over the parameters of speed over parts tells which
-//! (`ALIKE`, `APART`, `TELLING`). No sigma is below that of white noise. Measured: `tests/benches/coverage.rs`.
+//! Where all noise is white, both rows of the table estimate one variance. The larger of the two is then too large by
+//! the scatter of their few draws, and their mean is not. Slow noise raises the variance by parts above that by bands,
+//! for nearly every parameter, and what the model lacks raises the variance by bands above that by parts. There the
+//! larger is right. The median over the parameters of the variance by speed over that by part tells which case it is
+//! (`ALIKE`, `APART`, `TELLING`). No sigma is below that of white noise. `tests/benches/coverage.rs` measures the
+//! result.
 //!
-//! An error that looks like a column of W cannot be seen here: a wrong gain, a wrong gravity, friction that grows with
-//! the speed in another way over the whole range.
+//! An error that looks like a column of W cannot be seen here. Examples are a wrong gain, a wrong gravity, and friction
+//! that grows with the speed in another way over the whole range.
 
 use std::sync::Arc;
 
@@ -37,16 +40,18 @@ use crate::rows::observation::{Observation, weighted};
 const PART: f64 = 0.95;
 const BAND: f64 = 0.5;
 
-/// log2 of the ratio of the variances by speed and by part, median of the parameters: up to the first their mean counts,
-/// from the second on the larger, between them a part of both. White noise on 24 records of a UR5: 0.0 to 0.75; slow noise:
-/// 1.1 and more; friction of another law, ripple and play: 0.5 and more, up to where both are nearly one.
+/// Limits for log2 of the ratio of the variance by speed to that by part, median of the parameters. Up to the first
+/// their mean counts, from the second on the larger, and between them a part of both. Measured on 24 records of a UR5:
+/// white noise 0.0 to 0.75; slow noise 1.1 and more; friction of another law, ripple and play 0.5 and more, up to where
+/// both are nearly one.
 const ALIKE: f64 = 0.5;
 const APART: f64 = 1.0;
 
-/// Fewer parameters do not tell: the ratio of one alone scatters by an octave and more.
+/// Fewer parameters do not tell the cases apart, because the ratio of a single one scatters by an octave and more.
 const TELLING: usize = 20;
 
-/// The deviations of the parameters by what they allow for; zero where the data determine nothing.
+/// The standard deviations of the parameters, by the kind of error they allow for; zero where the data determine
+/// nothing.
 #[derive(Clone, Debug)]
 pub struct ReplicateDeviation {
     /// White noise.
@@ -55,17 +60,20 @@ pub struct ReplicateDeviation {
     pub by_part: Vec<f64>,
     /// The bands of speed of each joint as replicates.
     pub by_speed: Vec<f64>,
-    /// How many correlated samples are worth one. The share that the fit has hidden is left out here (k = 0): it says how
-    /// few the parts are, not how alike their samples.
+    /// How many correlated samples are worth one.
+    ///
+    /// It is computed with k = 0, because the share that the fit has absorbed says how few the parts are, and not how
+    /// alike their samples are.
     pub correlated: f64,
 }
 
 impl ReplicateDeviation {
-    /// The one to believe, one a parameter: the larger of both where they disagree, their mean where they do not, and at
-    /// least that of white noise.
+    /// The deviation to believe, one per parameter.
+    ///
+    /// It is the larger of both where they disagree, their mean where they do not, and at least that of white noise.
     pub fn sigma(&self) -> Vec<f64> {
         let ratio = median_ratio(&self.by_speed, &self.by_part).filter(|_| self.white.len() >= TELLING);
-        // Where nothing says that they agree, they are taken to disagree.
+        // Where nothing says that they agree, they count as disagreeing.
         let octaves = ratio.map_or(f64::INFINITY, |ratio| ratio.log2().abs());
         let apart = ((octaves - ALIKE) / (APART - ALIKE)).clamp(0.0, 1.0);
         let variance = |part: f64, speed: f64| {
@@ -78,7 +86,8 @@ impl ReplicateDeviation {
     }
 }
 
-/// The median over the parameters of one variance over another, of deviations; none where no parameter has both.
+/// The median over the parameters of the ratio of two variances, from their deviations; `None` where no parameter has
+/// both.
 fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     let ratio = |(above, below): (&f64, &f64)| Some((above / below).powi(2)).filter(|r| r.is_finite() && *r > 0.0);
     let mut ratios: Vec<f64> = above.iter().zip(below).filter_map(ratio).collect();
@@ -86,7 +95,7 @@ fn median_ratio(above: &[f64], below: &[f64]) -> Option<f64> {
     ratios.get(ratios.len() / 2).copied()
 }
 
-/// The bands of speed of a fit, without rows yet: its rows (reweighted where `reweighted` says how) and weights by joint.
+/// The bands of speed of a fit, without rows yet; `reweighted` says how its rows are reweighted, where they are.
 pub fn speed_bands<'a>(
     model: &Model,
     observation: &'a Observation,
@@ -97,8 +106,9 @@ pub fn speed_bands<'a>(
     SpeedBands::new(model, &observation.speed, Arc::new(weight))
 }
 
-/// From the rows of a fit (reweighted where `reweighted` says how), its solution, its weights by joint, and the
-/// [`speed_bands`] of its rows and residuals.
+/// The deviations of a fit, from its rows, its solution, its weights by joint and its [`speed_bands`].
+///
+/// The rows are reweighted where `reweighted` says how. `bands` hold the rows and residuals.
 pub fn replicate_deviation(
     model: &Model,
     observation: &Observation,
@@ -159,7 +169,8 @@ mod tests {
         (solution, found)
     }
 
-    /// White and claimed variance over the variance of the estimate, in noise that forgets by `rho` a sample.
+    /// White, by-part and believed variance over that of the estimate, in noise that keeps `rho` of itself from sample
+    /// to sample.
     fn calibration(rho: f64) -> [f64; 3] {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
@@ -183,7 +194,7 @@ mod tests {
     #[test]
     fn slow_noise_is_not_taken_for_white() {
         let [white, by_part, _] = calibration(0.9);
-        // Twelve seconds hold sixty independent samples; 150 runs tell a variance to 12 %, and twenty draws scatter.
+        // Twelve seconds hold sixty independent samples. 150 runs give a variance to 12 %, and twenty draws scatter.
         assert!(white < 0.2, "{white}");
         assert!((0.65..1.5).contains(&by_part), "{by_part}");
     }
@@ -194,18 +205,19 @@ mod tests {
             let (white, by_part, by_speed) = (vec![0.5; 3 * times], by_part.repeat(times), by_speed.repeat(times));
             ReplicateDeviation { white, by_part, by_speed, correlated: 1.0 }.sigma()[..3].to_vec()
         };
-        // The median is one: the mean of the variances, whatever one parameter has.
+        // The median ratio is one, so the mean of the variances counts, whatever a single parameter has.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 7), [1.0, 5.0, 5.0]);
-        // Three parameters do not tell.
+        // Three parameters are too few to tell.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 1), [1.0, 7.0, 7.0]);
-        // The median is two octaves, either way.
+        // The median ratio is two octaves, in either direction.
         assert_eq!(sigma([1.0, 1.0, 1.0], [2.0, 3.0, 0.9], 7), [2.0, 3.0, 1.0]);
         assert_eq!(sigma([2.0, 3.0, 0.9], [1.0, 1.0, 1.0], 7), [2.0, 3.0, 1.0]);
-        // Nothing by speed is no agreement, and white noise is the least.
+        // Missing deviations by speed do not count as agreement, and white noise is the least.
         assert_eq!(sigma([1.0, 0.1, 3.0], [0.0; 3], 7), [1.0, 0.5, 3.0]);
     }
 
-    /// The largest of three estimates of one figure: 1.3 times it, not more. Three parameters do not tell what they agree on.
+    /// The largest of three estimates of one figure is 1.3 times it, not more. Three parameters are too few to tell
+    /// whether they agree.
     #[test]
     fn white_noise_stays_white() {
         let [white, by_part, sigma] = calibration(0.0);
@@ -213,8 +225,8 @@ mod tests {
         assert!((1.0..1.9).contains(&sigma), "{sigma}");
     }
 
-    /// Friction that the model has not: the same at every pass, however long the record. Parts of it agree with one
-    /// another, and the bands of speed do not.
+    /// Friction that the model lacks is the same at every pass, however long the record. Parts of the record agree with
+    /// one another, and the bands of speed do not.
     #[test]
     fn what_the_model_lacks_is_not_averaged_away() {
         let arm = Pendulum::new();
@@ -227,7 +239,7 @@ mod tests {
             }
             of(&model, states)
         };
-        // FS, of which 1 is true.
+        // FS, whose true value is 1.
         let c = 4;
         for len in [4000, 32_000] {
             let (solution, found) = at(len);
@@ -239,7 +251,7 @@ mod tests {
         assert!(at(32_000).1.by_part[c] < 0.5 * at(4000).1.by_part[c]);
     }
 
-    /// Rows that count less count less in the scores too, and nothing is claimed of what no row depends on.
+    /// Rows that count less count less in the scores too, and nothing is claimed where no row counts.
     #[test]
     fn weighted_rows_and_empty_columns() {
         let arm = Pendulum::new();

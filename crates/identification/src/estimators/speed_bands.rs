@@ -1,5 +1,7 @@
-//! The rows of each joint by its speed: one cluster of rows for each joint and octave of its speed, below 1/16 to 1 of its
-//! largest. What a model lacks of friction is the same at every pass of such a band (`replicate_deviation`).
+//! The rows of each joint by its speed: one cluster for each joint and octave of its speed.
+//!
+//! The octaves go from below 1/16 up to 1 of its largest speed. The friction that a model lacks is the same at every
+//! pass of such a band (`replicate_deviation`).
 
 use std::sync::Arc;
 
@@ -11,19 +13,19 @@ use crate::estimators::clusters::Cluster;
 use crate::model::linear_model::{Model, ResidualGroup};
 use crate::rows::residual_sums::ResidualSum;
 
-/// Upper ends of the bands of speed, shares of the joint's largest; the last has none.
+/// Upper ends of the bands of speed, as shares of the joint's largest speed; the last band has none.
 const ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 
 /// Bands of a joint.
 const BANDS: usize = ENDS.len() + 1;
 
-/// Of a joint and the residual of a row: how much the row counts.
+/// How much a row counts, from its joint and its residual.
 pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
 
 /// Rows by joint and band of speed, weighted, with their residuals as the right-hand side.
 #[derive(Clone)]
 pub struct SpeedBands<'a> {
-    /// rad/s (m/s), the largest of each joint.
+    /// The largest speed of each joint, rad/s (m/s).
     largest: &'a [f64],
     weight: CountOf<'a>,
     bands: Vec<Band>,
@@ -33,21 +35,21 @@ pub struct SpeedBands<'a> {
 #[derive(Clone)]
 struct Band {
     places: Vec<usize>,
-    /// (i, j), i <= j, column by column.
+    /// Products (i, j), i <= j, column by column.
     products: Vec<f64>,
     /// Rows that are in no product yet.
     block: RowBlock,
 }
 
 impl Band {
-    /// Without rows, of so many columns.
+    /// A band of `columns` columns, without rows.
     fn new(columns: usize) -> Band {
         let entries = columns + 1;
         let places = (0..entries).collect();
         Band { places, products: vec![0.0; entries * entries], block: RowBlock::new(entries) }
     }
 
-    /// Takes up eight rows: their entries at `places`, then their residuals, each by its weight.
+    /// Takes in eight rows: their entries at `places`, then their residuals, each multiplied by its weight.
     fn push(&mut self, places: &[usize], entries: &[Eight], residuals: &[f64; 8], weights: &[f64; 8]) {
         let weighted = |x: &[f64; 8]| Eight(std::array::from_fn(|lane| weights[lane] * x[lane]));
         let rows = self.block.push_eight();
@@ -73,14 +75,15 @@ impl<'a> SpeedBands<'a> {
         SpeedBands { largest, weight, bands: (0..model.n()).flat_map(of_joint).collect() }
     }
 
-    /// One cluster a band.
+    /// One cluster per band.
     pub(crate) fn clusters(self, model: &Model) -> Vec<Cluster> {
         let columns = |j: usize| model.layout.joints[j].columns.clone();
         self.products().map(|(j, products)| Cluster::of_products(columns(j), &products)).collect()
     }
 
-    /// Each band: its joint, and the products of its columns and of the residual behind them: (i, j), i <= j, at
-    /// j (m + 1) + i.
+    /// The joint of each band, and the products of its columns and of the residual behind them.
+    ///
+    /// Product (i, j), i <= j, stands at j (m + 1) + i.
     pub(crate) fn products(self) -> impl Iterator<Item = (usize, Vec<f64>)> {
         self.bands.into_iter().enumerate().map(|(k, mut band)| {
             band.complete();
@@ -90,8 +93,8 @@ impl<'a> SpeedBands<'a> {
 }
 
 impl ResidualSum for SpeedBands<'_> {
-    /// Samples that follow one another are mostly in one band: all eight go into each band that one of them is in, with
-    /// weight zero where they are in another.
+    /// Successive samples are mostly in one band. So all eight go into each band that one of them is in, with weight
+    /// zero where they belong to another.
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {

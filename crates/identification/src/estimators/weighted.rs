@@ -1,7 +1,7 @@
 //! Ordinary and weighted least squares from the triangles of the joints.
 //!
-//! OLS weighs all rows alike; WLS multiplies the rows of joint j by 1 / std(residual of joint j), three times over
-//! [Gautier 1997]. Both come out of the same triangles. The robust weights (`huber`) need the rows again.
+//! OLS weighs all rows alike. WLS multiplies the rows of joint j by 1 / std(residual of joint j), three times over
+//! [Gautier 1997]. Both follow from the same triangles. The robust weights (`huber`) need the rows again.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub enum Weights {
     Bisquare,
 }
 
-/// What there is to say of a choice of weights.
+/// The texts and the losses of a choice of weights.
 struct Choice {
     word: &'static str,
     method: &'static str,
@@ -46,17 +46,17 @@ impl Weights {
         Weights::ALL.into_iter().find(|w| w.word() == word)
     }
 
-    /// What an estimate says that it was made by.
+    /// The method that an estimate names.
     pub fn method(self) -> &'static str {
         self.choice().method
     }
 
-    /// What rows weigh, in a line.
+    /// One line of help on what the rows weigh.
     pub fn help(self) -> &'static str {
         self.choice().help
     }
 
-    /// The losses that rows are weighed by one after the other, from the solution by joint on; empty where the triangles
+    /// The losses that weigh the rows, one after the other, from the solution by joint on; empty where the triangles
     /// are enough.
     pub fn losses(self) -> &'static [Loss] {
         self.choice().losses
@@ -97,7 +97,7 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
     if weights != Weights::None {
         for _ in 0..REWEIGHTINGS {
-            // Every solution leaves the same residuals.
+            // Any solution will do, because all of them leave the same residuals.
             let x = weighted(joints, &w).solution();
             w = joints.iter().map(|joint| inverse_std(joint, &x)).collect();
         }
@@ -105,7 +105,7 @@ pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     (solve(&weighted(joints, &w)), w)
 }
 
-/// 1 / root mean square of the residual; a joint without rows or without residual counts as it is.
+/// 1 / root mean square of the residual; 1 for a joint without rows or without torque.
 fn inverse_std(joint: &Triangle, x: &[f64]) -> f64 {
     let (total, residual) = joint.squares(x);
     // A residual at the level of rounding would give the joint all the weight there is.
@@ -122,14 +122,14 @@ pub fn relative(total: f64, residual: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A word of the options file is that of the flag, and no choice is left out of the list.
+    /// The options file and the flag use the same words, and the list has every choice.
     #[test]
     fn words_are_those_of_the_options_file() {
         for weights in Weights::ALL {
             assert_eq!(serde_yaml::to_string(&weights).unwrap().trim(), weights.word());
         }
         let refused = serde_yaml::from_str::<Weights>("unknown").unwrap_err().to_string();
-        // The reader of options names what it knows, and ends the line.
+        // The reader of options ends its line with the words it knows.
         let words = Weights::ALL.map(Weights::word).join(", ");
         assert!(refused.contains(&format!("one of {words}\n")), "{refused}");
     }

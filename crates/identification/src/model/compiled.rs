@@ -20,9 +20,9 @@ pub fn is_compiled(fingerprint: u64) -> bool {
 
 /// The compiled regressor that is exactly this function, where there is one.
 ///
-/// `fingerprint` is that of the robot's base regressor with its constants in place, so that a robot
-/// of the same name and another geometry is not taken for it. Coordinates and parameters are those of the caller's
-/// description: geometry alone decides which function it is. Also `None` where the function has other numbers of them.
+/// `fingerprint` is that of the robot's base regressor with its constants in place, so that a robot of the same name
+/// and another geometry is not taken for it. Coordinates and parameters are those of the caller's description, because
+/// geometry alone decides which function it is. It is `None` too where the function has other numbers of them.
 pub fn compiled(fingerprint: u64, coordinates: Vec<Coordinate>, parameters: Vec<BaseParameter>) -> Option<Compiled> {
     let function = generated::find(fingerprint)?;
     let fits = function.coordinates.len() == coordinates.len() && function.parameters.len() == parameters.len();

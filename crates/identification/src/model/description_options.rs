@@ -1,4 +1,4 @@
-//! How a description was read: what stands beside its file for the same model to come out of it.
+//! How a description was read: what must stand beside its file to give the same model again.
 
 use std::collections::BTreeMap;
 
@@ -11,16 +11,16 @@ pub struct DescriptionOptions {
     /// Values of symbols, m or rad.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, f64>,
-    /// The mimic joints of a URDF are coordinates of their own.
+    /// Whether the mimic joints of a URDF are coordinates of their own.
     #[serde(skip_serializing_if = "is_false")]
     pub independent_mimic: bool,
-    /// Angles near a right angle stay as the file gives them.
+    /// Whether angles near a right angle stay as the file gives them.
     #[serde(skip_serializing_if = "is_false")]
     pub angles_as_given: bool,
     /// Which joints have a rotor inertia among their parameters; `None`: as the file says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotor_inertia: Option<RotorInertias>,
-    /// Six coordinates in front, and the base a link with parameters of its own.
+    /// Whether the base is a link with parameters of its own, behind six coordinates.
     #[serde(skip_serializing_if = "is_false")]
     pub floating_base: bool,
 }

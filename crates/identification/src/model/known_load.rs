@@ -1,8 +1,8 @@
 //! A load that was weighed and measured before it was mounted: its file, and what it adds to the robot.
 //!
-//! With the ten parameters phi_L of the load in and about the frame of its link and X = B phi, the load adds B_L phi_L
-//! to the base parameters, B_L the ten columns of B that belong to the link. Its torque D B_L phi_L is known. A load that
-//! is not known is estimated in `estimators::payload`.
+//! phi_L are the ten parameters of the load in and about the frame of its link, and X = B phi. The load adds B_L phi_L
+//! to the base parameters, where B_L are the ten columns of B that belong to the link. Its torque D B_L phi_L is known.
+//! A load that is not known is estimated in `estimators::payload`.
 
 use logs::Error;
 use robot::{Part, Pose, Robot, transform_inertial};
@@ -46,13 +46,13 @@ pub struct Inertia {
 }
 
 impl KnownLoad {
-    /// Reads the file; fails with the line that is not that of a load, and when no body has these figures.
+    /// Reads the file; fails with the line that does not belong to a load, and where no body has these figures.
     pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
         let load: KnownLoad = yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no load: {e}")))?;
         let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..load.clone() };
         let finite = load.part().parameters().iter().all(|x| x.is_finite());
         let i = load.inertia;
-        // A point has no moments; the rounding of the eigenvalues is that of the largest one.
+        // A point has no moments, so zero is allowed; the rounding of the eigenvalues is that of the largest one.
         let least = -1e-12 * (i.xx.abs() + i.yy.abs() + i.zz.abs() + load.mass.abs());
         if !finite || load.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least {
             let message = "no body has this mass and inertia: a positive mass is needed, in kg, and moments about the \

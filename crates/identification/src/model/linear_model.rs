@@ -21,7 +21,7 @@ pub struct Model<'a> {
     pub regressor: &'a dyn Regressor,
     /// Friction columns of every joint.
     pub friction: &'a [FrictionTerm],
-    /// Motors that turn with a joint beside their own.
+    /// Motors that also turn with a joint other than their own.
     pub couplings: &'a [Coupling],
     /// In the order of the columns.
     pub parameters: Vec<Parameter>,
@@ -117,8 +117,10 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The rows of the samples of a range in blocks, without zeros: `take(r, block)` from sample r on, its entries where
-    /// `layout` says; the torque is one of them. Rows of joints at standstill are filled like the others.
+    /// The rows of the samples of a range in blocks, without zeros.
+    ///
+    /// `take(r, block)` gets the rows from sample r on. Their entries stand where `layout` says, and the torque is one
+    /// of them. Rows of joints at standstill are filled like the others.
     pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
         let n = self.n();
         let filtered = states.filtered(self.friction);
@@ -156,7 +158,7 @@ impl<'a> Model<'a> {
         for (j, joint) in self.layout.joints.iter().enumerate() {
             let mut place = joint.friction;
             for (term, filtered) in self.friction.iter().zip(filtered) {
-                // No term has more columns.
+                // No term has more columns than four.
                 let mut columns = [0.0; 4];
                 let width = term.parameters().len();
                 match filtered {
@@ -229,11 +231,11 @@ impl<'a> Model<'a> {
 pub struct ResidualGroup<'a> {
     /// The record.
     pub states: &'a States,
-    /// The samples: one a lane, in turn.
+    /// The samples, one per lane, in turn.
     pub samples: Range<usize>,
-    /// Where the layout of the model says.
+    /// The entries, where the layout of the model has them.
     pub entries: &'a [Eight],
-    /// tau - W x, one a joint; of rows that do not count too.
+    /// tau - W x, one per joint, also of rows that do not count.
     pub residuals: &'a [[f64; 8]],
 }
 

@@ -116,7 +116,7 @@ impl<'de> Deserialize<'de> for ParameterId {
 pub struct BaseParameter {
     /// The name of the column.
     pub name: BaseName,
-    /// The coordinates that move the joint of its link: its own, or those that a passive joint follows.
+    /// The coordinates that move the joint of its link: its own, or those that determine a passive joint.
     pub coordinates: Vec<usize>,
     /// Whether that joint slides.
     pub is_prismatic: bool,
@@ -202,7 +202,7 @@ pub enum FrictionParameter {
     ViscousBackward,
     /// FSN: Coulomb, for dq < 0; negative.
     CoulombBackward,
-    /// FT: what stiction has above Coulomb friction.
+    /// FT: excess of stiction over Coulomb friction.
     Stribeck,
     /// FTP: the same for dq > 0.
     StribeckForward,
@@ -260,7 +260,7 @@ impl FrictionParameter {
         }
     }
 
-    /// Whether it multiplies a speed: a negative value drives the joint.
+    /// Whether it multiplies a speed, so that a negative value drives the joint.
     pub fn is_viscous(self) -> bool {
         use FrictionParameter::*;
         matches!(self, Viscous | ViscousForward | ViscousBackward)
@@ -317,7 +317,8 @@ impl CouplingParameter {
 pub struct Parameter {
     /// Its identity.
     pub id: ParameterId,
-    /// The coordinates it acts with: that of a friction, those that move the joint of a base parameter's link.
+    /// The coordinates it acts with: that of a friction parameter, or those that move the joint of a base parameter's
+    /// link.
     pub coordinates: Vec<usize>,
     /// Whether its joint slides.
     pub is_prismatic: bool,

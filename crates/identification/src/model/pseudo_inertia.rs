@@ -1,9 +1,9 @@
 //! The ten parameters of a body as one matrix, which is positive definite for a distribution of mass.
 //!
-//! P = [[S, h], [h', m]], S = tr(I)/2 1 - I the second moments, h the first moments, m the mass, all
-//! about the link's origin. P > 0 exactly when some distribution of positive mass has these
-//! parameters [Wensing, Kim, Slotine 2018]: positive mass, positive definite inertia about the
-//! centre of mass, and the triangle inequalities of its principal moments, in one condition.
+//! P = [[S, h], [h', m]] with the second moments S = tr(I)/2 1 - I, the first moments h and the mass m, all about the
+//! link's origin. P > 0 exactly when some distribution of positive mass has these parameters
+//! [Wensing, Kim, Slotine 2018]. This one condition means positive mass, positive definite inertia about the centre of
+//! mass, and the triangle inequalities of its principal moments.
 //!
 //! Parameters in the order XX XY XZ YY YZ ZZ MX MY MZ M; XY is the entry of the inertia matrix.
 
@@ -52,7 +52,7 @@ pub fn parameters(p: &Matrix4<f64>) -> Ten {
     ]
 }
 
-/// The smallest eigenvalue of P, the units of kg m^2, kg m and kg side by side.
+/// The smallest eigenvalue of P, which mixes the units kg m^2, kg m and kg.
 pub fn smallest_eigenvalue(x: &Ten) -> f64 {
     pseudo_inertia(x).symmetric_eigenvalues().min()
 }

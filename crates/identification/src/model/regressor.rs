@@ -45,15 +45,17 @@ pub trait Regressor: Sync {
         }
     }
 
-    /// Row and column of each entry of Y that is not zero at every state, row by row. Without knowledge all of them.
+    /// Row and column of each entry of Y that is not zero at every state, row by row; all entries where nothing is
+    /// known of them.
     fn non_zeros(&self) -> Vec<(usize, usize)> {
         let p = self.parameters().len();
         (0..self.coordinates().len()).flat_map(|i| (0..p).map(move |c| (i, c))).collect()
     }
 
-    /// Writes the entries of `non_zeros` at many instants, eight abreast: `blocks[g * stride + e]` is entry e of instants
-    /// 8 g .. 8 g + 7. `states` holds q, dq, ddq of one instant after the other; their number is a multiple of eight.
-    /// A regressor that computes eight at a time overrides this.
+    /// Writes the entries of `non_zeros` at many instants, eight side by side.
+    ///
+    /// `blocks[g * stride + e]` is entry e of instants 8 g .. 8 g + 7. `states` holds q, dq, ddq of one instant after
+    /// the other; their number is a multiple of eight. A regressor that computes eight at a time overrides this.
     fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
         let (n, p, non_zeros) = (self.coordinates().len(), self.parameters().len(), self.non_zeros());
         if n == 0 {

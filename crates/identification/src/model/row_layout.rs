@@ -1,5 +1,5 @@
-//! Where the entries of a sample's rows stand: those of the regressor that are not always zero, then for each joint its
-//! friction and its torque, then the couplings. Zeros have no place.
+//! Where the entries of a sample's rows stand: those of the regressor that are not always zero, then the friction of
+//! each joint, then the couplings, then the torque of each joint. Zeros have no place.
 
 use crate::model::coupling::Coupling;
 use crate::model::parameter::CouplingParameter;
@@ -8,13 +8,13 @@ use crate::model::regressor::Regressor;
 /// The places of all entries of one sample.
 #[derive(Clone, Debug)]
 pub struct RowLayout {
-    /// Entries of the regressor, from 0 on.
+    /// Number of entries of the regressor, which come first.
     pub base: usize,
-    /// Row by row of the equation.
+    /// The entries of each joint's row.
     pub joints: Vec<JointEntries>,
     /// For each coupling the first of its places in the row of the joint, and in that of the motor.
     pub couplings: Vec<[usize; 2]>,
-    /// All entries.
+    /// Number of all entries.
     pub entries: usize,
 }
 
@@ -37,7 +37,7 @@ impl JointEntries {
 }
 
 impl RowLayout {
-    /// For friction of `per_joint` columns a joint.
+    /// The layout for friction of `per_joint` columns in each joint.
     pub fn new(regressor: &dyn Regressor, per_joint: usize, couplings: &[Coupling]) -> RowLayout {
         let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
         let non_zeros = regressor.non_zeros();

@@ -9,7 +9,7 @@ pub struct StandardMap {
     pub standard: Vec<String>,
     /// X = B phi: base x standard.
     pub matrix: DMatrix<f64>,
-    /// A link's name and its first column; ten in the order XX XY XZ YY YZ ZZ MX MY MZ M.
+    /// Each link's name and first column; a link has ten, in the order XX XY XZ YY YZ ZZ MX MY MZ M.
     pub bodies: Vec<(String, usize)>,
     /// Columns that cannot be negative: the rotor inertias IA.
     pub rotors: Vec<usize>,

@@ -16,9 +16,9 @@ pub struct FilteredFriction {
 pub struct States {
     /// Number of coordinates.
     pub n: usize,
-    /// s, one an instant.
+    /// s, one per instant.
     pub t: Vec<f64>,
-    /// rad, rad/s, rad/s^2, N m (A); sample by sample, n each.
+    /// rad (m); sample by sample, n each, as the series below.
     pub q: Vec<f64>,
     /// rad/s (m/s).
     pub dq: Vec<f64>,
@@ -26,21 +26,21 @@ pub struct States {
     pub ddq: Vec<f64>,
     /// N m (N).
     pub tau: Vec<f64>,
-    /// sign(dq), or that sign after the filter; then the directions of coupled motors, one a coupling.
+    /// sign(dq), or that sign after the filter.
     pub direction: Vec<f64>,
-    /// Directions of coupled motors, one a coupling.
+    /// Directions of coupled motors, one per coupling, sample by sample.
     pub motor_direction: Vec<f64>,
-    /// Columns of friction that were filtered as a whole; a term that is not here is one of `dq` and `direction`.
+    /// Columns of friction that were filtered as a whole; other terms are computed sample by sample.
     pub friction: Vec<FilteredFriction>,
     /// Whether the row of joint j at sample r counts.
     pub used: Vec<bool>,
-    /// Cut-offs in force, Hz; 0: none.
+    /// Cut-off of positions and velocities in force, Hz; 0: none.
     pub cutoff: f64,
-    /// Hz, of the torques.
+    /// Cut-off of the torques in force, Hz; 0: none.
     pub effort_cutoff: f64,
-    /// s between samples.
+    /// Time between samples, s.
     pub period: f64,
-    /// Frequency below which 95 % of the energy of a coordinate's velocity lies, Hz, one a coordinate.
+    /// Frequency below which 95 % of the energy of a coordinate's velocity lies, Hz, one per coordinate.
     pub f95: Vec<f64>,
 }
 
@@ -50,13 +50,13 @@ impl States {
         self.t.len()
     }
 
-    /// The filtered columns of each of these terms, where there are some.
+    /// The filtered columns of each of these terms; `None` where a term has none.
     pub fn filtered(&self, terms: &[FrictionTerm]) -> Vec<Option<&[f64]>> {
         let of = |term: &FrictionTerm| self.friction.iter().find(|f| f.term == *term).map(|f| f.columns.as_slice());
         terms.iter().map(of).collect()
     }
 
-    /// Records of one robot, prepared alike, one after another; what is one number is that of the first.
+    /// Joins records of one robot that were prepared alike; where there is one number only, it is that of the first.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
         for states in records.iter().skip(1) {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit(&'static str);
 
-/// At a joint that turns, and at one that slides: of the parameters that are the joint's own (IA, friction, gain).
+/// Units of a joint's own parameters (IA, friction, gain): where it turns, and where it slides.
 const BY_JOINT: [(Unit, Unit); 4] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
@@ -33,7 +33,7 @@ impl Unit {
     /// A number without unit.
     pub const ONE: Unit = Unit("1");
 
-    /// The unit of a joint's own parameter where the joint slides, itself where it turns.
+    /// The unit of a joint's own parameter: this one where the joint turns, and its counterpart where it slides.
     pub fn along(self, is_prismatic: bool) -> Unit {
         let sliding = BY_JOINT.iter().find(|(turning, _)| is_prismatic && *turning == self);
         sliding.map_or(self, |(_, sliding)| *sliding)

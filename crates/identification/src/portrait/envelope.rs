@@ -1,9 +1,9 @@
-//! A line over time that takes no more room than its picture: of each span of time the smallest and the largest value.
+//! A line over time that takes no more room than its picture: the smallest and the largest value of each span of time.
 //!
-//! Spans begin as single samples; when there are more than `SPANS` of them, neighbours are put together and the span is
-//! twice as long. So the length of a signal need not be known beforehand, and no peak is lost.
+//! Spans begin as single samples. When there are more than `SPANS` of them, neighbours are put together and the span
+//! becomes twice as long. So the length of a signal need not be known beforehand, and no peak is lost.
 
-/// Spans that are kept at most, and at least half of it once there are as many samples: about one a pixel.
+/// Largest number of spans, about one per pixel. At least half of them are used once there are as many samples.
 const SPANS: usize = 720;
 
 /// A line over time.

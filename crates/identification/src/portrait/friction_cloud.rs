@@ -5,17 +5,17 @@ use std::collections::BTreeMap;
 use crate::model::friction::terms::{FrictionTerm, sign};
 use crate::model::linear_model::Model;
 
-/// Cells along each axis, at least half of it once the points fill them.
+/// Largest number of cells along each axis; at least half of them are used once the points fill them.
 const CELLS: i64 = 48;
 /// Points of the law on each side of rest.
 const LAW: usize = 60;
 
-/// Points of a plane, thinned by a grid that grows with them.
+/// Points of a plane, thinned by a grid whose cells grow with their reach.
 #[derive(Clone, Debug, Default)]
 pub struct FrictionCloud {
     /// The first point of each cell.
     cells: BTreeMap<(i64, i64), (f64, f64)>,
-    /// Exponents of the cells' sizes: 2^k.
+    /// Exponents k of the cells' sizes 2^k.
     size: (i32, i32),
     reach: (f64, f64),
 }
@@ -29,7 +29,7 @@ impl FrictionCloud {
         let reach = (self.reach.0.max(speed.abs()), self.reach.1.max(torque.abs()));
         if reach != self.reach {
             self.reach = reach;
-            // The reach is both ways.
+            // The grid spans the reach to both sides.
             let exponent = |reach: f64| (2.0 * reach.max(1e-9) / CELLS as f64).log2().ceil() as i32;
             let size = (exponent(reach.0), exponent(reach.1));
             if size != self.size {
@@ -52,8 +52,10 @@ impl FrictionCloud {
     }
 }
 
-/// The friction of joint j from -speed to speed; `x`: the parameters beyond the base parameters. It is that of a joint
-/// without load and without acceleration. Empty without friction.
+/// The friction of joint j from -speed to speed, for a joint without load and without acceleration. Empty without
+/// friction.
+///
+/// `x` are the parameters beyond the base parameters.
 pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
     let terms: Vec<FrictionTerm> = model.friction.to_vec();
     let per_joint: usize = terms.iter().map(|t| t.parameters().len()).sum();
@@ -65,7 +67,7 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
         let mut torque = 0.0;
         let mut first = 0;
         for term in &terms {
-            // No term has more columns.
+            // No term has more columns than four.
             let mut columns = [0.0; 4];
             let width = term.parameters().len();
             term.fill(dq, 0.0, 0.0, sign(dq), &mut columns[..width]);
@@ -74,7 +76,7 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
         }
         (dq, torque)
     };
-    // Dense near rest, where Stribeck's effect is; nothing at rest itself, where dry friction jumps.
+    // Points are dense near rest, where Stribeck's effect is. There is none at rest itself, where dry friction jumps.
     let side = |s: f64| (1..=LAW).map(move |i| s * speed * (i as f64 / LAW as f64).powi(2));
     side(-1.0).collect::<Vec<_>>().into_iter().rev().chain(side(1.0)).map(at).collect()
 }
@@ -94,7 +96,7 @@ mod tests {
             cloud.push(speed, 0.3 * speed + speed.signum() + 0.05 * random.normal());
         }
         let points = cloud.points();
-        // A line fills the cells beside it: some for each column.
+        // The points fill the cells along a line, some in each column of cells.
         assert!((CELLS as usize / 2..20 * CELLS as usize).contains(&points.len()), "{}", points.len());
         assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));
     }

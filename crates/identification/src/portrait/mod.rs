@@ -1,9 +1,10 @@
 //! What an estimate makes of logs, joint by joint, small enough to be drawn however long the logs are.
 //!
-//! Torques over time are kept as the smallest and the largest value of each of some hundred spans ([`envelope`]), friction
-//! as one point of each cell of a grid ([`friction_cloud`]), the residual also as its spectrum ([`spectrum`]) and its
-//! autocorrelation (`estimate::autocorrelation`). What a joint's torque consists of is in [`mod@split`]; [`series`] writes
-//! measured and predicted torques sample by sample. [`motion_portrait`] is of an exciting motion that is still to be run.
+//! Torques over time are kept as the smallest and the largest value of each of some hundred spans ([`envelope`]).
+//! Friction is kept as one point of each cell of a grid ([`friction_cloud`]). The residual is also kept as its spectrum
+//! ([`spectrum`]) and its autocorrelation (`estimate::autocorrelation`). [`mod@split`] says what a joint's torque
+//! consists of, and [`series`] writes measured and predicted torques sample by sample. [`motion_portrait`] shows an
+//! exciting motion that is still to be run.
 
 pub mod envelope;
 pub mod friction_cloud;
@@ -24,7 +25,7 @@ use crate::portrait::spectrum::{Spectrum, noise_density};
 use crate::portrait::split::{JointTorque, split};
 use crate::signals::records::{Records, SourceRecords};
 
-/// s between two logs on their common axis, as a share of the logs together.
+/// Gap between two logs on their common axis, as a share of the duration of all logs.
 const GAP: f64 = 0.01;
 
 /// Logs as an estimate predicts them.
@@ -32,7 +33,7 @@ const GAP: f64 = 0.01;
 pub struct Portrait {
     /// The logs on one axis of time, one after the other.
     pub logs: Vec<LogSpan>,
-    /// One a coordinate.
+    /// One per coordinate.
     pub joints: Vec<JointPortrait>,
     /// Samples behind each joint, after decimation.
     pub samples: usize,
@@ -43,13 +44,13 @@ pub struct Portrait {
 pub struct LogSpan {
     /// Name of the log, as the user gave it.
     pub name: String,
-    /// s, from here ..
+    /// Start on the common axis, s.
     pub from: f64,
-    /// .. to there.
+    /// End on the common axis, s.
     pub to: f64,
 }
 
-/// One joint; torques in N m (N), filtered as they were fitted.
+/// One joint, with torques in N m (N), filtered as they were fitted.
 #[derive(Clone, Debug, Default)]
 pub struct JointPortrait {
     /// Name of the coordinate.
@@ -58,11 +59,11 @@ pub struct JointPortrait {
     pub unit: String,
     /// Whether it slides.
     pub is_prismatic: bool,
-    /// Over the common axis of time, s.
+    /// The measured torque over the common axis of time, s.
     pub measured: Envelope,
-    /// Y X, friction and couplings.
+    /// The predicted torque: Y X, friction and couplings.
     pub predicted: Envelope,
-    /// Measured less predicted, of rows that count.
+    /// Measured less predicted torque, in rows that count.
     pub residual: Envelope,
     /// Inertia, Coriolis and centrifugal, gravity, friction: over time.
     pub parts: [Envelope; 4],
@@ -80,14 +81,14 @@ pub struct JointPortrait {
     pub acceleration: f64,
     /// Largest measured torque.
     pub effort: f64,
-    /// Of the residual: Hz, and N m/sqrt(Hz).
+    /// Spectrum of the residual: Hz, and N m/sqrt(Hz).
     pub residual_spectrum: Vec<(f64, f64)>,
-    /// Of the measured torque.
+    /// Spectrum of the measured torque, in the same units.
     pub torque_spectrum: Vec<(f64, f64)>,
-    /// N m/sqrt(Hz) of the measured torque far above the cut-off, where no motion is; `None` where the log has nothing
-    /// there.
+    /// Level of the measured torque far above the cut-off, where there is no motion, N m/sqrt(Hz); `None` where the log
+    /// has nothing there.
     pub noise: Option<f64>,
-    /// Of the residual: s, and rho.
+    /// Autocorrelation of the residual: s, and rho.
     pub autocorrelation: Vec<(f64, f64)>,
     /// Half of the band of rho within which white noise stays with 95 %.
     pub autocorrelation_band: f64,
@@ -97,7 +98,7 @@ pub struct JointPortrait {
     pub friction_law: Vec<(f64, f64)>,
 }
 
-/// What is gathered of one joint.
+/// The sums and series of one joint while logs are gone through.
 struct Gathered {
     portrait: JointPortrait,
     squares: [f64; 6],
@@ -173,7 +174,7 @@ impl Gathered {
         }
     }
 
-    /// A record begins: lines are broken.
+    /// Begins a record, so that lines are broken.
     fn begin(&mut self, period: f64) {
         let joint = &mut self.portrait;
         for line in [&mut joint.measured, &mut joint.predicted, &mut joint.residual].into_iter().chain(&mut joint.parts)
@@ -208,7 +209,7 @@ impl Gathered {
             self.residual_spectrum.push(residual);
         } else {
             joint.residual.interrupt();
-            // A gap would look like an edge; no residual is the nearest to none.
+            // A gap would look like an edge in the spectrum; a residual of zero comes nearest to none.
             self.residual_spectrum.push(0.0);
         }
     }

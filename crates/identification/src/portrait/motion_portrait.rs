@@ -1,7 +1,7 @@
-//! What there is to draw of an exciting motion: its coordinates over time beside their limits, torques, the path of the tip.
+//! What can be drawn of an exciting motion: coordinates over time beside their limits, torques, the path of the tip.
 //!
-//! Torques are as a certificate bounds them: tau = Y X + FV dq + OFF. Dry friction is not in them, since it is taken from
-//! their bounds; the power of a drive has it: tau dq + FS |dq|.
+//! Torques are as a certificate bounds them: tau = Y X + FV dq + OFF. Dry friction is not in them, because it is taken
+//! from their bounds. It is in the power of a drive: tau dq + FS |dq|.
 
 use robot::{Pose, Robot};
 
@@ -12,18 +12,18 @@ use crate::experiments::excitation::proof::{CertificateRow, DescribedFriction};
 use crate::model::regressor::Regressor;
 use crate::portrait::envelope::Envelope;
 
-/// Samples of a period, and of a motion at least: a harmonic has dozens.
+/// Samples of a period, and the least of a motion; a harmonic has dozens.
 const SAMPLES_OF_A_PERIOD: usize = 240;
 const SAMPLES: usize = 720;
 
 /// What is drawn.
 #[derive(Clone, Debug)]
 pub struct MotionPortrait {
-    /// One a coordinate.
+    /// One per coordinate.
     pub joints: Vec<JointCourse>,
-    /// s: where periods start and end, inside the motion.
+    /// Instants inside the motion where periods start and end, s.
     pub borders: Vec<f64>,
-    /// Of the first period and the blends; `None` where nothing says where links are.
+    /// Path of the first period and the blends; `None` where the places of links are not known.
     pub tip: Option<TipPath>,
     /// The limits with what proves them.
     pub certificate: Vec<CertificateRow>,
@@ -40,7 +40,7 @@ pub struct JointCourse {
     pub coordinate: String,
     /// Whether it slides; `None`: not known without the model.
     pub is_prismatic: Option<bool>,
-    /// What it is held to.
+    /// The limits that it is held to.
     pub limits: CoordinateLimits,
     /// By kind of limit: position, velocity, acceleration, jerk; then torque and power where they are known.
     pub courses: Vec<(LimitKind, Envelope)>,
@@ -64,12 +64,12 @@ pub struct KnownRobot<'a> {
     pub regressor: &'a dyn Regressor,
     /// Base parameters; `None`: torques are not known.
     pub parameters: Option<&'a [f64]>,
-    /// One a coordinate.
+    /// One per coordinate.
     pub friction: &'a [DescribedFriction],
 }
 
 impl MotionPortrait {
-    /// From the artefact, as it says of itself.
+    /// From the artefact, with its own certificate and notes.
     pub fn of_file(artefact: &ExcitingMotion, motion: &Motion) -> MotionPortrait {
         let limits = artefact.joints.iter().map(|j| j.limits.clone()).collect();
         let (certificate, notes) = (artefact.certificate.clone(), artefact.notes.clone());
@@ -77,7 +77,7 @@ impl MotionPortrait {
         MotionPortrait { certificate, notes, ..portrait }
     }
 
-    /// From the motion and the robot; `limits`: one a coordinate. Certificate and notes are the caller's.
+    /// From the motion and the robot; `limits` are one per coordinate. The caller adds certificate and notes.
     pub fn new(
         artefact: &ExcitingMotion,
         motion: &Motion,
@@ -131,7 +131,7 @@ impl MotionPortrait {
     }
 }
 
-/// What is drawn of a coordinate: the power only where it is limited.
+/// What is drawn of a coordinate; the power is drawn only where it is limited.
 fn kinds(limits: &CoordinateLimits, known: Option<KnownRobot>) -> Vec<LimitKind> {
     let mut kinds = vec![LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
     if known.is_some_and(|known| known.parameters.is_some()) {
@@ -156,7 +156,7 @@ fn torques(known: &KnownRobot, state: &[[f64; 4]]) -> Option<Vec<[f64; 2]>> {
     Some(y.chunks_exact(parameters.len().max(1)).enumerate().map(one).collect())
 }
 
-/// The place behind the most joints.
+/// The end of the longest chain of joints.
 struct Tip<'a> {
     robot: &'a Robot,
     link: usize,
@@ -165,7 +165,7 @@ struct Tip<'a> {
 }
 
 impl<'a> Tip<'a> {
-    /// The last of the frames that the file fixes to the link, or that of the link; `None` where joints are found numerically.
+    /// The last frame that the file fixes to the link, or the link's own; `None` where joints are found numerically.
     fn of(robot: &'a Robot) -> Option<Tip<'a>> {
         if !robot.passive.is_empty() {
             return None;
@@ -180,7 +180,7 @@ impl<'a> Tip<'a> {
         Some(Tip { robot, link, place, name })
     }
 
-    /// m, in the base frame.
+    /// The place in the base frame, m.
     fn place(&self, q: &[f64]) -> [f64; 3] {
         self.robot.link_poses(q)[self.link].compose(&self.place).position
     }
@@ -192,7 +192,7 @@ mod tests {
     use crate::experiments::excitation::motion::tests::motions;
     use crate::test_arm::Pendulum;
 
-    /// Courses go from rest to rest and hold every peak; torque and power are those of the pendulum with its friction.
+    /// Torque and power are those of the pendulum with its friction, and the tip is where its angle puts it.
     #[test]
     fn courses_are_those_of_the_motion() {
         let text = "convention: khalil-kleinfinger\nname: arm\nlinks:\n  - {link: 1, antecedent: base, theta: q1}\n  - {link: 2, \

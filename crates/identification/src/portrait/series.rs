@@ -13,11 +13,11 @@ use crate::signals::records::{Records, SourceRecords};
 pub struct TorqueSeries {
     /// The log, as the user named it.
     pub name: String,
-    /// s of the log's clock, one an instant.
+    /// Time on the log's clock, s, one per instant.
     pub t: Vec<f64>,
     /// tau, an instant a row.
     pub measured: Vec<f64>,
-    /// W X, an instant a row; not a number where a joint stands still, whose row does not count.
+    /// W X, an instant a row; NaN where a joint stands still and its row does not count.
     pub predicted: Vec<f64>,
 }
 
@@ -43,11 +43,11 @@ pub fn series(model: &Model, x: &[f64], options: &Options, logs: &[LogSource]) -
     logs.iter().map(of_log).collect()
 }
 
-/// The series as CSV: `log`, `t`, and for each coordinate `measured_` and `predicted_`, which is empty where the row does
-/// not count.
+/// The series as CSV: `log`, `t`, and for each coordinate `measured_` and `predicted_`. The prediction is empty where
+/// the row does not count.
 pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String {
     let mut text = "log,t".to_string();
-    // A String never fails to grow.
+    // Writing to a String never fails.
     coordinates.iter().for_each(|name| write!(text, ",measured_{name},predicted_{name}").unwrap_or_default());
     text.push('\n');
     for one in series {
@@ -67,7 +67,7 @@ pub fn series_to_csv(series: &[TorqueSeries], coordinates: &[String]) -> String 
     text
 }
 
-/// The same columns as Parquet, in full precision; a number that does not count is absent.
+/// The same columns as Parquet, in full precision; the prediction is absent where the row does not count.
 ///
 /// Fails where two coordinates have one name.
 pub fn series_to_parquet(series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Error> {
@@ -100,7 +100,7 @@ mod tests {
 
     use super::*;
 
-    /// A name with a comma stays one field; what does not count is an empty one.
+    /// A name with a comma stays one field, and a row that does not count has an empty field.
     #[test]
     fn rows_have_their_fields() {
         let (measured, predicted) = (vec![1.0, 2.0, 3.0, 4.0], vec![1.5, f64::NAN, 2.5, 4.5]);

@@ -1,7 +1,7 @@
 //! The spectrum of a signal, averaged over short stretches, and the noise of measured torques.
 //!
-//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2 with Hann's window h over stretches of `STRETCH` samples
-//! that overlap by half, averaged [Welch 1967]. What is given is sqrt(S), in the unit of the signal by sqrt(Hz).
+//! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2, with Hann's window h, is averaged over stretches of
+//! `STRETCH` samples that overlap by half [Welch 1967]. The result is sqrt(S), in the unit of the signal over sqrt(Hz).
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ const STRETCH: usize = 256;
 
 /// The noise is looked for above this multiple of the cut-off.
 const ABOVE: f64 = 2.0;
-/// Bins there without which nothing can be said.
+/// Fewest bins there from which the noise is taken.
 const FEWEST: usize = 8;
 
 /// A spectrum that is being averaged.
@@ -43,13 +43,13 @@ impl Default for Spectrum {
 }
 
 impl Spectrum {
-    /// A record begins, of samples `period` s apart.
+    /// Begins a record whose samples are `period` s apart.
     pub fn begin(&mut self, period: f64) {
         self.held.clear();
         self.period = period;
     }
 
-    /// The next sample.
+    /// Takes the next sample.
     pub fn push(&mut self, value: f64) {
         self.held.push(value);
         if self.held.len() < STRETCH {
@@ -58,7 +58,7 @@ impl Spectrum {
         let mean = self.held.iter().sum::<f64>() / STRETCH as f64;
         let mut input: Vec<f64> = self.held.iter().zip(&self.window).map(|(e, h)| (e - mean) * h).collect();
         let mut output = self.transform.make_output_vec();
-        // Both buffers have the length of the plan.
+        // This never fails, because both buffers have the length of the plan.
         if self.transform.process(&mut input, &mut output).is_ok() {
             for (sum, bin) in self.sums.iter_mut().zip(&output) {
                 *sum += bin.norm_sqr();
@@ -78,8 +78,10 @@ impl Spectrum {
     }
 }
 
-/// The root of the density of each measured torque above twice the cut-off, N m/sqrt(Hz), by its median; `None` where the
-/// rate of the log leaves no room there. It is noise where the driver has not filtered the torques.
+/// The median root density of each measured torque above twice the cut-off, N m/sqrt(Hz); `None` where the rate of the
+/// log leaves no room there.
+///
+/// It is the noise of the torque where the driver has not filtered it.
 ///
 /// Fails where a log does not fit the transmission.
 pub fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {
@@ -116,7 +118,7 @@ mod tests {
     use super::*;
     use crate::algebra::random::Random;
 
-    /// White noise of variance s^2 has the density 2 s^2 T, and a sine its peak at its place.
+    /// White noise of variance s^2 has the density 2 s^2 T, and a sine has its peak at its own frequency.
     #[test]
     fn noise_is_flat_and_a_sine_is_a_peak() {
         let mut random = Random::new(2);
@@ -125,7 +127,8 @@ mod tests {
         spectrum.begin(period);
         (0..100_000).for_each(|_| spectrum.push(sigma * random.normal()));
         let expected = (2.0 * sigma * sigma * period).sqrt();
-        // Some eight hundred stretches: a bin is known to 1/sqrt(800) of its square; the first holds less by the mean.
+        // Some eight hundred stretches give the square of a bin to 1/sqrt(800). The first bin is lower by the mean
+        // taken out.
         for (hz, root) in &spectrum.density()[1..127] {
             assert!((root / expected - 1.0).abs() < 0.1, "{hz} {root} {expected}");
         }

@@ -4,7 +4,8 @@
 //! gravity  Y(q, 0, 0) X        Coriolis and centrifugal  Y(q, dq, 0) X - Y(q, 0, 0) X
 //! inertia  Y(q, dq, ddq) X - Y(q, dq, 0) X               friction  the columns beyond the base parameters
 //! ```
-//! A rotor inertia that is estimated beside the friction counts as inertia; what a coupled motor adds counts as friction.
+//! A rotor inertia that is estimated beside the friction counts as inertia. What a coupled motor adds counts as
+//! friction.
 
 use crate::model::friction::terms::FrictionTerm;
 use crate::model::linear_model::Model;
@@ -26,12 +27,12 @@ pub struct JointTorque {
     pub measured: f64,
     /// Inertia, Coriolis and centrifugal, gravity, friction.
     pub parts: [f64; 4],
-    /// Whether the row counts: a joint at standstill may hold by stiction.
+    /// Whether the row counts; a joint at standstill may be held by stiction.
     pub counts: bool,
 }
 
 impl JointTorque {
-    /// The torque of the parameters.
+    /// The torque that the parameters predict.
     pub fn predicted(&self) -> f64 {
         self.parts.iter().sum()
     }
@@ -47,7 +48,7 @@ impl JointTorque {
     }
 }
 
-/// The torques of a record under parameters `x`: `take(r, joints)`.
+/// Splits the torques of a record under parameters `x`; `take(r, joints)` gets those of sample r.
 pub fn split(model: &Model, x: &[f64], states: &States, mut take: impl FnMut(usize, &[JointTorque])) {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let rotor = rotor_columns(model);
@@ -56,7 +57,7 @@ pub fn split(model: &Model, x: &[f64], states: &States, mut take: impl FnMut(usi
     let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
     model.rows(states, 0..states.len(), |r, w| {
         let at = r * n..(r + 1) * n;
-        // At rest, and with the velocities alone.
+        // One input at rest, and one with the velocities but without accelerations.
         inputs[..n].copy_from_slice(&states.q[at.clone()]);
         inputs[3 * n..4 * n].copy_from_slice(&states.q[at.clone()]);
         inputs[4 * n..5 * n].copy_from_slice(&states.dq[at]);

@@ -1,10 +1,10 @@
-//! The observation matrix, streamed: the rows of many instants go into one triangle a joint.
+//! The observation matrix, streamed: the rows of many instants go into one triangle per joint.
 //!
-//! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j; the parameters are those of the
-//! regressor, then the friction of each joint, then the couplings of the transmission. W is never
-//! held: blocks of 128 rows, without zeros, are filled and folded in while they are in the cache, and a joint's triangle
-//! has the columns only that its torque can depend on. Rows of different joints are kept apart, so that weights by joint need no second pass. Contiguous parts of
-//! the record are kept apart too, so that leaving parts out (validation) needs none either.
+//! tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j. The parameters are those of the regressor, then the friction
+//! of each joint, then the couplings of the transmission. W is never held: blocks of 128 rows, without zeros, are
+//! filled and folded in while they are in the cache. A joint's triangle has only the columns that its torque can depend
+//! on. Rows of different joints are kept apart, so weights by joint need no second pass. Contiguous parts of the record
+//! are kept apart too, so leaving parts out (validation) needs none either.
 
 use std::ops::Range;
 
@@ -15,19 +15,19 @@ use crate::model::linear_model::Model;
 use crate::model::states::States;
 use crate::signals::records::Records;
 
-/// The weight of a row by its residual under parameters: `weight(j, tau - W x)`.
+/// The weight of a row as a function of its residual: `weight(j, tau - W x)`.
 #[derive(Clone, Copy)]
 pub struct RowWeight<'a> {
     /// Parameters whose residual is meant.
     pub x: &'a [f64],
-    /// From a joint and its residual to the factor of the row.
+    /// The factor of a row, from its joint and its residual.
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// With fewer samples than this, threads do not pay: a log of twenty thousand rows has as many left.
+/// Threads do not pay with fewer samples than this; a log of twenty thousand rows has as many left.
 const PARALLEL: usize = 2_000;
 
-/// One triangle a joint of the samples in a range.
+/// One triangle per joint of the samples in a range.
 fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
     let n = model.n();
     let mut triangles: Vec<ColumnTriangle> =
@@ -52,7 +52,7 @@ fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Opt
                 }
                 for &place in &model.layout.joints[j].places {
                     for (x, factor) in group[place].0.iter_mut().zip(factors) {
-                        // What does not count may be no number.
+                        // A row that does not count may hold NaN, which a factor of zero does not remove.
                         *x = if factor == 0.0 { 0.0 } else { factor * *x };
                     }
                 }
@@ -125,7 +125,7 @@ impl Observation {
                 let workers: Vec<_> = (1..threads).map(|t| scope.spawn(move || share(t))).collect();
                 let mut all = share(0);
                 for (worker, t) in workers.into_iter().zip(1..) {
-                    // A worker that died has computed nothing; its share is done again here.
+                    // The share of a worker that panicked is computed again here.
                     all.extend(worker.join().unwrap_or_else(|_| share(t)));
                 }
                 all
@@ -169,7 +169,7 @@ impl Observation {
         Observation { parts: self.parts.iter().map(part).collect(), ..self.seen() }
     }
 
-    /// All but the rows.
+    /// A copy of all but the rows.
     fn seen(&self) -> Observation {
         Observation {
             parts: Vec::new(),
@@ -182,7 +182,7 @@ impl Observation {
         }
     }
 
-    /// One triangle a joint, merged from the parts that `take` chooses.
+    /// One triangle per joint, merged from the parts that `take` chooses.
     pub fn joints(&self, take: impl Fn(usize) -> bool) -> Vec<Triangle> {
         let mut chosen = self.parts.iter().enumerate().filter(|(k, _)| take(*k)).map(|(_, part)| part);
         let Some(first) = chosen.next() else {
@@ -257,7 +257,7 @@ mod tests {
         let model = Model::new(&slide, &friction, &[]);
         let units: Vec<String> = model.parameters[3..].iter().map(|p| p.unit().to_string()).collect();
         assert_eq!(units, ["N s/m", "N", "kg"]);
-        // 0.2 m are a stroke, 0.2 rad are little; slow beside nothing else.
+        // For a sliding joint 0.2 m are a stroke; for a turning one 0.2 rad are little. No other joint is faster.
         let observation = Observation { range: vec![(0.0, 0.2)], speed: vec![0.0], ..Observation::default() };
         assert_eq!(crate::estimate::remarks::little_motion(&model, &observation), [false]);
         assert_eq!(crate::estimate::remarks::little_motion(&Model::new(&arm, &[], &[]), &observation), [true]);

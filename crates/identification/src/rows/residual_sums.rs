@@ -1,7 +1,7 @@
-//! Sums over the rows and what parameters leave of them, e = tau - W x: all that are asked for in one pass.
+//! Sums over the rows and their residuals e = tau - W x, all of them in one pass.
 //!
-//! A record is cut into parts that do not depend on the number of threads, each part is summed by itself, and the sums are
-//! put together in their order.
+//! A record is cut into parts that do not depend on the number of threads. Each part is summed by itself, and the sums
+//! are put together in the order of the parts.
 
 use std::convert::Infallible;
 use std::ops::Range;
@@ -21,7 +21,7 @@ pub trait ResidualSum: Clone + Send + Sync {
     /// Appends the sum over the samples that follow.
     fn append(&mut self, next: Self);
 
-    /// The samples of a record are complete.
+    /// Is called when all samples of a record are summed.
     fn end_record(&mut self, _states: &States) {}
 }
 
@@ -45,7 +45,7 @@ impl<A: ResidualSum, B: ResidualSum> ResidualSum for (A, B) {
 /// Samples of a part of a record.
 const PART: usize = 8192;
 
-/// The sums over all records under parameters `x`, from `empty` ones.
+/// The sums over all records under parameters `x`, starting from `empty`.
 ///
 /// Fails when a record cannot be read.
 pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(

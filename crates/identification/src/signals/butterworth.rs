@@ -1,9 +1,9 @@
 //! Zero-phase low-pass: a digital Butterworth filter run forward and backward.
 //!
-//! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)), the bilinear transform with the cut-off w_c
-//! prewarped; run both ways the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off).
-//! At the ends the signal is continued by 3 (n + 1) samples turned about its end point, and the state of
-//! every section starts as after an endless constant. These are the conventions of `scipy.signal.filtfilt`.
+//! |H(w)|^2 = 1 / (1 + (tan(w/2) / tan(w_c/2))^(2n)), the bilinear transform with the cut-off w_c prewarped. When the
+//! filter runs both ways, the phase cancels and the magnitude is |H|^2 (-6 dB at the cut-off). At each end the signal
+//! is extended by 3 (n + 1) samples, reflected about its end point. The state of every section starts as after an
+//! endless constant. These are the conventions of `scipy.signal.filtfilt`.
 //!
 //! Second-order sections in transposed direct form II; a polynomial of order n is never formed.
 
@@ -46,16 +46,17 @@ impl Butterworth {
         Some(Butterworth { sections, order })
     }
 
-    /// Time after which the filter has forgotten the start of its signal to a part in 10^12, s: the slowest pole
-    /// decays by exp(-2 pi f_c sin(pi / (2 n)) t).
+    /// Time after which the start of a signal has a part in 10^12 of its effect left, s.
+    ///
+    /// The slowest pole decays by exp(-2 pi f_c sin(pi / (2 n)) t).
     pub fn memory(order: usize, cutoff: f64) -> f64 {
         let decay = 2.0 * std::f64::consts::PI * cutoff * (0.5 * std::f64::consts::PI / order as f64).sin();
         1e12f64.ln() / decay
     }
 
-    /// Signals of one length without phase shift; shorter than two samples they are returned as they are.
+    /// Filters signals of one length without phase shift; signals shorter than two samples are returned as they are.
     ///
-    /// Each sample waits for the one before: `ABREAST` signals at once take hardly longer than one.
+    /// Each sample waits for the one before it, so `ABREAST` signals filtered side by side take hardly longer than one.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let n = signals.first().map_or(0, Vec::len);
         if n < 2 {
@@ -82,10 +83,11 @@ impl Butterworth {
     }
 }
 
-/// Rows that stay in the cache between the signals, which stand one by one, and the filter, which takes them abreast.
+/// Rows copied at a time between the signals, which are stored one by one, and the filter, which takes them side by
+/// side. So few rows stay in the cache.
 const ROWS: usize = 256;
 
-/// Signals row by row, `ROWS` from each of these on, handed to `filter` and written back.
+/// Hands the signals to `filter` in blocks of `ROWS` rows that start at `firsts`, and writes the result back.
 fn in_lanes(
     group: &mut [Vec<f64>],
     firsts: impl Iterator<Item = usize>,
@@ -112,7 +114,7 @@ struct Run {
 }
 
 impl Run {
-    /// In the steady state of a first sample.
+    /// Starts in the steady state of an endless constant `first`.
     fn new(sections: &[Section], first: [f64; ABREAST]) -> Run {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
@@ -264,7 +266,7 @@ mod tests {
         y[pad..pad + n].to_vec()
     }
 
-    /// Signals abreast change no bit of one another, however many there are and however short they are.
+    /// Filtering signals side by side changes no bit of any of them, however many or short they are.
     #[test]
     fn signals_abreast_are_those_alone() {
         for (order, count, n) in [(4, 1, 40), (3, 8, 300), (5, 19, 1000), (4, 3, 2), (2, 9, 7)] {

@@ -1,23 +1,26 @@
 //! How fast the motion is, and the cut-off that follows from it.
 //!
-//! The rule: f_c = 20 f_95, where f_95 is the frequency below which 95 % of the energy of the
-//! fastest joint's velocity lies; at most a fifth of the sampling rate. The factor is twenty because the
-//! torques hold harmonics of the motion (Coulomb friction, products of velocities) that the model
-//! explains, and because the fourth-order low-pass bends the signals well below its cut-off. Where the noise of the
-//! positions is felt there, the cut-off is lower:
+//! The rule is f_c = 20 f_95, but f_c is at most a fifth of the sampling rate. Below f_95 lies 95 % of the energy of a
+//! joint's velocity; the largest f_95 of all joints counts. The factor is twenty for two reasons. The torques hold
+//! harmonics of the motion (Coulomb friction, products of velocities) that the model explains, and the fourth-order
+//! low-pass distorts the signals well below its cut-off.
 //!
-//! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j,   but f_c at least 5 f_95 of all joints together:
+//! Where the noise of the positions matters, the cut-off is lower, but at least 5 f_95 of all joints together:
 //!
-//! noise, differentiated twice, is a hundredth of the acceleration of joint j, and makes inertias smaller by its square.
+//! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
 //!
-//! The energy is that of all records that are fitted together, so that they get one cut-off, and so that a
-//! short record, or a joint that one record holds still, counts for what it is worth:
+//! At this cut-off the noise of joint j, differentiated twice, is a hundredth of its acceleration. Such noise makes
+//! inertias smaller by the square of that.
+//!
+//! The energy is summed over all records that are fitted together. So they get one cut-off, and a short record, or a
+//! joint that one record holds still, has no more weight than its share:
 //!
 //! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
-//! X_j: the transform of n positions, h s apart; N_j: the noise of a position, from the upper half of the band, where
-//! no robot moves. White noise reaches 20 times its mean in two bins of a billion. Joints whose energy is less than a
-//! hundredth of the fastest one's do not count: what they show follows the others, or is noise of another colour.
+//! X_j is the transform of n positions, h s apart. N_j is the mean of |X_j|^2 in the upper half of the band, where no
+//! robot moves: n times the variance of the noise of a position. White noise reaches 20 times its mean in two bins of a
+//! billion. Joints with less than a hundredth of the largest energy of a joint do not count, because their motion only
+//! follows the others or is noise of another colour.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -30,7 +33,8 @@ use crate::algebra::in_order::in_order;
 /// The frequency content of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrequencyContent {
-    /// Hz, a joint: 95 % of the energy of its velocity lies below; 0 for a joint that does not count.
+    /// Frequency below which 95 % of the energy of a joint's velocity lies, Hz, one per joint; 0 for a joint that does
+    /// not count.
     pub f95: Vec<f64>,
     /// Cut-off by the rule, Hz.
     pub cutoff: f64,
@@ -39,28 +43,30 @@ pub struct FrequencyContent {
 const FACTOR: f64 = 20.0;
 const SHARE: f64 = 0.95;
 
-/// Times the noise of a bin from which on it is motion.
+/// A bin counts as motion from this multiple of the noise of a bin on.
 const ABOVE_NOISE: f64 = 20.0;
 
-/// Of the energy of the fastest joint: a tenth of its speed.
+/// Share of the largest energy from which on a joint counts; it is a tenth of the speed.
 const COUNTS: f64 = 1e-2;
 
-/// Noise over acceleration, as energies, at the cut-off.
+/// Energy of the noise at the cut-off, as a share of that of the acceleration.
 const NOISE: f64 = 1e-4;
 
-/// Times the f95 of all joints together, below which no noise takes the cut-off: at 3 the filter cuts the motion itself.
+/// Noise never lowers the cut-off below this multiple of the f95 of all joints together. At a multiple of 3 the filter
+/// would cut the motion itself.
 const LEAST_FACTOR: f64 = 5.0;
 
 /// Samples that are transformed at once; a power of two, about a minute at 1 kHz.
 const PIECE: usize = 1 << 16;
 
-/// Samples of a piece that tell its noise.
+/// Samples of a piece from which its noise is estimated.
 const NOISE_PIECE: usize = 1 << 12;
 
 /// Fewer samples have no spectrum to speak of.
 const SHORTEST: usize = 8;
 
-/// The bits of a frequency in Hz, which are in the order of the numbers, and the energy of velocity there, rad^2/s (m^2/s).
+/// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bits of the frequency in Hz, which sort like
+/// the numbers.
 type Energy = BTreeMap<u64, f64>;
 
 /// Motion of one joint, and noise of the records in which it moves.
@@ -75,7 +81,7 @@ struct JointEnergy {
 #[derive(Clone, Debug, Default)]
 pub struct MotionEnergy {
     joints: Vec<JointEnergy>,
-    /// Positions that no transform has seen, one series a joint, and s between them.
+    /// Positions that are not transformed yet, one series per joint, and the time between them, s.
     waiting: Vec<Vec<f64>>,
     period: f64,
     /// Hz: a fifth of the lowest rate.
@@ -89,8 +95,9 @@ pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
     energy.content()
 }
 
-/// The frequency content of a motion as encoders with this noise (standard deviations, rad or m, one a joint) will show it,
-/// and the cut-off by the rule.
+/// The frequency content of a motion as noisy encoders will show it, and the cut-off by the rule.
+///
+/// `deviation` holds the standard deviations of the noise, rad or m, one per joint.
 pub fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
     let mut energy = MotionEnergy::default();
     energy.push(q, period);
@@ -101,17 +108,18 @@ pub fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> Freque
     energy.content()
 }
 
-/// (2 pi)^4 sigma^2 n h^2 / 5: times f^5, the noise of n accelerations h s apart up to a frequency f, rad^2/s^3.
+/// (2 pi)^4 sigma^2 n h^2 / 5, rad^2/s^3. Times f^5 it is the noise of n accelerations, h s apart, up to a frequency f.
 fn acceleration_noise(variance: f64, count: usize, period: f64) -> f64 {
     TAU.powi(4) / 5.0 * variance * count as f64 * period * period
 }
 
 impl MotionEnergy {
-    /// Positions `period` s apart that follow on those before; `end_record` where they do not.
+    /// Adds positions `period` s apart that continue those before; where they do not, call `end_record` first.
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
         let highest = 0.2 / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
-        // Blocks of one clock have one period but for the last digits, and so the same frequencies.
+        // The periods of blocks of one clock differ in the last digits only. Keeping the first gives all blocks the
+        // same frequencies.
         if (period / self.period - 1.0).abs() > 1e-6 || self.period == 0.0 {
             self.period = period;
         }
@@ -125,7 +133,7 @@ impl MotionEnergy {
         }
     }
 
-    /// What follows is another record.
+    /// Ends a record; positions pushed from now on belong to another.
     pub fn end_record(&mut self) {
         let left = self.waiting.first().map_or(0, Vec::len);
         self.transform(left);
@@ -146,7 +154,7 @@ impl MotionEnergy {
         FrequencyContent { f95, cutoff: cutoff.min(noisy.max(LEAST_FACTOR * self.f95_of_all())) }
     }
 
-    /// Hz: below it lies 95 % of the energy of all joints together.
+    /// Frequency below which 95 % of the energy of all joints together lies, Hz.
     fn f95_of_all(&self) -> f64 {
         let mut all = Energy::new();
         for (&frequency, energy) in self.joints.iter().flat_map(|joint| &joint.motion) {
@@ -156,12 +164,12 @@ impl MotionEnergy {
         quantile(&all, SHARE * sum)
     }
 
-    /// Takes the first `count` of the waiting samples.
+    /// Transforms the first `count` of the waiting samples.
     fn transform(&mut self, count: usize) {
         if count < SHORTEST {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
-        // A length with small factors: the transform of a prime length is several times slower.
+        // A length with small factors, because the transform of a prime length is several times slower.
         let mut planner = RealFftPlanner::new();
         let fft = planner.plan_fft_forward(smooth_length(count));
         let of_noise = planner.plan_fft_forward(smooth_length(count.min(NOISE_PIECE)));
@@ -185,7 +193,7 @@ impl MotionEnergy {
 }
 
 impl JointEnergy {
-    /// Hz: up to it noise is at most [`NOISE`] of the acceleration; infinite without noise.
+    /// Largest frequency up to which noise is at most [`NOISE`] of the acceleration, Hz; infinite without noise.
     fn noise_limit(&self) -> f64 {
         let squared = |bits: &u64| (TAU * f64::from_bits(*bits)).powi(2);
         let acceleration: f64 = self.motion.iter().map(|(bits, energy)| squared(bits) * energy).sum();
@@ -193,7 +201,7 @@ impl JointEnergy {
     }
 }
 
-/// The frequency at which the energy below reaches `sum`, Hz.
+/// The frequency up to which the energy adds up to `sum`, Hz.
 fn quantile(energy: &Energy, sum: f64) -> f64 {
     let mut below = 0.0;
     let reached = energy.iter().find(|(_, e)| {
@@ -203,10 +211,11 @@ fn quantile(energy: &Energy, sum: f64) -> f64 {
     reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
 }
 
-/// Joints that move less than this (rad, m) between their extremes are at rest: noise has no content.
+/// Joints whose extremes are closer than this (rad, m) are at rest; what they show is noise.
 const REST: f64 = 1e-3;
 
-/// Standard deviations of noise; its extremes among a million samples are ten apart.
+/// Joints whose extremes are closer than this many standard deviations of their noise are at rest too. The extremes of
+/// a million samples of noise are ten apart.
 const NOISE_RANGE: f64 = 20.0;
 
 /// From the lowest to the highest position.
@@ -227,7 +236,7 @@ fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, 
     }
     let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
     let noise = mean_square(&squares[n / 4..]);
-    // Noise beyond a fifth of the rate, differentiated, would outweigh the motion.
+    // Beyond a fifth of the rate, differentiated noise would outweigh the motion.
     let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > ABOVE_NOISE * noise);
     let energy = |(k, square): (usize, &f64)| {
         let frequency = k as f64 / (n as f64 * period);
@@ -238,7 +247,7 @@ fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, 
 
 /// The variance of the noise of one position, rad^2 (m^2), from the middle of the record.
 ///
-/// A window that ends flat [Harris 1978] keeps what a motion has at the ends of the piece out of the upper half of the band.
+/// The window is flat at its ends [Harris 1978], so the ends of the piece do not leak into the upper half of the band.
 fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
     let n = fft.len();
     let q = &q[(q.len() - n) / 2..][..n];
@@ -254,8 +263,9 @@ fn noise_of(q: &[f64], fft: &dyn RealToComplex<f64>) -> f64 {
     mean_square(&squares) / (0.375 * n as f64)
 }
 
-/// The mean square of a bin of noise, by the median of the bins, which lines do not move: the squares of white noise are
-/// distributed exponentially.
+/// The mean square of a bin of noise, from the median of the bins.
+///
+/// The squares of white noise are distributed exponentially. Spectral lines do not move the median.
 fn mean_square(squares: &[f64]) -> f64 {
     let mut squares = squares.to_vec();
     let middle = squares.len() / 2;
@@ -305,7 +315,7 @@ mod tests {
         assert_eq!(rule(&[], 0.1).cutoff, 2.0);
     }
 
-    /// A joint that is held, one that creeps, one whose encoder is rough: none of them says how fast the motion is.
+    /// Neither a held joint, nor a creeping one, nor one with a rough encoder says how fast the motion is.
     #[test]
     fn noise_is_no_motion() {
         let mut random = Random::new(3);
@@ -314,11 +324,11 @@ mod tests {
         let swing = noisy(wave(n, 1e-3, 0.5, 1.0), 1e-5);
         let (held, rough) = (noisy(vec![0.2; n], 1e-5), noisy(vec![0.2; n], 5e-4));
         let creeping = noisy(wave(n, 1e-3, 0.25, 0.02), 5e-5);
-        // Its own motion follows the others at 8 Hz, by a hundredth of a radian.
+        // This joint follows the others at 8 Hz, by a hundredth of a radian.
         let shaken = noisy(wave(n, 1e-3, 8.0, 0.005), 1e-5);
         let content = rule(&[held, rough, swing, creeping, shaken], 1e-3);
         assert_eq!((content.f95[0], content.f95[1], content.f95[3], content.f95[4]), (0.0, 0.0, 0.0, 0.0));
-        // One bin of 8 s on either side.
+        // One bin of a record of 8 s on either side.
         assert!((content.f95[2] - 0.5).abs() <= 0.126 && content.cutoff <= 12.6, "{content:?}");
     }
 
@@ -332,12 +342,13 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise of one draw is known to a few per cent, its fifth root to less; a bin is a twentieth of a Hz.
+            // The noise of one draw is known to a few per cent, and its fifth root to less. A bin is a twentieth of a
+            // Hz.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }
 
-    /// However the samples come in, the content is the same; and a record of a second beside one of a minute does not
+    /// The content does not depend on how the samples come in, and a record of a second beside one of a minute does not
     /// decide it.
     #[test]
     fn blocks_and_records_add_up() {

@@ -1,25 +1,25 @@
 //! dx/dt of a sampled signal: central differences, one-sided at the two ends.
 //!
-//! Of fourth order where the clock is even,
-//!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h:
-//! at 100 Hz, second order takes 0.5 % off the acceleration of a motion of 2 Hz, and so adds it to every inertia. Of second
-//! order on any other clock, with steps a before and b after, as `numpy.gradient(x, t)`:
+//! On an even clock they are of fourth order,
+//!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h.
+//! At 100 Hz, second order would take 0.5 % off the acceleration of a motion of 2 Hz, and so add it to every inertia.
+//! On any other clock they are of second order, with steps a before and b after, as `numpy.gradient(x, t)`:
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
-/// Steps that differ by less than this are even: a clock is written in rounded numbers.
+/// Steps whose relative difference is less than this count as even, because a clock is written in rounded numbers.
 const EVEN: f64 = 1e-3;
 
-/// The instants at which signals are sampled, looked at once for all of them.
+/// The instants at which signals are sampled, examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
-    /// 12 h at the samples from the third on, as far as four others stand evenly around them.
+    /// 12 h of the five samples around each sample, from the third to the third last.
     twelve_steps: Vec<f64>,
-    /// The other samples.
+    /// Samples that need second order: two at each end, and those whose neighbours are not evenly spaced.
     uneven: Vec<usize>,
 }
 
 impl<'a> Differences<'a> {
-    /// s, ascending.
+    /// `t` is in s and ascends.
     pub fn new(t: &'a [f64]) -> Differences<'a> {
         let step = |t: &[f64]| (t[4] - t[0]) / 4.0;
         let is_even = |t: &[f64]| t.windows(2).all(|pair| (pair[1] - pair[0] - step(t)).abs() <= EVEN * step(t));
@@ -49,12 +49,12 @@ impl<'a> Differences<'a> {
     }
 }
 
-/// At the middle of five samples; `h`: twelve steps.
+/// dx/dt at the middle of five samples; `h` is twelve steps.
 fn fourth_order(x: &[f64], h: f64) -> f64 {
     (8.0 * (x[3] - x[1]) - (x[4] - x[0])) / h
 }
 
-/// At sample i; one-sided at the ends.
+/// dx/dt at sample i, one-sided at the ends.
 fn second_order(x: &[f64], t: &[f64], i: usize) -> f64 {
     let last = x.len() - 1;
     if i == 0 || i == last {
@@ -96,7 +96,7 @@ mod tests {
         }
     }
 
-    /// One sample after the other, all at once: the same, whatever stands unevenly and however few there are.
+    /// A sample asked for alone has the slope that it has among all, on an uneven clock and for a few samples too.
     #[test]
     fn a_sample_alone_has_the_slope_it_has_among_all() {
         let uneven: Vec<f64> = (0..40).map(|i| 0.01 * f64::from(i) + if i % 13 == 7 { 0.002 } else { 0.0 }).collect();

@@ -2,12 +2,11 @@
 //!
 //! q and tau pass a zero-phase low-pass (`butterworth`). dq is the measured velocity, filtered in the same way, or the
 //! central difference of q; ddq is the central difference of dq. Then every `decimate`-th sample is kept, without the
-//! ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true
-//! to the first order [Gautier 1997]. Where a joint stands still its row is dropped: stiction is
-//! not in the model.
+//! ends. The same filter on both sides of tau = Y(q, dq, ddq) X keeps the equation true to the first order
+//! [Gautier 1997]. Where a joint stands still its row is dropped, because stiction is not in the model.
 //!
-//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the columns go
-//! through it too, made of a velocity that a wider filter passed (`reversals`).
+//! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the columns pass through it too.
+//! They are made of a velocity that has passed a wider filter (`reversals`).
 //!
 //! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
 
@@ -28,9 +27,9 @@ use crate::signals::velocity_check::check_velocity;
 
 /// Signals of a log as joint torques and joint positions: `Log` after its transmission.
 pub struct JointSignals {
-    /// The log behind them; its series but the time are those here.
+    /// The log behind them. Of its own series only the time is left; the others have become those here.
     pub log: Log,
-    /// rad (m), one series a coordinate.
+    /// rad (m), one series per coordinate.
     pub q: Vec<Vec<f64>>,
     /// rad/s (m/s), where measured.
     pub dq: Option<Vec<Vec<f64>>>,
@@ -43,7 +42,7 @@ pub struct JointSignals {
 }
 
 impl JointSignals {
-    /// The signals on a uniform clock, torques without their delay; returns the clock.
+    /// Brings the signals to the clock that is asked for and takes the delay out of the torques; returns the clock.
     fn on_clock(&mut self, signal: &Signal) -> Result<Vec<f64>, Error> {
         let t = match clock(&self.log, signal)? {
             None => self.log.t.clone(),
@@ -65,8 +64,10 @@ impl JointSignals {
         Ok(t)
     }
 
-    /// Filters, differentiates and decimates; `friction`: terms whose columns are made before the filter; `content`: of
-    /// all that is fitted together, where it was looked at.
+    /// Filters, differentiates and decimates.
+    ///
+    /// `friction` holds the terms whose columns are made before the filter. `content` is that of everything that is
+    /// fitted together, where it is known.
     ///
     /// Fails when a cut-off is not below half the rate, or a measured signal is asked for that is not there.
     pub fn states(
@@ -88,7 +89,7 @@ impl JointSignals {
         let border = signal.border_of(filters.cutoff, differentiated);
         let chosen = chosen_samples(&self.log, &t, border, signal.window, decimate);
         let JointSignals { log, q, dq, ddq, tau, couplings } = self;
-        // Friction that grows with the torque needs it twice.
+        // Load-dependent friction needs the torque twice.
         let load = friction.contains(&FrictionTerm::Load).then(|| filters.reversal.pass(tau.clone()));
         let differences = Differences::new(&t);
         // Without a filter the direction is the sign at the sample.
@@ -151,8 +152,8 @@ impl Pass {
     }
 }
 
-/// Share of the rate up to which the slope of positions tells a reversal: the noise of a slope grows with the power 3/2 of
-/// its cut-off, and beyond this the steps of an encoder turn the sign over many times.
+/// Share of the rate up to which the slope of positions shows a reversal. The noise of a slope grows with the power 3/2
+/// of its cut-off, and beyond this share the steps of an encoder turn the sign over many times.
 const FASTEST_SLOPE: f64 = 0.2;
 
 /// The low-passes of a log.
@@ -185,24 +186,24 @@ impl Filters {
     }
 }
 
-/// What a thread found. Nothing in it can fail; where it does, so does this.
+/// The result of a thread; a panic of the thread is raised again here.
 fn joined<T>(thread: std::thread::ScopedJoinHandle<T>) -> T {
     thread.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
 }
 
-/// Samples of each series in turn, sample by sample.
+/// The chosen samples of all series, sample by sample.
 fn chosen_rows<T: Copy>(chosen: &[usize], x: &[Vec<T>]) -> Vec<T> {
     let mut rows = Vec::with_capacity(chosen.len() * x.len());
     chosen.iter().for_each(|&r| rows.extend(x.iter().map(|x| x[r])));
     rows
 }
 
-/// What the motion and the torques of a log go through.
+/// The filters and options that the motion and the torques of a log go through.
 struct Filtering<'a> {
     signal: &'a Signal,
     filters: &'a Filters,
     friction: &'a [FrictionTerm],
-    /// Torques by the filter of reversals, where a term needs them.
+    /// Torques behind the filter of reversals, where a term needs them.
     load: Option<Vec<Vec<f64>>>,
     differences: &'a Differences<'a>,
     period: f64,
@@ -235,7 +236,7 @@ impl Filtering<'_> {
         Ok(States { q, dq, ddq, used, ..States::default() })
     }
 
-    /// The measured signal through the filter; `None` where it is the slope of another.
+    /// The measured signal through the filter; `None` where the signal is to be differentiated.
     fn measured(&self, wish: Velocity, measured: Series, name: &str) -> Result<Series, String> {
         match (wish, measured) {
             (Velocity::Measured, None) => Err(format!("the log has no measured {name}; differentiate it instead")),
@@ -249,7 +250,7 @@ impl Filtering<'_> {
         chosen_rows(self.chosen, &self.filters.effort.pass(x))
     }
 
-    /// Directions and friction columns of a velocity that is hardly filtered, through the filter of the torques.
+    /// Directions and friction columns of a lightly filtered velocity, passed through the filter of the torques.
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speeds = wide[c.motor].iter().zip(&wide[c.joint]);
@@ -263,13 +264,13 @@ impl Filtering<'_> {
         };
         let friction = self.friction.iter().map(of_term).collect();
         let motor_direction = self.rounded(couplings.iter().map(motor).collect());
-        // Each velocity goes as soon as its direction is there.
+        // Each velocity is dropped as soon as its direction is made.
         let direction = self.rounded(wide.into_iter().map(|v| directions(&v)).collect());
         Directions { direction, motor_direction, friction }
     }
 }
 
-/// One series a coordinate, where measured.
+/// One series per coordinate, where measured.
 type Series = Option<Vec<Vec<f64>>>;
 
 /// What friction columns are made of, as in [`States`].
@@ -305,8 +306,10 @@ fn clock(log: &Log, signal: &Signal) -> Result<Option<Vec<f64>>, Error> {
     })
 }
 
-/// Adds the motion of a log with joint positions q. A row that repeats all positions of the one before is no sample: the
-/// log missed one.
+/// Adds the motion of a log with joint positions q.
+///
+/// A row that repeats all positions of the row before is no sample, because the log missed one. Its positions are
+/// interpolated.
 pub(crate) fn add_motion(
     log: &Log,
     mut q: Vec<Vec<f64>>,

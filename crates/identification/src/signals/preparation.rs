@@ -17,9 +17,9 @@ pub struct Preparation {
     pub transmission: Transmission,
     /// How signals become states.
     pub signal: Signal,
-    /// Friction terms whose columns are made before the filter; the terms linear in the motion are none.
+    /// Friction terms whose columns are made before the filter; terms that are linear in the motion are not among them.
     pub friction: Vec<FrictionTerm>,
-    /// How fast the motion of everything that is fitted together is, where it was looked at.
+    /// The frequency content of everything that is fitted together, where it is known.
     pub content: Option<FrequencyContent>,
 }
 
@@ -98,15 +98,15 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// Larger than any signal of a robot in any unit; squares of larger numbers would overflow.
+/// Larger than any signal of a robot in any unit; the squares of far larger numbers would overflow.
 const ABSURD: f64 = 1e100;
 
-/// rad: a thousand turns. A joint between links is stopped by its cables after a few, and a rotor before its gear turns
-/// some hundred times as far; a wheel that went farther starts anew without loss, since only its angle within a turn
-/// moves torques. From 2^27 rad on the generated sine would be no number.
+/// A thousand turns, rad. Cables stop a joint between links after a few turns, and a rotor before its gear turns some
+/// hundred times as far. A wheel that has gone farther can start anew without loss, because torques depend on its angle
+/// within a turn only. From 2^27 rad on the generated sine would not be a number.
 const NO_ANGLE: f64 = 1000.0 * std::f64::consts::TAU;
 
-/// Refuses what cannot be the angle of a joint: the counts of an encoder.
+/// Refuses positions that cannot be angles of a joint, such as the counts of an encoder.
 fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<(), Error> {
     for (k, q) in q.iter().enumerate().filter(|(k, _)| !regressor.is_prismatic(*k)) {
         if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > NO_ANGLE) {

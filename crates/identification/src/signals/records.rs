@@ -1,7 +1,7 @@
-//! The records of an identification: states held in memory, or, where they are too many for that, made anew at every pass.
+//! The records of an identification: states held in memory, or made anew at every pass where they are too many.
 //!
-//! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. They are made once and
-//! held where they and the logs have room in `HELD` bytes: a million rows of seven joints have, decimated or not.
+//! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states are made
+//! once and held where they and the logs fit into `HELD` bytes. A million rows of seven joints fit, decimated or not.
 
 use logs::{Error, Log, LogSource, LogStream};
 
@@ -15,10 +15,10 @@ use crate::signals::preparation::{Preparation, states, states_or_none};
 pub trait Records {
     /// Hands over the states of one record after the other.
     ///
-    /// Fails when they cannot be had (again): a file that has gone, a number out of range.
+    /// Fails when the states cannot be read (again), because a file has gone or a number is out of range.
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error>;
 
-    /// Contiguous parts that a record is kept in, for leaving parts out.
+    /// Number of contiguous parts that each record is kept in, so that parts can be left out.
     fn parts(&self) -> usize {
         20
     }
@@ -40,7 +40,7 @@ pub struct SourceRecords<'a> {
 struct Stream<'a> {
     log: &'a LogStream,
     preparation: Box<Preparation>,
-    /// s of its neighbours that a block holds.
+    /// Time of the neighbouring blocks that a block also holds, s.
     overlap: f64,
 }
 
@@ -55,7 +55,7 @@ impl<'a> SourceRecords<'a> {
         SourceRecords::new_within(regressor, logs, preparation, HELD)
     }
 
-    /// As `new`, with the bytes up to which logs of several blocks and their states are held.
+    /// As `new`, where `held` is the bytes up to which logs of several blocks and their states are held.
     fn new_within(
         regressor: &'a dyn Regressor,
         logs: &'a [LogSource],
@@ -73,7 +73,8 @@ impl<'a> SourceRecords<'a> {
             LogSource::Streamed(stream) => {
                 let stream = Stream::new(stream, &preparation);
                 let samples = stream.log.report().kept / stream.preparation.signal.decimate.unwrap_or(1);
-                // q, dq, ddq, torque, direction and friction, whether the row counts, and the instant.
+                // Bytes of q, dq, ddq, torque, direction and friction, of the flag whether the row counts, and of the
+                // instant.
                 let friction: usize = preparation.friction.iter().map(|term| term.parameters().len()).sum();
                 let bytes = samples * ((8 * (5 + friction) + 1) * regressor.coordinates().len() + 8);
                 if bytes > left {
@@ -92,7 +93,7 @@ impl<'a> SourceRecords<'a> {
 /// Bytes up to which the numbers of long logs and their states are held.
 const HELD: usize = 1 << 29;
 
-/// The preparation with the content, and so the cut-off, of all logs together.
+/// The preparation with the content of all logs together, which sets the cut-off.
 fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {
     let mut energy = MotionEnergy::default();
     logs.iter().try_for_each(|log| add_motion(log, preparation, &mut energy))?;
@@ -115,7 +116,7 @@ pub fn add_motion(log: &LogSource, preparation: &Preparation, energy: &mut Motio
 }
 
 impl<'a> Stream<'a> {
-    /// With its decimation settled.
+    /// Fixes the decimation, which is then the same in all blocks.
     fn new(log: &'a LogStream, preparation: &Preparation) -> Stream<'a> {
         let mut preparation = Box::new(preparation.clone());
         let signal = &mut preparation.signal;
@@ -181,7 +182,7 @@ mod tests {
         path
     }
 
-    /// With blocks of 2000 rows where not all are held.
+    /// Opens a log, in blocks of 2000 rows where not all rows are held.
     fn open(path: &Path, held: usize) -> LogSource {
         let block = if held < 20_000 { 2000 } else { held };
         LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, block).unwrap().0
@@ -210,13 +211,13 @@ mod tests {
             let held = fit(&path, 20_000, &options).estimate;
             let streamed = fit(&path, 1000, &options).estimate;
             assert_eq!(streamed.rows, held.rows);
-            // The clock of a block has its period to the last digits but one.
+            // The period of a block's clock is that of the log but for the last digits.
             assert!((streamed.cutoff / held.cutoff - 1.0).abs() < 1e-12, "{} {}", streamed.cutoff, held.cutoff);
             for (a, b) in streamed.parameters.iter().zip(&held.parameters) {
                 // The filter has forgotten its start to a part in 1e12.
                 assert!((a.value.unwrap() - b.value.unwrap()).abs() < 1e-9 * b.value.unwrap().abs(), "{a:?} {b:?}");
                 assert!((a.white_sigma.unwrap() / b.white_sigma.unwrap() - 1.0).abs() < 1e-9);
-                // The parts that are its replicates are those of the blocks: some fifty draws beside twenty.
+                // The replicates of a streamed log are the parts of its blocks, some fifty draws against twenty.
                 assert!((0.6..1.6).contains(&(a.sigma.unwrap() / b.sigma.unwrap())), "{a:?} {b:?}");
             }
             assert!((streamed.total / held.total - 1.0).abs() < 1e-9);
@@ -230,7 +231,7 @@ mod tests {
         std::fs::remove_file(path).unwrap();
     }
 
-    /// Blocks from memory and blocks from the file, states that are held and states that are made again: not a bit differs.
+    /// No bit depends on whether blocks come from memory or from the file, or on whether states are held or made again.
     #[test]
     fn blocks_are_the_same_wherever_they_come_from() {
         let path = write("blocks", 20_000, |r, row| if r % 900 == 5 { "nan,,1\n".into() } else { plain(r, row) });
@@ -258,8 +259,9 @@ mod tests {
         std::fs::remove_file(path).unwrap();
     }
 
-    /// A second without numbers, or every seventh row a repetition of the one before, says nothing about the motion; logs
-    /// that are fitted together have one cut-off, which a log of a joint at rest does not change.
+    /// A hole of 0.4 s, or rows that repeat the one before, say nothing about the motion.
+    ///
+    /// Logs that are fitted together have one cut-off, which a log of a joint at rest does not change.
     #[test]
     fn holes_repeats_and_rests_move_no_cutoff() {
         let mut last = String::new();
@@ -286,7 +288,8 @@ mod tests {
             found[0]
         };
         let expected = cutoff(&[&whole]);
-        // A bin of 30 s, twenty times over; the parts beside the hole have bins of 12 s and 18 s.
+        // The cut-off moves by bins: one of 30 s for the whole, of 12 s and 18 s for the parts beside the hole, each
+        // times twenty.
         for logs in [vec![&*hole], vec![&*repeated], vec![&*whole, &*rest], vec![&*rest, &*hole]] {
             assert!((cutoff(&logs) / expected - 1.0).abs() < 0.08, "{logs:?}: {} for {expected}", cutoff(&logs));
         }

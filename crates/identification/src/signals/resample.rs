@@ -7,13 +7,13 @@ const MAX_SAMPLES: f64 = 1e8;
 /// gives fewer than two or absurdly many of them.
 pub fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
-    // A whole number of periods is not lost to rounding.
+    // The factor keeps rounding from losing a whole period.
     let steps = ((last - first) / period * (1.0 + 1e-12)).floor();
     let usable = (1.0..MAX_SAMPLES).contains(&steps);
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 
-/// The signal x(t) at each of `at`, both in increasing order; beyond the ends the end values.
+/// The signal x(t) at each instant of `at`, both in increasing order; constant beyond the ends.
 pub fn interpolate(t: &[f64], x: &[f64], at: &[f64]) -> Vec<f64> {
     let mut i = 0;
     let value = |&s: &f64| {

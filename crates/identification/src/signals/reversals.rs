@@ -1,12 +1,13 @@
 //! Columns of friction that jump or bend where a joint turns, before the filter of the torques.
 //!
-//! The filter rounds the jump of a torque at a reversal. A column F f(dq) is rounded alike only where f is taken of a
-//! velocity that is hardly filtered, and the product is filtered as a whole: the filter of a product is not the product of
-//! filters, and a velocity behind the filter turns later or earlier, and more slowly, than the joint.
+//! The filter rounds the jump of a torque at a reversal. A column f(dq) is rounded in the same way only if f is taken
+//! of a lightly filtered velocity and the column is then filtered as a whole. The filter of a product is not the
+//! product of the filters, and a velocity behind the filter turns later or earlier, and more slowly, than the joint.
 //!
 //! A row stands for its cell [t - h/2, t + h/2], in which the velocity is linear on either side of t. With F the
-//! antiderivative of f, the mean of f from a velocity a to b is (F(b) - F(a)) / (b - a): for the sign F = abs(v), for
-//! tanh(v/w) F = w ln cosh(v/w). A sign at the samples alone would move every reversal by up to half a sample.
+//! antiderivative of f, the mean of f from a velocity a to b is (F(b) - F(a)) / (b - a). For the sign F = abs(v), and
+//! for tanh(v/w) F = w ln cosh(v/w). A sign taken at the samples alone would move every reversal by up to half a
+//! sample.
 //!
 //! | term | column before the filter; s the mean sign |
 //! |---|---|
@@ -23,8 +24,9 @@ pub fn directions(v: &[f64]) -> Vec<f64> {
     cell_means(v, |a, b| if a == b { sign(a) } else { (b.abs() - a.abs()) / (b - a) })
 }
 
-/// The columns of a term, one series each, from velocities and torques; none of a term whose columns are linear in the
-/// motion, or the direction alone.
+/// The columns of a term, one series each, from velocities and torques.
+///
+/// Empty for a term whose columns are linear in the motion, or the direction alone.
 pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     let of = |f: &dyn Fn(f64, f64) -> f64| v.iter().zip(directions(v)).map(|(&v, s)| f(v, s)).collect::<Vec<f64>>();
     match term {
@@ -41,7 +43,7 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
     }
 }
 
-/// Half the mean from the cell's start to the sample, half from there to its end.
+/// The mean over each cell: half the mean from the cell's start to the sample, and half that from there to its end.
 fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     let at = |i: usize| {
         let before = 0.5 * (v[i.saturating_sub(1)] + v[i]);
@@ -53,7 +55,7 @@ fn cell_means(v: &[f64], mean: impl Fn(f64, f64) -> f64) -> Vec<f64> {
 
 /// The mean of tanh(v/w) from a to b.
 fn mean_tanh(a: f64, b: f64, w: f64) -> f64 {
-    // Below this the velocity does not change, to the rounding of the quotient.
+    // Below this difference the velocity is constant to the rounding of the quotient.
     if (b - a).abs() < 1e-3 * w {
         return (0.5 * (a + b) / w).tanh();
     }
@@ -65,12 +67,12 @@ fn mean_tanh(a: f64, b: f64, w: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// However the samples fall, the cells add up to the time that the joint moved forward, less that it moved backward.
+    /// Wherever the samples fall, the cells add up to the time of forward motion less that of backward motion.
     #[test]
     fn a_reversal_is_where_it_is() {
         for shift in [0.0, 0.13, 0.5, 0.77] {
             let v: Vec<f64> = (0..21).map(|i| 0.3 * (i as f64 - 10.0 + shift)).collect();
-            // Forward from sample 10 - shift on; the cells at both ends are half.
+            // The joint moves forward from sample 10 - shift on; the half cells at both ends are left out.
             let sum: f64 = directions(&v)[1..20].iter().sum();
             assert!((sum - 2.0 * shift).abs() < 1e-12, "{shift} {sum}");
             let narrow: f64 = columns(FrictionTerm::SmoothCoulomb(1e-4), &v, &v)[0][1..20].iter().sum();

@@ -34,8 +34,8 @@ pub struct Signal {
     pub standstill: Option<f64>,
     /// Time by which the torques lag the positions, s: a [`possible_delay`].
     pub delay: f64,
-    /// Make the columns of dry friction of a velocity of its own cut-off, and pass them through the filter of the torques:
-    /// the torques' jumps at reversals are rounded by their filter, and so are the columns'.
+    /// Make the columns of dry friction of a velocity with a cut-off of its own, and pass them through the filter of
+    /// the torques. The filter then rounds their jumps at reversals as it rounds those of the torques.
     pub filtered_sign: bool,
     /// Cut-off of that velocity, Hz; by default [`REVERSAL`] times that of the torques.
     pub reversal_cutoff: Option<f64>,
@@ -62,17 +62,17 @@ impl Default for Signal {
     }
 }
 
-/// Cut-off of the velocity that tells reversals, over that of the torques.
+/// Cut-off of the velocity that shows reversals, as a multiple of that of the torques.
 pub const REVERSAL: f64 = 10.0;
 
-/// A delay is a fault of a logger; a second is longer than any, s.
+/// Longest delay, s. A delay is a fault of a logger, and none is as long as a second.
 const LONGEST_DELAY: f64 = 1.0;
 
-/// The same seconds, where torques can lag positions by them.
+/// Returns `seconds` where torques can lag positions by them.
 ///
 /// Fails, saying what is expected, where they cannot.
 pub fn possible_delay(seconds: f64) -> Result<f64, String> {
-    // Not a number is no delay either.
+    // This is false for NaN too.
     let is_possible = seconds.abs() < LONGEST_DELAY;
     is_possible.then_some(seconds).ok_or_else(|| {
         format!("a delay of {seconds} s: seconds between -{LONGEST_DELAY} and {LONGEST_DELAY} are expected")
@@ -80,14 +80,14 @@ pub fn possible_delay(seconds: f64) -> Result<f64, String> {
 }
 
 impl Signal {
-    /// Keep every n-th sample: n.
+    /// One sample in so many is kept: `decimate`, or ten a period of the cut-off.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
-        // The clocks of two logs differ in the last digits; what is a whole number of samples stays one.
+        // The clocks of two logs differ in the last digits; the margin keeps a whole number of samples whole.
         let ten_a_period = if cutoff > 0.0 { (1.0 / (10.0 * cutoff * period) + 1e-6) as usize } else { 1 };
         self.decimate.unwrap_or(ten_a_period).max(1)
     }
 
-    /// Time dropped at each end, s: there the filter guesses the signal, and differences double the error.
+    /// Time dropped at each end, s. There the filter guesses the signal, and differentiating doubles the error.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
         let periods = if differentiated { 3.0 } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })

@@ -1,12 +1,12 @@
 //! When a joint stands still.
 //!
-//! Stiction is not in the model: a joint at rest carries any torque up to its Coulomb friction, so its rows
-//! are wrong. A reversal is no standstill: it is over in less than `SPAN`.
+//! Stiction is not in the model. A joint at rest carries any torque up to its Coulomb friction, so its rows are wrong.
+//! A reversal is no standstill, because it is over in less than `SPAN`.
 
 /// Time for which a joint must stay within [`BAND`], s.
 const SPAN: f64 = 0.2;
 
-/// Width of the band, rad (m): 1e-3 rad/s for the span.
+/// Width of the band, rad (m); it is 1e-3 rad/s over the span.
 const BAND: f64 = 2e-4;
 
 /// Tells for each sample of a position whether it belongs to a span in which the position stays within the band.
@@ -51,10 +51,10 @@ mod tests {
         let still = standstill(&q, period);
         let moving = |r: std::ops::Range<usize>| still[r].iter().filter(|s| !**s).count();
         assert_eq!(moving(0..100), 0);
-        // The reversal at 2 s is half a second away from both ends; the start of the swing hardly moves.
+        // The reversal at 2 s is no standstill. The start and the end of the swing hardly move and are not checked.
         assert_eq!(moving(120..280), 160);
         assert_eq!(moving(300..400), 0);
-        // At ten times the span's speed nothing stands still; a record shorter than the span neither.
+        // At ten times the speed of the band nothing stands still, nor does a record shorter than the span.
         let slow: Vec<f64> = (0..500).map(|i| 1e-2 * period * i as f64).collect();
         assert!(!standstill(&slow, period).contains(&true));
         assert!(!standstill(&[1.0; 10], period).contains(&true));

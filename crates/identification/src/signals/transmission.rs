@@ -1,8 +1,7 @@
 //! From motors to joints.
 //!
-//! q_m = R q + q_0, tau = R' tau_m (power is the same on both sides), tau_m = K i for currents.
-//! R holds gear ratios and signs on its diagonal and couplings beside it: the wrist of a Staubli
-//! TX40 has q_m6 = 32 (q_5 + q_6).
+//! q = R^-1 q_m + q_0, tau = R' tau_m (power is the same on both sides), tau_m = K i for currents. R holds gear ratios
+//! and signs on its diagonal and couplings beside it. The wrist of a Staubli TX40 has q_m6 = 32 (q_5 + q_6).
 //!
 //! A motor m that also turns with joint k (c = R_mk / R_mm) brings its own inertia and friction to
 //! both joints. The columns to be added to those of the joints are
@@ -21,15 +20,15 @@ use crate::signals::joint_signals::JointSignals;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transmission {
-    /// Motor angle per joint angle, with its sign, joint by joint; applies to the torques.
+    /// Motor angle per joint angle, with its sign, joint by joint; it applies to the torques too.
     pub ratios: Option<Vec<f64>>,
-    /// Entries of R beside the diagonal: (motor, joint, R), counted from 1.
+    /// Off-diagonal entries of R: (motor, joint, R), counted from 1.
     pub couplings: Vec<(usize, usize, f64)>,
     /// The coupled motors have no inertia and friction of their own in the model.
     pub rigid_couplings: bool,
     /// The positions and velocities in the log are already on the joint side; only torques are not.
     pub joint_side_positions: bool,
-    /// rad (m): joint position in the model minus that in the log.
+    /// Joint position in the model minus that in the log, rad (m).
     pub offsets: Option<Vec<f64>>,
     /// N m/A at the motor (at the joint without ratios).
     pub drive_gains: Option<Vec<f64>>,

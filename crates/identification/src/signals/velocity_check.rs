@@ -1,7 +1,8 @@
 //! Checks that measured velocities are the slopes of the positions beside them.
 //!
-//! Over spans of the log, a_k = q(end) - q(start) and b_k = integral of dq dt: b = s a, and s = 1 when units,
-//! signs and clock are right. Sums over spans, not samples, so that quantised positions do not matter.
+//! Over span k of the log, a_k = q(end) - q(start) and b_k is the integral of dq dt. The fit b = s a gives s = 1 when
+//! units, signs and clock are right. Whole spans are compared and not samples, so that quantised positions do not
+//! matter.
 
 use logs::{Error, GAP};
 
@@ -11,7 +12,7 @@ const SPANS: usize = 200;
 /// Joints whose largest change over a span is smaller than this are not checked, rad (m).
 const LITTLE: f64 = 0.02;
 
-/// Slopes of velocity on position outside of this range are not noise.
+/// Slopes of velocity on position outside this range are not explained by noise.
 const SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
 /// Where positions explain less than this share of the velocities, there is nothing to compare.

@@ -1,8 +1,9 @@
 //! Sums of sufficient statistics: logs come in, triangles stay.
 //!
-//! [W y] of any number of logs is a triangle a joint, and triangles of parts add: R'R = sum_k R_k'R_k [Golub, Van Loan
-//! 2013, 12.5]. Beside the sum, deviations need what the parts say one by one. So the logs are kept apart while they are
-//! few, and long ones in blocks: these are the replicates of `estimators::block_deviation`.
+//! [W y] of any number of logs is one triangle per joint, and triangles of parts add: R'R = sum_k R_k'R_k
+//! [Golub, Van Loan 2013, 12.5]. Deviations need more than the sum, namely what the parts say one by one. So the logs
+//! are kept apart while they are few, and each in blocks while they are fewer still. These are the replicates of
+//! `estimators::block_deviation`.
 //!
 //! | logs | each log is kept in | replicates |
 //! |---|---|---|
@@ -11,12 +12,12 @@
 //! | 16 to 64 | one block | as many as logs: what differs between logs is in the deviations |
 //! | more | 64 groups of logs, chosen by the digest of the log | at most 64 |
 //!
-//! Up to 64 logs the logs are a set, sorted by name: parts merged in any partition and order give the same file to the
-//! last byte, and the sum is made when it is asked for. Beyond, the sum of a group is rounded in the order of the merges.
-//! A file does not grow beyond 64 replicates and a line for each log.
+//! Up to 64 logs are a set, sorted by name. Parts merged in any partition and order give the same file to the last
+//! byte, and the sum is made when it is asked for. Beyond 64 logs, the sum of a group is rounded in the order of the
+//! merges. A file does not grow beyond 64 replicates and a line for each log.
 //!
-//! A second moment of the scores at a reference solution would be smaller. It is not taken: the solution moves as parts
-//! come, and scores at another solution need third moments of the rows.
+//! A second moment of the scores at a reference solution would be smaller. It is not taken, because the solution moves
+//! as parts come, and scores at another solution need third moments of the rows.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +28,7 @@ use crate::estimate::fleet::replicate::{LogAccount, MOST_BLOCKS, Replicate};
 use crate::estimate::fleet::settings::Settings;
 use crate::rows::observation::Observation;
 
-/// Logs, and groups of logs, that are kept apart.
+/// Largest number of logs, or groups of logs, that are kept apart.
 pub const MOST_REPLICATES: usize = 64;
 
 /// A log that could not be used.
@@ -49,12 +50,12 @@ pub struct Accumulator {
 }
 
 impl Accumulator {
-    /// No log yet.
+    /// Sums without a log.
     pub fn new(settings: Settings) -> Accumulator {
         Accumulator { settings, replicates: Vec::new(), failed: Vec::new() }
     }
 
-    /// From what a file holds; the logs are put into their order.
+    /// The sums that a file holds, with the logs put into their order.
     pub(super) fn of(settings: Settings, replicates: Vec<Replicate>, failed: Vec<FailedLog>) -> Accumulator {
         let mut all = Accumulator { settings, replicates, failed };
         all.settle();
@@ -98,9 +99,9 @@ impl Accumulator {
         self.merge(&Accumulator { settings, replicates: vec![replicate], failed: Vec::new() })
     }
 
-    /// Adds the logs of another.
+    /// Adds the logs of other sums.
     ///
-    /// Fails, and stays as it was, with what differs in the settings, and with the name of a log that is in both.
+    /// Fails with what differs in the settings, or with the name of a log that is in both, and then stays as it was.
     pub fn merge(&mut self, other: &Accumulator) -> Result<(), Error> {
         let mut settings = self.settings.clone();
         if self.replicates.is_empty() && settings.options.signal.cutoff.is_none() {
@@ -128,7 +129,7 @@ impl Accumulator {
                 )));
             }
         }
-        // Which of two ways to call the columns of a log is kept does not depend on the order.
+        // Which of two names for the columns of a log is kept does not depend on the order of merging.
         let names = [&settings.options.columns, &theirs.options.columns].map(|names| format!("{names:?}"));
         if names[1] < names[0] {
             settings.options.columns = theirs.options.columns;
@@ -224,7 +225,7 @@ mod tests {
         Replicate { logs: vec![account], observation: Observation::of(&model, &states, MOST_BLOCKS) }
     }
 
-    /// Parts of some logs, each log in one of them, merged one after the other; logs and parts in any order.
+    /// Merges parts of some logs one after the other, with each log in one part, and logs and parts in any order.
     fn merged(logs: &[Replicate], random: &mut Random) -> Accumulator {
         let mut left: Vec<&Replicate> = logs.iter().collect();
         let mut parts: Vec<Accumulator> = (0..1 + random.index(5)).map(|_| empty()).collect();
@@ -241,7 +242,7 @@ mod tests {
         parts.remove(0)
     }
 
-    /// A thousand partitions of twenty logs, in any order: the same file to the last byte.
+    /// A thousand partitions of twenty logs, in any order, give the same file to the last byte.
     #[test]
     fn any_partition_is_the_same_file() {
         let logs: Vec<Replicate> = (0..20).map(log).collect();

@@ -1,9 +1,10 @@
 //! What changed: the parameters of robots, or of days of one robot, against those of a reference.
 //!
-//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference): the sums are of different logs. Each sigma is
-//! the larger of the white deviation and that between replicates, with the degrees of freedom of its own; how likely d_c is
-//! without a change says `algebra::behrens_fisher`, and the questions of all parameters and robots are answered together
-//! (`false_discovery`). Compared is what both determine; what one leaves open is named.
+//! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the sums are of different logs. Each
+//! sigma is the larger of the white deviation and that between replicates, with degrees of freedom of its own.
+//! `algebra::behrens_fisher` says how likely d_c is without a change. The questions of all parameters and robots are
+//! answered together (`false_discovery`). Only parameters that both determine are compared; those that one leaves open
+//! are named.
 
 use std::fmt;
 
@@ -42,7 +43,7 @@ pub struct ComparedRobot {
     pub changed: bool,
     /// The smallest rate at which it is said to have changed.
     pub adjusted: f64,
-    /// In the order of the columns, those that both determine.
+    /// The parameters that both determine, in the order of the columns.
     pub parameters: Vec<Difference>,
     /// Parameters that one of the two leaves open.
     pub open: Vec<ParameterId>,
@@ -143,7 +144,7 @@ impl Pair<'_> {
             }
             let (one, other) = (sigma[0][c], sigma[1][c]);
             let difference = a.solution.x[c] - b.solution.x[c];
-            // Without noise nothing scatters, and what differs by rounding has not moved: then p is 1.
+            // Without noise, a difference by rounding is no change, and p is 1.
             let p = two_sided_difference(difference, (one, a.freedom(c)), (other, b.freedom(c)));
             parameters.push(Difference {
                 name: column.name.clone(),
@@ -160,7 +161,7 @@ impl Pair<'_> {
 }
 
 impl Comparison {
-    /// Robots that changed.
+    /// Number of robots that changed.
     pub fn changed(&self) -> usize {
         self.robots.iter().filter(|robot| robot.changed).count()
     }
@@ -289,7 +290,8 @@ mod tests {
             found.robots[1].parameters.iter().filter(|d| d.moved).map(|d| d.name.to_string()).collect();
         assert_eq!(moved, ["MX1"], "{found}");
         let change = found.robots[1].parameters[1].difference;
-        // A deviation of 0.1 N m over 9.81 m/s^2 and the root of five hundred rows: 0.0005 kg m, four alike.
+        // 0.1 N m over 9.81 m/s^2 and the root of five hundred rows is a deviation of 0.0005 kg m; four of them are
+        // allowed.
         assert!((change - 0.02).abs() < 0.002, "{change}");
         assert_eq!(Comparison::from_yaml("c", &found.to_yaml().unwrap()).unwrap(), found);
     }

@@ -1,16 +1,16 @@
 //! Many questions at once: which of them to answer with yes so that few of the answers are wrong.
 //!
-//! The false discovery rate is the expected share of wrong ones among the yeses. Of m p-values the k smallest are yeses,
-//! k the largest with p_(k) <= k q / m [Benjamini, Hochberg 1995]; the adjusted value of a question is the smallest q at
-//! which it is one. That holds q for independent questions and for positively dependent ones, which is what estimates of
-//! one robot are to a good approximation, and what robots that share a reference are. The bound for any dependence
-//! [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, eleven for 25 000 questions: it costs more
+//! The false discovery rate is the expected share of wrong answers among the yeses. Of m p-values the k smallest are
+//! yeses, where k is the largest with p_(k) <= k q / m [Benjamini, Hochberg 1995]. The adjusted value of a question is
+//! the smallest q at which it is a yes. The rule holds q for independent questions and for positively dependent ones.
+//! Estimates of one robot are such to a good approximation, and so are robots that share a reference. The bound for any
+//! dependence [Benjamini, Yekutieli 2001] divides q by 1 + 1/2 + .. + 1/m, eleven for 25 000 questions. It costs more
 //! power than asking for a smaller rate does. Measured rates are in docs/benchmarks.md.
 //!
-//! Questions come in families, the parameters of one robot. A family is asked whether any of it is a yes, by the smallest
-//! adjusted value in it [Simes 1986]; R of m families say so at q; within these the questions are asked at q R / m
-//! [Benjamini, Bogomolov 2014]. So the rate over families is held, and that over the parameters in the families that are
-//! shown. A family that says yes has a parameter that does.
+//! Questions come in families, the parameters of one robot. A family is asked whether any of its questions is a yes, by
+//! its smallest adjusted value [Simes 1986]. Of m families R say so at q, and the questions within these are asked at
+//! q R / m [Benjamini, Bogomolov 2014]. So the rate over families is held, and so is that over the parameters in the
+//! families that are shown. A family that says yes has a parameter that does.
 
 /// The smallest rate at which each question is answered with yes.
 pub fn adjusted(p: &[f64]) -> Vec<f64> {
@@ -29,7 +29,7 @@ pub fn adjusted(p: &[f64]) -> Vec<f64> {
 /// The answers of one family.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Family {
-    /// That none of its questions is a yes.
+    /// The p-value for none of its questions being a yes.
     pub p: f64,
     /// The smallest rate over families at which it says yes.
     pub adjusted: f64,
@@ -73,8 +73,8 @@ mod tests {
         assert!((adjusted[0] - 0.0015).abs() < 1e-12 && adjusted[14] == 1.0);
     }
 
-    /// Families of normal errors, one in ten with a few that moved by five: the rates are held, over families and over
-    /// questions, where the questions of a family are dependent and where all families share a reference.
+    /// Families have normal errors, and one in ten has a few that moved by five. The rates are held over families and
+    /// over questions, where the questions of a family are dependent and where all families share a reference.
     #[test]
     fn the_rate_is_held() {
         let mut random = Random::new(4);
@@ -104,15 +104,17 @@ mod tests {
                 missed += 10 - (yes - wrong);
                 assert!(found.iter().all(|f| f.is_found == (questions(f) > 0)));
             }
-            // 5 % are promised; the share of a run scatters by some 7 %, the mean of 60 by 1 %, three alike.
+            // 5 % are promised. The share of a run scatters by some 7 % and the mean of 60 by 1 %, of which three are
+            // allowed.
             assert!(of_families < 0.08 && of_questions < 0.08, "{shared}: {of_families} {of_questions}");
             assert!(missed < 60, "{shared}: {missed} of 600 families missed");
         }
     }
 
-    /// Fleets of 500 robots of 16 logs against one reference of 64: deviations are estimated, with 13 and 60 degrees of
-    /// freedom, and 25 robots have one of 24 parameters moved. Returned: the mean share of wrong robots among those found,
-    /// and the share found of those that changed.
+    /// The mean share of wrong robots among those found, and the share found of those that changed.
+    ///
+    /// Fleets of 500 robots of 16 logs are compared with one reference of 64. Deviations are estimated, with 13 and 60
+    /// degrees of freedom, and 25 robots have one of 24 parameters moved.
     fn fleets(count: usize, moved: f64) -> (f64, f64) {
         let (mut random, robots, changed, parameters) = (Random::new(9), 500, 25, 24);
         let mut deviation = |variance: f64, freedom: usize| {
@@ -125,7 +127,8 @@ mod tests {
             let mut p = |robot: usize, c: usize| {
                 let ((a, s), (b, r)) = (deviation(0.8, 13), reference[c]);
                 let d = a - b + if robot < changed && c == robot % parameters { moved } else { 0.0 };
-                // What the normal distribution gives to one in fifteen is a yes at no rate that is asked for here.
+                // The normal distribution exceeds this in one of fifteen cases, which is a yes at no rate that is asked
+                // for here.
                 if d.abs() < 1.8 * s.hypot(r) { 1.0 } else { two_sided_difference(d, (s, 13.0), (r, 60.0)) }
             };
             let p: Vec<Vec<f64>> = (0..robots).map(|i| (0..parameters).map(|c| p(i, c)).collect()).collect();
@@ -138,10 +141,11 @@ mod tests {
         (wrong, right as f64 / (count * changed) as f64)
     }
 
-    /// The rate is held, and hardly a change of eight deviations is missed. Two deviations are not found, nor could be.
+    /// The rate is held, and few changes of eight deviations are missed. Changes of two deviations cannot be found.
     #[test]
     fn the_rate_is_held_where_deviations_are_estimated() {
-        // The share of one fleet scatters by 4 %, the mean of 60 by 0.5 %, one alike; with Welch's freedom it is 7.1 %.
+        // The share of one fleet scatters by 4 %, the mean of 60 by 0.5 %, of which one is allowed. With Welch's
+        // freedom it is 7.1 %.
         let (wrong, power) = fleets(60, 8.0);
         assert!(wrong < 0.055 && power > 0.9, "{wrong} {power}");
         let (_, power) = fleets(5, 2.0);

@@ -1,9 +1,10 @@
 //! More logs than one machine holds: sums of sufficient statistics, and what changed between two of them.
 //!
-//! A log becomes triangles ([`Replicate`](replicate::Replicate)), replicates of equal [`Settings`](settings::Settings)
-//! an [`Accumulator`](accumulator::Accumulator), which is written ([`tri_file`]), merged, solved ([`solution`]) and
-//! compared with others ([`comparison`]). No row is needed again. What needs the rows twice is not here: robust weights,
-//! the search for a delay, a friction model or drive gains, autocorrelation of residuals from sample to sample.
+//! A log becomes triangles ([`Replicate`](replicate::Replicate)). Replicates of equal [`Settings`](settings::Settings)
+//! become an [`Accumulator`](accumulator::Accumulator), which is written ([`tri_file`]), merged, solved ([`solution`])
+//! and compared with others ([`comparison`]). No row is needed again. Not here, because they need the rows twice:
+//! robust weights, the search for a delay, a friction model or drive gains, autocorrelation of residuals from sample to
+//! sample.
 
 pub mod accumulator;
 pub mod comparison;

@@ -1,7 +1,7 @@
 //! One log as triangles: blocks of its rows, an account of where they come from, and how the joints moved.
 //!
-//! A log is kept in [`MOST_BLOCKS`] blocks, of which fewer are left as more logs come together (`accumulator`). Blocks are
-//! folded four at a time, neighbours first, so that a log of which four blocks are left is the same to the bit whenever
+//! A log is kept in [`MOST_BLOCKS`] blocks, of which fewer are left as more logs come together (`accumulator`). Blocks
+//! are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit whenever
 //! it was folded.
 
 use logs::{Error, Log, LogSource};
@@ -11,10 +11,10 @@ use crate::model::linear_model::Model;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
-/// Blocks of one log.
+/// Largest number of blocks of one log.
 pub const MOST_BLOCKS: usize = 16;
 
-/// Blocks that are folded into one.
+/// Number of blocks that are folded into one.
 const FOLDED: usize = 4;
 
 /// Where the rows of one log come from.
@@ -23,11 +23,11 @@ const FOLDED: usize = 4;
 pub struct LogAccount {
     /// The file, as the user named it.
     pub name: String,
-    /// Digest of its samples: the same log is known by it under another name.
+    /// Digest of its samples, by which the same log is recognised under another name.
     pub digest: String,
     /// Rows of the file.
     pub rows: usize,
-    /// Rows with a number for everything, on a clock that advances.
+    /// Rows whose values are all numbers, on a clock that advances.
     pub kept: usize,
     /// Samples left after the filter, the ends and the decimation.
     pub samples: usize,
@@ -47,7 +47,7 @@ pub struct Replicate {
 }
 
 impl Replicate {
-    /// Of the records of one log.
+    /// The replicate of the records of one log.
     ///
     /// Fails when they cannot be read.
     pub fn of(model: &Model, log: &LogSource, records: &SourceRecords) -> Result<Replicate, Error> {
@@ -79,7 +79,7 @@ impl Replicate {
         Ok(Replicate { logs: vec![account], observation })
     }
 
-    /// What replicates are sorted by.
+    /// The name and the digest by which replicates are sorted.
     pub fn key(&self) -> Option<(&str, &str)> {
         self.logs.first().map(|log| (log.name.as_str(), log.digest.as_str()))
     }
@@ -101,7 +101,7 @@ impl Replicate {
     }
 }
 
-/// Merges so many neighbouring parts at a time.
+/// Merges `together` neighbouring parts at a time.
 fn fold(observation: &mut Observation, together: usize) {
     let merged = |parts: &[Vec<crate::algebra::triangle::Triangle>]| {
         let mut first = parts[0].clone();
@@ -113,20 +113,20 @@ fn fold(observation: &mut Observation, together: usize) {
     observation.parts = observation.parts.chunks(together.max(2)).map(merged).collect();
 }
 
-/// FNV-1a, a word at a time.
+/// A hash after FNV-1a that takes a word at a time and rotates.
 #[derive(Clone, Copy)]
 pub struct Digest(pub u64);
 
 impl Digest {
-    /// Of nothing.
+    /// The digest of nothing.
     pub const EMPTY: Digest = Digest(0xcbf2_9ce4_8422_2325);
 
-    /// With one more word.
+    /// The digest with one more word.
     pub fn word(self, word: u64) -> Digest {
         Digest((self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29))
     }
 
-    /// With these bytes, and their number.
+    /// The digest with these bytes and their number.
     pub fn bytes(self, bytes: &[u8]) -> Digest {
         let word = |chunk: &[u8]| chunk.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte));
         bytes.chunks(8).fold(self, |digest, chunk| digest.word(word(chunk))).word(bytes.len() as u64)
@@ -158,7 +158,7 @@ mod tests {
     use crate::estimators::weighted::{Weights, fit};
     use crate::test_arm::Pendulum;
 
-    /// Sixteen blocks folded at once, or first to four: the same bits.
+    /// Sixteen blocks give the same bits whether they are folded at once or first to four.
     #[test]
     fn folding_forgets_its_steps() {
         let arm = Pendulum::new();
@@ -174,7 +174,7 @@ mod tests {
         assert_eq!(at_once.observation.parts.len(), 1);
     }
 
-    /// A thousand partitions of the rows of a log, merged in any order: R'R and the solution of one pass.
+    /// A thousand partitions of the rows of a log, merged in any order, give R'R and the solution of one pass.
     #[test]
     fn any_partition_of_the_rows_is_one_pass() {
         let arm = Pendulum::new();
@@ -183,7 +183,7 @@ mod tests {
         states.tau.iter_mut().for_each(|tau| *tau += 0.1 * random.normal());
         let whole = Observation::of(&model, &states, 1).joints(|_| true);
         let solution = fit(&whole, Weights::Joint).0.x;
-        // Rows of the pieces: contiguous, between cuts drawn at random.
+        // The pieces are contiguous rows, between cuts drawn at random.
         let pieces = |cuts: &[usize]| -> Vec<Triangle> {
             let mut kept = states.clone();
             let piece = |range: std::ops::Range<usize>| {
@@ -208,7 +208,8 @@ mod tests {
                 for j in i..=3 {
                     let product = |t: &Triangle| (0..=i).map(|k| t.at(k, i) * t.at(k, j)).sum::<f64>();
                     let norm = |c: usize| (0..=c).map(|k| whole[0].at(k, c).powi(2)).sum::<f64>().sqrt();
-                    // 640 rows, thirteen folds: some ten roundings of a part in 1e16 on the norms of the columns.
+                    // 640 rows and thirteen folds make some ten roundings of a part in 1e16, on the norms of the
+                    // columns.
                     let error = (product(&merged) - product(&whole[0])).abs();
                     assert!(error < 1e-12 * norm(i) * norm(j), "{i} {j}: {error}");
                 }

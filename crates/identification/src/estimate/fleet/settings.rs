@@ -1,8 +1,8 @@
-//! What parts must have in common for their sums to be sums: robot, columns, filter, friction, transmission.
+//! What parts must have in common to be added: robot, columns, filter, friction, transmission.
 //!
-//! Triangles hold numbers only. The settings say of what: the columns by name and unit, the model by its fingerprint
-//! (which covers geometry and gravity), and every option that a row depends on. The names of the columns in the logs are
-//! no part of it: two recorders may call one signal differently.
+//! Triangles hold numbers only. The settings say what they mean: the columns by name and unit, the model by its
+//! fingerprint (which covers geometry and gravity), and every option that a row depends on. The names of the columns in
+//! the logs do not count, because two recorders may call one signal differently.
 
 use logs::Error;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ use crate::model::unit::Unit;
 pub struct Settings {
     /// The robot, by name and fingerprint.
     pub model: ModelReference,
-    /// How its description was read, where that was not as it stands.
+    /// How its description was read, where it was not read as it stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<DescriptionOptions>,
     /// In the order of the triangles.
@@ -69,7 +69,7 @@ impl From<&Parameter> for Column {
 }
 
 impl Settings {
-    /// Those of a robot and of the options of an identification.
+    /// The settings of a robot and of the options of an identification.
     ///
     /// Fails where the options ask for what needs the rows twice.
     pub fn new(
@@ -95,7 +95,7 @@ impl Settings {
         Ok(Settings { model, description, coordinates, columns, options })
     }
 
-    /// What differs from others, a phrase each; empty where sums with both can be added.
+    /// What differs from other settings, one phrase each; empty where sums of both can be added.
     pub fn differences(&self, other: &Settings) -> Vec<String> {
         let mut found = Vec::new();
         let mut compare = |what: &str, ours: String, theirs: String| {
@@ -195,7 +195,7 @@ impl Regressor for ColumnsAlone {
         self.slides[k]
     }
 
-    /// There are no values: what is computed with them is no number.
+    /// There are no values, so that results computed with them are NaN.
     fn fill(&self, _: &[f64], _: &[f64], _: &[f64], y: &mut [f64]) {
         y.fill(f64::NAN);
     }

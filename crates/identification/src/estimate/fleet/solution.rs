@@ -1,9 +1,9 @@
 //! From sums to an estimate: what `identify` finds in the same logs, without their rows.
 //!
-//! Values, residuals and the error on left-out blocks are those of `estimate::identify`. The deviation comes from the blocks
-//! (`estimators::block_deviation`) instead of from residuals sample by sample, and reaches as far as Student's t of its
-//! degrees of freedom: 1.96 of it hold 95 %; it is at least that of white noise. Not here, since it needs the rows: residuals that
-//! move with another joint, rows that do not fit.
+//! Values, residuals and the error on left-out blocks are those of `estimate::identify`. The deviation comes from the
+//! blocks (`estimators::block_deviation`) instead of from residuals sample by sample. It is scaled by Student's t of
+//! its degrees of freedom, so that 1.96 of it hold 95 %, and it is at least that of white noise. Not here, because they
+//! need the rows: residuals that move with another joint, rows that do not fit.
 
 use logs::Error;
 
@@ -23,10 +23,10 @@ use crate::estimators::weighted::fit;
 use crate::model::linear_model::Model;
 use crate::rows::observation::Observation;
 
-/// Fewer blocks leave a deviation uncertain by more than a half.
+/// With fewer blocks than this a deviation is uncertain by more than a half.
 const FEW_BLOCKS: usize = 8;
 
-/// What the sums of a robot say, before it is put into words.
+/// The numbers that the sums of a robot give, before they are put into words.
 pub(super) struct Solved {
     pub observation: Observation,
     pub joints: Vec<Triangle>,
@@ -50,8 +50,9 @@ impl Solved {
         Ok(Solved { observation, joints, solution, deviation })
     }
 
-    /// The larger of the deviation of white noise and that of the blocks times `reach` of its degrees of freedom, one a
-    /// parameter.
+    /// The deviation, one per parameter.
+    ///
+    /// It is the larger of that of white noise and that of the blocks times `reach` of its degrees of freedom.
     pub(super) fn sigma(&self, reach: impl Fn(f64) -> f64) -> Vec<f64> {
         let BlockDeviation { sigma, freedom, .. } = &self.deviation;
         let both = white_deviation(&self.solution).into_iter().zip(sigma.iter().zip(freedom));
@@ -67,14 +68,15 @@ impl Solved {
 impl Accumulator {
     /// The estimate of all its logs.
     ///
-    /// Fails where there is no log, and where no joint ever moves; parameters that the data do not determine are a status.
+    /// Fails where there is no log, and where no joint ever moves. Parameters that the data do not determine are a
+    /// status.
     pub fn solve(&self) -> Result<Estimate, Error> {
         let columns: ColumnsAlone = self.settings().columns_alone()?;
         let options = &self.settings().options;
         let couplings = options.transmission.coupled();
         let model = Model::new(&columns, &options.friction, &couplings);
         let solved = Solved::of(self)?;
-        // Below one degree of freedom the reach grows without end, and the deviation it belongs to is none.
+        // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
         let sigma = solved.sigma(|freedom| reach(0.05, freedom.max(1.0)) / INTERVAL);
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
         estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
@@ -100,7 +102,7 @@ impl Accumulator {
         Ok(estimate)
     }
 
-    /// What the deviations stand on.
+    /// A sentence on what the deviations are taken from.
     fn replicates_in_words(&self, blocks: usize) -> String {
         let logs = self.logs().len();
         let of = match (logs, self.replicates().len()) {

@@ -5,9 +5,10 @@
 //! settings: ..                                the head: robot, columns, options, logs, failed logs
 //! <triangles>                                 numbers of 8 bytes, little endian: a round trip changes no bit
 //! ```
-//! A replicate is the number of its blocks; of each block and joint the rows, the number of live columns, which they are,
-//! and their entries column by column; then of each coordinate smallest and largest position, speed, effort, f95 and
-//! samples at rest; then the cut-off. Columns that hold only zeros have no place.
+//! A replicate begins with the number of its blocks. Then each block and joint has the number of rows, the number of
+//! live columns, which columns these are, and their entries column by column. Then each coordinate has its smallest and
+//! largest position, speed, effort, f95 and samples at rest. The cut-off comes last. Columns that hold only zeros have
+//! no place.
 
 use logs::Error;
 use serde::{Deserialize, Serialize};
@@ -22,14 +23,17 @@ use crate::yaml;
 /// The word that such a file begins with.
 const WORD: &str = "rist-tri";
 
-/// The version that is written and read. Version 1 holds accelerations by differences of second order, and digests of other
-/// blocks: its sums do not add to these.
+/// The version that is written and read.
+///
+/// Version 1 holds accelerations by differences of second order, and digests of other blocks, so its sums do not add to
+/// these.
 const VERSION: u32 = 2;
 
-/// Entries of all triangles of a file, its zeros counted: 4 GiB, that a stranger's head may ask for in memory.
+/// Largest number of entries of all triangles of a file, zeros included. It limits to 4 GiB the memory that a
+/// stranger's head may ask for.
 const MOST_CELLS: usize = 1 << 29;
 
-/// A first line is not longer.
+/// Largest length of the first line.
 const LONGEST_LINE: usize = 120;
 
 #[derive(Serialize, Deserialize)]
@@ -83,14 +87,14 @@ impl Accumulator {
     }
 }
 
-/// First line, head and triangles.
+/// Joins the first line, the head and the triangles.
 fn joined(head: &str, body: &[u8]) -> Vec<u8> {
     let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(body).0;
     let line = format!("{WORD} {VERSION} {} {} {digest:016x}\n", head.len(), body.len());
     [line.as_bytes(), head.as_bytes(), body].concat()
 }
 
-/// Head and triangles, held against the first line.
+/// Head and triangles, checked against the first line.
 fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
     let end = bytes.iter().take(LONGEST_LINE).position(|&b| b == b'\n');
     let line = end.and_then(|end| std::str::from_utf8(&bytes[..end]).ok()).unwrap_or_default();
@@ -171,7 +175,7 @@ impl Body {
 /// Numbers of a file that are still to be read; `None` where there are too few.
 struct Words<'a> {
     left: &'a [u8],
-    /// Entries that triangles may still have.
+    /// Number of entries that triangles may still have.
     cells: usize,
 }
 
@@ -260,7 +264,7 @@ mod tests {
         assert_eq!(again.to_bytes().unwrap(), bytes);
     }
 
-    /// Wherever a file ends, and whichever byte of it is another, it is refused.
+    /// A file that ends anywhere too early, or has any one byte changed, is refused.
     #[test]
     fn what_is_cut_short_or_damaged_is_refused() {
         let bytes = some().to_bytes().unwrap();
@@ -279,7 +283,7 @@ mod tests {
         assert!(refused(b"").unwrap().contains("it is empty"));
     }
 
-    /// A head that a stranger wrote: nested without end, and one whose triangles need more memory than the file has.
+    /// The head of a stranger may be nested without end, or ask for triangles that need more memory than the file has.
     #[test]
     fn a_head_is_believed_only_so_far() {
         let nested = joined(&"[".repeat(100_000), &[]);

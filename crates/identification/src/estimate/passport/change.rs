@@ -1,8 +1,8 @@
-//! What may have been done to a log, as a change that undoes it; and how well a description then predicts the torques.
+//! Changes that undo what may have been done to a log, and how well a description then predicts the torques.
 //!
-//! T = Y(q', dq', ddq') X with the changed motion; joint j's torque is held against T_j beside the columns
-//! F_j = [ddq_j, dq_j, direction_j, 1] that no description has (rotor, friction, offset). What is left of the torque,
-//! with a slope between half and twice the scale of all joints, is the misfit of the joint: 0 where the description
+//! T = Y(q', dq', ddq') X with the changed motion. Joint j's torque is compared with T_j beside the columns F_j =
+//! [ddq_j, dq_j, direction_j, 1] that no description has (rotor, friction, offset). The slope may be between half and
+//! twice the scale of all joints. What is then left of the torque is the misfit of the joint: 0 where the description
 //! predicts it, 1 where it might as well be absent.
 
 use generated::Eight;
@@ -15,25 +15,25 @@ use crate::model::states::States;
 /// One change of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// The position of a joint is so much larger, rad.
+    /// The position of a joint is larger by this angle, rad.
     Turned(usize, f64),
-    /// The position of a joint has the other sign.
+    /// The motion of a joint has the other sign.
     Mirrored(usize),
     /// The torque of a joint has the other sign.
     Opposed(usize),
-    /// Position and torque of a joint have the other sign.
+    /// Motion and torque of a joint have the other sign.
     Reversed(usize),
-    /// Motion and torque of two joints are each those of the other.
+    /// Motions and torques of two joints are exchanged.
     SwappedJoints(usize, usize),
-    /// All that two joints do is that of the other.
+    /// Positions, velocities and accelerations of two joints are exchanged.
     SwappedMotions(usize, usize),
-    /// Positions alone, velocities as they are.
+    /// Only the positions of two joints are exchanged.
     SwappedPositions(usize, usize),
-    /// Velocities and accelerations alone.
+    /// Only the velocities and accelerations of two joints are exchanged.
     SwappedVelocities(usize, usize),
-    /// Torques of two joints.
+    /// Only the torques of two joints are exchanged.
     SwappedTorques(usize, usize),
-    /// Angles are degrees.
+    /// The angles are in degrees.
     Degrees,
     /// Gravity is not in the torques.
     Weightless,
@@ -41,7 +41,7 @@ pub enum Change {
 
 use Change::*;
 
-/// rad.
+/// One degree, rad.
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 impl Change {
@@ -80,7 +80,7 @@ impl Change {
         }
     }
 
-    /// The column and the sign of what is the torque of joint j.
+    /// The column of the log that is the torque of joint j, and its sign.
     fn torque(self, j: usize) -> (usize, f64) {
         match self {
             Opposed(k) | Reversed(k) if k == j => (j, -1.0),
@@ -99,7 +99,7 @@ pub struct Description<'a> {
 }
 
 impl Description<'_> {
-    /// Its torques at the instants `rows`, the log changed: sample by sample, n each.
+    /// Its torques at the instants `rows` of the changed log, sample by sample, n each.
     pub fn torques(&self, states: &States, rows: &[usize], changes: &[Change]) -> Vec<f64> {
         let mut torques = self.moving(states, rows, changes, 1.0);
         if changes.contains(&Weightless) {
@@ -109,7 +109,7 @@ impl Description<'_> {
         torques
     }
 
-    /// The same; `moves`: 1, or 0 for what holds the robot at rest where it is.
+    /// The same; `moves` is 1, or 0 for the torques that hold the robot at rest where it is.
     fn moving(&self, states: &States, rows: &[usize], changes: &[Change], moves: f64) -> Vec<f64> {
         let n = states.n;
         let is_angle: Vec<bool> = (0..n).map(|k| !self.regressor.is_prismatic(k)).collect();
@@ -129,7 +129,7 @@ impl Description<'_> {
                 changes.iter().for_each(|change| change.motion(&is_angle, q, dq, ddq));
                 dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
             }
-            // The lanes past the end hold instants of before: nobody reads what they give.
+            // The lanes past the end hold earlier instants, and nobody reads what they give.
             let groups = some.len().div_ceil(8);
             let entries = &mut entries[..groups * stride];
             self.regressor.fill_blocks(&inputs[..groups * 8 * 3 * n], stride, entries);
@@ -153,21 +153,23 @@ impl Description<'_> {
 /// Instants whose regressors are made together: eight for each lane of the widest processor.
 const TOGETHER: usize = 64;
 
-/// Joints with fewer samples say nothing.
+/// Joints with fewer samples than this say nothing.
 pub const FEWEST: usize = 60;
 
-/// One column of arrays with n columns, at the chosen samples where joint j counts.
+/// Column k of an array with n columns, at the chosen samples.
 pub fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
     rows.iter().map(|&r| x[r * n + k]).collect()
 }
 
-/// The chosen samples at which joint j counts: their places among `rows`.
+/// The places among `rows` of the samples at which joint j counts.
 pub fn used(states: &States, rows: &[usize], j: usize) -> Vec<usize> {
     (0..rows.len()).filter(|&i| states.used[rows[i] * states.n + j]).collect()
 }
 
-/// What is left of each joint's torque, as a share of what its own columns leave of it in the log as it is; a slope
-/// within a factor of two of `scale` is granted.
+/// The misfit of each joint: what is left of its torque, as a share of what its own columns leave of it in the log as
+/// it is.
+///
+/// A slope within a factor of two of `scale` is allowed.
 pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scale: f64) -> Vec<f64> {
     let misfit = |(j, p): (usize, &Partial)| {
         let slope = scale * (p.slope() / scale).clamp(0.5, 2.0);
@@ -178,7 +180,9 @@ pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scal
     found.iter().enumerate().map(misfit).collect()
 }
 
-/// Whose velocity in the log is that of joint j; the change done last is met first, and a sign changes no span.
+/// The joint whose velocity in the log is that of joint j.
+///
+/// The change done last is met first. Changes of sign do not matter, because they change no span of columns.
 pub fn motion_of(changes: &[Change], j: usize) -> usize {
     changes.iter().rev().fold(j, |j, change| match *change {
         SwappedMotions(k, l) | SwappedJoints(k, l) | SwappedVelocities(k, l) if k == j => l,
@@ -195,5 +199,5 @@ pub fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
     })
 }
 
-/// A description that makes it worse might as well be absent.
+/// Largest misfit: a description that makes it worse might as well be absent.
 const MOST: f64 = 1.0;

@@ -1,13 +1,13 @@
-//! Torques that are logged late, or early, whatever the description: by how much the rows must be shifted to explain them.
+//! By how much the rows must be shifted to explain torques that are logged late or early, whatever the description.
 //!
 //! ```text
 //! tau_j(t) = Y_j(t - d) X + b_j dq_j(t - d) + c_j direction_j + e_j |T_j| direction_j + o_j
 //! ```
-//! with T_j what the others explain; d and X are common to all joints. With Y_j(t - d) = Y_j - d dY_j/dt the search is Gauss-Newton in d: the torques are
-//! regressed on the shifted columns and on the rate of what these explain, joints by the size of what they leave.
-//! Friction that grows with the load is among the columns, for it turns round with the joint as late torques do. Rows
-//! within 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c): the filtered velocity does not know when a joint
-//! sticks.
+//! T_j is what the other columns explain; d and X are common to all joints. With Y_j(t - d) = Y_j - d dY_j/dt the
+//! search is Gauss-Newton in d. The torques are regressed on the shifted columns and on the rate of what these explain,
+//! and joints are weighted by what they leave. Friction that grows with the load is among the columns, because it
+//! changes sign with the joint as late torques do. Rows within 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c),
+//! because the filtered velocity does not know when a joint sticks.
 
 use crate::algebra::least_squares::solve;
 use crate::algebra::triangle::TriangleBuilder;
@@ -20,27 +20,28 @@ use crate::model::states::States;
 /// A delay of all torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// s; positive: the torques are late.
+    /// The delay, s; positive: the torques are late.
     pub seconds: f64,
-    /// Share of the squares of what is left of the torques that it explains.
+    /// Share of the squares left of the torques that the delay explains, a mean over the joints.
     pub share: f64,
 }
 
-/// The share that a delay must explain, and s it must be long and may be. Measured robots have up to 0.05 by chance.
+/// The share that a delay must explain, and its shortest and longest length, s. Measured robots reach a share of 0.05
+/// by chance.
 const LATE: f64 = 0.15;
 const LEAST: f64 = 0.003;
 const LONGEST: f64 = 0.12;
 
-/// Steps of Gauss-Newton, none longer than this, s: the rates hold for a short while only.
+/// Steps of Gauss-Newton, none longer than this, s, because the rates hold for a short while only.
 const STEPS: usize = 14;
 const LONGEST_STEP: f64 = 0.01;
-/// s; a step below this changes nothing that is said.
+/// A step below this changes nothing that is reported, s.
 const SETTLED: f64 = 1e-4;
 
 /// Robots of more joints have too many columns for a look.
 const FEW: usize = 8;
 
-/// Rows of a joint.
+/// Largest number of rows that are taken of a joint.
 const ROWS: usize = 200;
 
 /// The delay that explains the torques; `None` where there is none.
@@ -50,7 +51,7 @@ pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) 
         return None;
     }
     let mut joints: Vec<JointRows> = (0..n).filter_map(|j| JointRows::of(regressor, samples, rows, j)).collect();
-    // First all joints alike, by their torques; then by what they leave.
+    // First each joint is weighted by its torques, then by what the fit leaves of them.
     let mut seconds = 0.0;
     let at_first = fit(&joints, n, seconds)?;
     joints.iter_mut().zip(&at_first.squares).for_each(|(joint, square)| joint.weight = 1.0 / square.sqrt());
@@ -86,12 +87,12 @@ struct Row {
     tau: f64,
 }
 
-/// What some delay leaves.
+/// What the fit with some delay leaves.
 #[derive(Clone)]
 struct Left {
-    /// Square of the rest of each joint.
+    /// Sum of squares that is left of each joint.
     squares: Vec<f64>,
-    /// s that the delay should be longer.
+    /// The length to add to the delay, s.
     step: f64,
 }
 
@@ -123,10 +124,10 @@ impl JointRows {
     }
 }
 
-/// Fits all joints with rows shifted by `seconds`; `None` without rows, or where nothing is left.
+/// Fits all joints with rows shifted by `seconds`; `None` without rows, or where nothing is left of a joint.
 fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
     let base = joints.first()?.rows.first()?.columns.len() - 1;
-    // X; b, c, e, o of each joint; the step.
+    // The unknowns are X, then b, c, e, o of each joint, then the step.
     let width = base + 4 * n + 1;
     let shifted =
         |row: &Row| -> Vec<f64> { row.columns.iter().zip(&row.rates).map(|(y, rate)| y - seconds * rate).collect() };
@@ -184,7 +185,8 @@ mod tests {
         for by in [1, 2] {
             let seconds = 0.01 * by as f64;
             let found = look(by).unwrap_or_else(|| panic!("no delay of {seconds} s"));
-            // The rates are differences over 20 ms, and friction turns over where the joint does: a third.
+            // The rates are differences over 20 ms, and friction changes sign where the joint does, so a third is
+            // allowed.
             assert!((found.seconds / seconds - 1.0).abs() < 0.33 && found.share > 0.5, "{found:?}");
         }
     }

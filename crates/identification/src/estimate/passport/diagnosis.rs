@@ -1,9 +1,9 @@
 //! From the numbers of a passport to its findings: the checks in their order, each with its thresholds.
 //!
-//! What needs no inertials comes first: dead and saturated torques, a log too short, velocities that are not the
-//! slopes of their positions, and friction that drives. Then, with inertials, what the slopes say of all torques
-//! (unit, currents, signs), of one joint or two and of gravity (`search`), and of the clock; what nothing explains is
-//! another robot.
+//! Checks that need no inertials come first: dead and saturated torques, a log too short, velocities that are not the
+//! slopes of their positions, and friction that drives. With inertials, the slopes then tell of all torques (unit,
+//! currents, signs), of one joint or two and of gravity (`search`), and of the clock. What nothing explains is another
+//! robot.
 
 use logs::Suspect;
 
@@ -17,7 +17,7 @@ use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
 use crate::model::regressor::Regressor;
 
-/// What there is to look at.
+/// What a diagnosis looks at.
 pub struct Look<'a> {
     pub samples: &'a Samples,
     /// The kept samples that are looked at.
@@ -27,10 +27,10 @@ pub struct Look<'a> {
     pub description: Option<&'a Description<'a>>,
 }
 
-/// |tau - T| / |tau| without friction: no machine moves without.
+/// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
 const COMPUTED: f64 = 2e-3;
 
-/// Powers of ten that far from a whole number are none.
+/// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER: f64 = 0.2;
 
 impl Look<'_> {
@@ -65,7 +65,7 @@ impl Look<'_> {
         }
         let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
         if findings.is_empty() || is_foreign {
-            // Torques that come very late have nothing to do with the motion that they belong to.
+            // Torques that come very late fit their motion as little as those of another robot do.
             let lag = self.delay().filter(|lag| !is_foreign || lag.share > EXPLAINED);
             if let Some(lag) = lag {
                 findings = vec![late(&lag)];
@@ -80,12 +80,12 @@ impl Look<'_> {
         self.regressor.coordinates()[k].clone()
     }
 
-    /// Coordinates.
+    /// Number of coordinates.
     pub fn n(&self) -> usize {
         self.samples.kept.n
     }
 
-    /// rad (m), between the ends of a joint's motion.
+    /// Distance between the ends of a joint's motion, rad (m).
     pub fn range(&self, k: usize) -> f64 {
         self.samples.range[k].1 - self.samples.range[k].0
     }
@@ -150,7 +150,8 @@ impl Look<'_> {
         found
     }
 
-    /// The median size of the slopes that tell; 1 where they are too few, for a single joint of several may be wrong by itself.
+    /// The median size of the slopes that tell; 1 where there are too few, because one joint of several may be wrong by
+    /// itself.
     fn common_scale(&self, telling: &[f64]) -> f64 {
         let mut sizes: Vec<f64> = telling.iter().map(|s| s.abs()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -233,7 +234,7 @@ impl Look<'_> {
         let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY);
         let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
         let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
-        // What the joint's own row cannot explain either is noise, not another robot.
+        // Where the joint's own row cannot explain the torque either, it is noise and not another robot.
         let noisy = |k: usize| passport.joints[k].friction.is_some_and(|f| f.residual > NOISY);
         let clear = heavy.iter().any(|&k| !noisy(k));
         (heavy.len() >= 2 && clear && mean > FOREIGN).then(|| Finding {
@@ -272,10 +273,11 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
     velocities.iter().filter_map(|v| Some((v.0, v.1?))).collect()
 }
 
-/// Another robot is judged by joints in which the description's torque would be this share of what is measured.
+/// Another robot is judged by joints where the description's torque is more than this share of the measured one, in
+/// squares.
 const HEAVY: f64 = 0.2;
 
-/// Mean misfit of the joints that count from which on the robot is another.
+/// Mean misfit of these joints from which on the robot is another.
 const FOREIGN: f64 = 0.6;
 
 /// |residual| / |torque| of the joint's own row above which its torque is noise.

@@ -19,7 +19,7 @@ pub enum Fault {
     MotionSign,
     /// Motion and torque have the other sign.
     Reversed,
-    /// Friction drives: the sign of the torque or of the motion, which of them is not to be told.
+    /// Friction drives, so the sign of the torque or of the motion is wrong; which of them cannot be told.
     FrictionSign,
     /// The position of the description minus that of the log, rad.
     Zero(f64),
@@ -37,7 +37,7 @@ pub enum Fault {
     SwappedTorques,
     /// The velocity is not the slope of the position.
     Velocity,
-    /// s by which the torques lag.
+    /// The torques lag the positions by so many seconds.
     Delay(f64),
     /// Gravity was taken out of the torques before they were logged.
     GravityCompensated,
@@ -47,18 +47,18 @@ pub enum Fault {
     Computed,
     /// A torque that never changes.
     DeadTorque,
-    /// Share of the samples at a limit.
+    /// The torque stands at a limit in this share of the samples.
     Saturated(f64),
     /// Angles in degrees, taken for radians.
     Degrees,
-    /// Periods of the joint that makes most.
+    /// Largest number of periods that a joint makes.
     Short(f64),
 }
 
 /// Common slopes within these are errors of nominal inertials, not another unit.
 pub const NOMINAL: std::ops::Range<f64> = 0.25..4.0;
 
-/// Columns of a log that stand in one order.
+/// The columns of a log that share an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Columns {
     /// Positions, velocities and torques.
@@ -163,7 +163,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Three digits that count, without an exponent where it can be read without.
+/// Three significant digits, without an exponent where the number can be read without it.
 pub fn significant(x: f64) -> String {
     let size = x.abs();
     match size {

@@ -1,9 +1,11 @@
-//! Which way friction acts in each joint, whatever the description: the torque without all that the joint's own
-//! row of the regressor can explain, on dq and on its direction.
+//! Which way friction acts in each joint, whatever the description.
 //!
-//! tau_j = Y_j X_j + b dq_j + c direction_j + d, X_j free for each joint: a wrong sign, unit or zero of another joint
-//! does not reach it. Friction brakes: its power b dq^2 + c |dq| is positive. Where it is negative, the torque or the
-//! motion of this joint has the wrong sign.
+//! All that the joint's own row of the regressor can explain is taken out of the torque. The rest is regressed on dq
+//! and on its direction.
+//!
+//! tau_j = Y_j X_j + b dq_j + c direction_j + d, with X_j free for each joint. So a wrong sign, unit or zero of another
+//! joint does not reach it. Friction brakes: its power b dq^2 + c |dq| is positive. Where it is negative, the torque or
+//! the motion of this joint has the wrong sign.
 
 use crate::estimate::passport::change::{FEWEST, column, used};
 use crate::estimate::passport::regression::{Basis, product, square};
@@ -13,13 +15,13 @@ use crate::model::states::States;
 /// Friction of one joint as its own row of the equations sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OwnFriction {
-    /// f . dq / (|tau| |dq|), tau without its mean: positive where friction brakes.
+    /// f . dq / (|tau| |dq|), with f the friction and tau without its mean; positive where friction brakes.
     pub brakes: f64,
     /// Standard deviation of it, for residuals that stay the same for long.
     pub deviation: f64,
     /// |residual| / |tau|, tau without its mean.
     pub residual: f64,
-    /// Whether friction drives beyond what errors of the equations do: in sum, and neither part brakes.
+    /// Whether friction drives by more than errors of the equations explain, in sum and with neither part braking.
     pub drives: bool,
 }
 
@@ -59,7 +61,7 @@ pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], 
     let (w, u) = (square(&dq), product(&dq, &direction));
     let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
     let deviation = unexplained * (spread / INDEPENDENT).sqrt();
-    // Neither part speaks for friction that brakes.
+    // Whether one part of friction brakes by more than its deviation.
     let above = |x: f64, other: f64| x > unexplained * (other / (INDEPENDENT * determinant)).sqrt();
     let found = OwnFriction {
         brakes: product(&friction, &dq) / (size * speed),
@@ -72,16 +74,16 @@ pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], 
     (found.deviation < UNTOLD).then_some(OwnFriction { drives, ..found })
 }
 
-/// Residuals of a log, errors of the model more than noise, are worth no more independent samples than this.
+/// Residuals of a log are errors of the model more than noise. They are worth no more independent samples than this.
 const INDEPENDENT: f64 = 30.0;
 
-/// Friction that drives: of the torque more than this share,
+/// Friction that drives must be more than this share of the torque,
 const DRIVES: f64 = 0.02;
-/// .. and so many standard deviations.
+/// .. and more than so many standard deviations.
 const BEYOND: f64 = 4.0;
 
-/// Friction that is known no better than this, of the torque, is not known: a slow log in which gravity and friction
-/// look alike (KR300) has 0.5 to 2.
+/// Friction is not known where its deviation is larger than this share of the torque. A slow log in which gravity and
+/// friction look alike (KR300) has 0.5 to 2.
 const UNTOLD: f64 = 0.25;
 
 /// dq and its direction are told apart where the square of the sine between them is above this.

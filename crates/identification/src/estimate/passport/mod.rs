@@ -1,17 +1,17 @@
 //! The passport of a log: whether it belongs to the robot of the description, before anything is fitted.
 //!
-//! The torque of each joint is regressed on what the description computes for its motion, beside what no description
-//! has:
+//! The torque of each joint is regressed on what the description computes for its motion, beside columns that no
+//! description has:
 //! ```text
 //! tau_j = s_j (Y(q, dq, ddq) X)_j + a ddq_j + b dq_j + c direction_j + d
 //! ```
-//! X are the base parameters of the description (p), s_j is the slope of the description: near 1 where log and
-//! description speak of one robot in one unit; the sign of b and c is that of friction, which brakes. Where a slope is
-//! not near 1, the usual mistakes are undone one by one, and the one that makes the description predict the torques is
-//! the finding (`search`). A description without inertials has no slopes: what it leaves untold is said.
+//! X are the base parameters of the description (p). s_j is the slope of the description, which is near 1 where log and
+//! description speak of one robot in one unit. The sign of b and c is that of friction, which brakes. Where a slope is
+//! not near 1, the usual mistakes are undone one by one. The one that makes the description predict the torques is the
+//! finding (`search`). A description without inertials has no slopes, and the passport says what it leaves untold.
 //!
-//! It is a look, not an estimate: nominal inertials are wrong by tens of per cent, and a slope of 0.6 in a wrist is no
-//! mistake of a log.
+//! The passport is a look and not an estimate. Nominal inertials are wrong by tens of per cent, and a slope of 0.6 in a
+//! wrist is no mistake of a log.
 
 mod change;
 mod delay;
@@ -39,11 +39,12 @@ use crate::estimate::passport::trials::Trials;
 use crate::model::regressor::Regressor;
 use crate::signals::records::Records;
 
-/// Samples that are looked at, at least, where there are as many.
+/// Least number of samples that are looked at, where there are as many.
 const TRIED: usize = 400;
 
-/// Looks at a log: its records, what is odd about its columns, and the base parameters of the description where it has
-/// inertials.
+/// Looks at a log, given its records, what is odd about its columns, and the description's base parameters.
+///
+/// `described` is `None` where the description has no inertials.
 ///
 /// Fails when a record cannot be read.
 pub fn passport<R: Records + ?Sized>(
@@ -75,7 +76,7 @@ pub fn passport<R: Records + ?Sized>(
     Ok(passport)
 }
 
-/// The share of the torque's variance that description and own columns explain together.
+/// The share of the torque's variance that the description and the joint's own columns explain together.
 fn explained(samples: &Samples, rows: &[usize], j: usize, partial: &Partial) -> Option<f64> {
     let places = used(&samples.kept, rows, j);
     let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();

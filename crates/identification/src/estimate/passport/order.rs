@@ -1,8 +1,9 @@
-//! The order of the columns that makes the description predict the log: of all signals, of the motions or of the torques.
+//! The order of the columns that makes the description predict the log, for all signals, the motions or the torques.
 //!
-//! A robot of few joints is tried in all its orders; of more joints those that people make: joints by the alphabet,
-//! from the tip to the base, turned round by some places, and any three in a circle. An order is a product of
-//! exchanges: (a b c ..) = (a b)(b c)... Some samples rank the orders, all of them say how well the best explains.
+//! A robot of few joints is tried in all its orders. With more joints only orders that people make are tried: joints by
+//! the alphabet, from the tip to the base, turned round by some places, and any three in a circle. An order is a
+//! product of exchanges: (a b c ..) = (a b)(b c)... Some samples rank the orders, and all of them say how well the best
+//! one explains.
 
 use std::convert::Infallible;
 
@@ -12,7 +13,7 @@ use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::search::{Search, Sum};
 use crate::estimate::passport::trials::Trials;
 
-/// Robots of at most so many joints are tried in all orders: 5 040 of seven.
+/// Robots of at most so many joints are tried in all orders; seven joints have 5 040.
 const FEW: usize = 7;
 
 /// Samples that rank the orders.
@@ -21,7 +22,7 @@ const RANKED: usize = 100;
 /// An exchange of something of two joints.
 type Exchange = fn(usize, usize) -> Change;
 
-/// Of all that two joints have, of their motions, of their torques. The first two exchange the same motions.
+/// Exchanges of all signals, of motions and of torques. The first two exchange the same motions.
 const KINDS: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMotions, Change::SwappedTorques];
 
 impl Search<'_> {
@@ -55,7 +56,7 @@ impl Search<'_> {
     }
 }
 
-/// The orders to try, the one as it is left out: `order[k]` is the joint whose columns are those of joint k.
+/// The orders to try, without the one as it is; `order[k]` is the joint whose columns are those of joint k.
 fn orders(coordinates: &[String]) -> Vec<Vec<usize>> {
     let n = coordinates.len();
     let mut found = match n <= FEW {
@@ -66,7 +67,7 @@ fn orders(coordinates: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// All orders of n.
+/// All orders of n joints.
 fn all(n: usize) -> Vec<Vec<usize>> {
     (0..n).fold(vec![Vec::new()], |shorter, last| {
         let longer = |order: &Vec<usize>| {
@@ -105,7 +106,7 @@ fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();
     for k in 0..order.len() {
-        // An order has every joint once: what is not yet in its place stands behind.
+        // An order has every joint once, so a joint that is not in its place stands behind.
         let Some(at) = (k..order.len()).find(|&l| now[l] == order[k]) else { continue };
         if at != k {
             now.swap(k, at);

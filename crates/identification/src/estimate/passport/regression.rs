@@ -4,7 +4,7 @@
 //! column x by orthogonalisation: y' = y - P_F y, x' = x - P_F x. Then the slope is x'.y' / x'.x', and the share
 //! that x explains of what F leaves is (x'.y')^2 / (x'.x' y'.y').
 
-/// Of a column's norm: what is left of it beside the columns before is rounding.
+/// A column that keeps less than this share of its norm beside the columns before it is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Orthonormal columns of equal length.
@@ -17,7 +17,7 @@ impl Basis {
         let mut basis = Basis::default();
         for column in columns {
             let norm = square(&column).sqrt();
-            // Twice is enough for orthogonality to rounding.
+            // Orthogonalising twice is enough to be orthogonal to rounding.
             let mut column = basis.without(basis.without(column));
             let left = square(&column).sqrt();
             if left > ROUNDING * norm {
@@ -53,12 +53,12 @@ pub struct Partial {
 }
 
 impl Partial {
-    /// Of signals from which the basis has been taken.
+    /// From signals of which the basis has been taken out.
     pub fn of(y: &[f64], x: &[f64]) -> Partial {
         Partial { yy: square(y), xx: square(x), xy: product(x, y) }
     }
 
-    /// y per x; 0 of a column of nothing.
+    /// y per x; 0 for a column of zeros.
     pub fn slope(&self) -> f64 {
         if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
     }
@@ -74,7 +74,7 @@ impl Partial {
         if self.yy > 0.0 { (1.0 - slope * (2.0 * self.xy - slope * self.xx) / self.yy).max(0.0) } else { 0.0 }
     }
 
-    /// The share of the column beside the signal: how large it would be there with slope 1.
+    /// The square of the column over that of the signal, which is its share there with slope 1.
     pub fn weight(&self) -> f64 {
         if self.yy > 0.0 { self.xx / self.yy } else { 0.0 }
     }

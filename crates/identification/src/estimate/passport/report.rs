@@ -1,11 +1,11 @@
-//! The passport itself: what each joint's torque has to do with the description, the findings, and what is untold.
+//! The passport itself: how each joint's torque agrees with the description, the findings, and what is untold.
 
 use std::fmt;
 
 use crate::estimate::passport::finding::{Fault, Finding, significant};
 use crate::estimate::passport::friction::OwnFriction;
 
-/// What a joint's torque has to do with the description.
+/// How a joint's torque agrees with the description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointPassport {
     /// Name of the coordinate.
@@ -13,8 +13,8 @@ pub struct JointPassport {
     /// Measured torque per torque of the description, beside rotor, friction and offset; `None` without inertials, or
     /// where the joint has too few samples.
     pub slope: Option<f64>,
-    /// Share of the torque's variance that the description explains beyond rotor, friction and offset: what the slope
-    /// stands on.
+    /// Share of the torque's variance that the description explains beyond rotor, friction and offset, on which the
+    /// slope rests.
     pub share: Option<f64>,
     /// Share of the torque's variance that the description explains with rotor, friction and offset.
     pub explained: Option<f64>,
@@ -27,7 +27,7 @@ pub struct JointPassport {
 /// What a log says of itself and of its description before anything is fitted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Passport {
-    /// One a coordinate.
+    /// One per coordinate.
     pub joints: Vec<JointPassport>,
     /// The worst first.
     pub findings: Vec<Finding>,
@@ -35,11 +35,13 @@ pub struct Passport {
     pub untold: Vec<String>,
 }
 
-/// Share of the torque beyond which a joint's slope is a number, and below which it is none.
+/// Share explained by the description, above which a joint's slope counts, and below which it is not shown. Between the
+/// two it is in brackets.
 pub const TELLING: f64 = 0.5;
 const SLIGHT: f64 = 0.05;
 
-/// Gains that far from those of the description are worth a word; inertials are rarely wrong by as much in all joints.
+/// Gains that differ by this factor from those of the description are worth a word. Inertials are rarely so wrong in
+/// all joints.
 const DOUBTED: f64 = 1.8;
 
 impl Passport {
@@ -48,8 +50,10 @@ impl Passport {
         self.findings.iter().any(|f| f.fault.is_gross())
     }
 
-    /// Holds the drive gains that make torques of the log's currents, one a coordinate, against what the description
-    /// implies: a torque that is s times the description's is that of a gain s times too large.
+    /// Compares the drive gains that make torques of the log's currents, one per coordinate, with what the description
+    /// implies.
+    ///
+    /// A torque that is s times the description's comes from a gain that is s times too large.
     pub fn gains_are(&mut self, gains: &[f64]) {
         let telling = |(j, gain): (&JointPassport, &f64)| {
             let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > TELLING))?.abs();
@@ -77,7 +81,7 @@ impl Passport {
         }
     }
 
-    /// Says of efforts that are known to be currents what gains the description implies, which is no fault.
+    /// Notes what gains the description implies where the efforts are known to be currents, which is no fault.
     pub fn efforts_are_currents(&mut self) {
         let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
         let (unit, others) = std::mem::take(&mut self.findings).into_iter().partition(is_unit);

@@ -1,18 +1,18 @@
 //! Instants of all records, thinned out evenly to as many as a look at the log needs.
 //!
-//! One pass over the records keeps every m-th sample, with its neighbours in time; m doubles where there are too many.
-//! What the thinning would lose is summed over all samples: the path of each joint, and how each measured velocity
-//! goes with the slope of each position.
+//! One pass over the records keeps every m-th sample with its neighbours in time, and m doubles where there are too
+//! many. What thinning would lose is summed over all samples: the path of each joint, and how each measured velocity
+//! agrees with the slope of each position.
 
 use logs::Error;
 
 use crate::model::states::States;
 use crate::signals::records::Records;
 
-/// Entries of the torques that are kept, all joints together: a few thousand samples of an arm.
+/// Least number of torque entries that are kept, over all joints: a few thousand samples of an arm.
 const ENTRIES: usize = 16_384;
 
-/// Samples of a robot of many joints.
+/// Least number of samples, for robots of many joints.
 const FEWEST: usize = 512;
 
 /// What a passport is made from.
@@ -26,7 +26,7 @@ pub struct Samples {
     pub span: Vec<f64>,
     /// rad (m): smallest and largest position of each coordinate.
     pub range: Vec<(f64, f64)>,
-    /// rad (m): the way each coordinate goes, there and back.
+    /// The length of the way that each coordinate goes, there and back, rad (m).
     pub path: Vec<f64>,
     /// dq_k . dq_k, slope_l . slope_l, and dq_k . slope_l at k * n + l, over all samples.
     pub velocity: Vec<f64>,
@@ -99,7 +99,7 @@ impl Samples {
         self.span.push(states.t[r + 1] - states.t[r - 1]);
     }
 
-    /// Every second kept sample stays.
+    /// Keeps every second sample.
     fn halve(&mut self) {
         for part in [&mut self.before, &mut self.kept, &mut self.after] {
             let n = part.n;
@@ -112,7 +112,7 @@ impl Samples {
         self.span = self.span.iter().step_by(2).copied().collect();
     }
 
-    /// Every `step`-th kept sample.
+    /// The places of every `step`-th kept sample.
     pub fn every(&self, step: usize) -> Vec<usize> {
         (0..self.kept.len()).step_by(step.max(1)).collect()
     }
@@ -142,7 +142,7 @@ mod tests {
         let samples = Samples::of([states.clone()].as_slice(), 1).unwrap();
         assert!((ENTRIES..2 * ENTRIES).contains(&samples.kept.len()), "{}", samples.kept.len());
         let step = samples.kept.t[1] - samples.kept.t[0];
-        // 100 000 samples of 0.01 s, at most 32 768 kept: every fourth.
+        // Of 100 000 samples of 0.01 s, at most 32 768 are kept: every fourth.
         assert!((step - 0.04).abs() < 1e-9, "{step}");
         assert!(samples.span.iter().all(|s| (s - 0.02).abs() < 1e-9));
         let path: f64 = states.q.windows(2).map(|w| (w[1] - w[0]).abs()).sum();

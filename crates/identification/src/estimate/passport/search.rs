@@ -1,8 +1,8 @@
-//! The mistake of one joint or two that makes the description predict the log when it is undone.
+//! The mistakes of single joints or pairs that, once undone, make the description predict the log.
 //!
-//! Each change is tried on some hundred samples; the one with the smallest sum of misfits is taken where it takes away
-//! most of what is wrong, and the search goes on from there for a second mistake. A zero is searched every 15 degrees
-//! and then refined. Where no such mistakes explain the log, an order of its columns is searched (`order`).
+//! Each change is tried on some hundred samples. The one with the smallest sum of misfits is taken where it removes
+//! enough of them, and the search goes on from there for further mistakes. A zero is searched every 15 degrees and then
+//! refined. Where no such mistakes explain the log, an order of its columns is searched (`order`).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,16 +16,16 @@ use crate::estimate::passport::trials::Trials;
 pub struct Search<'a> {
     pub samples: &'a Samples,
     pub rows: &'a [usize],
-    /// At `rows`.
+    /// The trials at `rows`.
     pub trials: &'a Trials<'a>,
     pub description: &'a Description<'a>,
-    /// Of all torques: measured per described.
+    /// Measured per described torque, common to all joints.
     pub scale: f64,
-    /// Joints whose velocity is the slope of another's position.
+    /// Joints whose velocity is the slope of another joint's position, with that joint.
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A mistake that explains, with the mean misfit of all joints before and after.
+/// A mistake that explains the log, with the mean misfit of the joints that count before and after.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suspicion {
     /// One change, or the exchanges that make up an order.
@@ -37,24 +37,24 @@ pub struct Suspicion {
 /// More mistakes than this are another robot.
 const MISTAKES: usize = 3;
 
-/// A change must leave less than this share of the misfits,
+/// All changes together must leave less than this share of the misfits,
 const SHARE: f64 = 0.6;
-/// .. take away so much of them, joints alike,
+/// .. each must remove so much of their sum,
 const GAIN: f64 = 0.5;
-/// .. and an arbitrary zero must beat the plain changes by this.
+/// .. and an arbitrary zero must leave less than this share of what the plain changes leave.
 const ARBITRARY: f64 = 0.7;
 
 /// Mean misfit below which an order of the columns, one of thousands, explains the log.
 const ORDERED: f64 = 0.15;
 
-/// Of the misfits, that tells swapped positions from swapped velocities.
+/// Share of the misfits that a swap must remove, where velocities are known to belong to other positions.
 const KNOWN: f64 = 0.1;
 
-/// A joint counts where the description's torque would be this share of what is measured: a wrist that is all
-/// friction does not.
+/// A joint counts where the description's torque is more than this share of the measured one, in squares. A wrist that
+/// is all friction does not count.
 const LITTLE: f64 = 0.05;
 
-/// Whether the description's torque would be more than a share of what is measured.
+/// Whether the description's torque is more than a share of the measured one, in squares.
 pub fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
@@ -63,11 +63,11 @@ pub fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
 const NEAR: usize = 3;
 const FEW: usize = 8;
 
-/// rad: steps of the search for a zero, and how near a quarter turn it is one.
+/// Steps of the search for a zero, and how near a zero must be to a quarter turn to count as one, rad.
 const STEP: f64 = PI / 12.0;
 const QUARTER: f64 = PI / 36.0;
 
-/// Of the misfits of all joints, those that count.
+/// The sum of those misfits that count.
 pub type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 
 impl Search<'_> {
@@ -80,7 +80,7 @@ impl Search<'_> {
         let (mut found, mut undone, mut current) = (Vec::new(), Vec::new(), unchanged.clone());
         while found.len() < MISTAKES {
             let before = sum(&current);
-            // Velocities that belong to other positions are known: only which column is wrong is asked.
+            // That velocities belong to other positions is known, so only the wrong columns are asked for.
             let known = found.is_empty() && !self.velocities.is_empty();
             if before < GAIN && !known {
                 break;
@@ -100,7 +100,7 @@ impl Search<'_> {
             current = misfits;
         }
         let (whole, left) = (sum(&unchanged), sum(&current));
-        // What one mistake explains well is that mistake.
+        // A single mistake that explains the log well needs no order.
         if whole >= GAIN && (found.len() != 1 || left > ORDERED * n) {
             let ordered = self.order(as_it_is, &sum).filter(|(_, m)| sum(m) < (ORDERED * n).min(ARBITRARY * left));
             if let Some((changes, misfits)) = ordered {
@@ -137,13 +137,13 @@ impl Search<'_> {
         tried.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)))
     }
 
-    /// Positions or velocities of joints whose velocities belong to other positions.
+    /// Exchanges of positions or of velocities, for joints whose velocities belong to each other's positions.
     fn pairs(&self) -> Vec<Change> {
         let both = |&(k, l): &(usize, usize)| [Change::SwappedPositions(k, l), Change::SwappedVelocities(k, l)];
         self.velocities.iter().filter(|(k, l)| k < l && self.velocities.contains(&(*l, *k))).flat_map(both).collect()
     }
 
-    /// Changes without a number of their own.
+    /// Changes that need no search for a number.
     fn plain(&self, n: usize) -> Vec<Change> {
         use Change::*;
         let mut all = vec![Degrees, Weightless];
@@ -167,7 +167,7 @@ impl Search<'_> {
 
     /// The best zero of joint k.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: Sum) -> Change {
-        // Few samples show where, all of them how far.
+        // Few samples show where the zero is, and all of them how far.
         let few: Vec<usize> = self.rows.iter().step_by(4).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
         let rough = few.partials(&[]);
@@ -196,7 +196,7 @@ impl Search<'_> {
     }
 }
 
-/// Exchanges of one kind are one order.
+/// Merges exchanges of one kind into one order.
 fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     let all: Vec<Change> = found.iter().flat_map(|f| f.changes.iter().copied()).collect();
     let kind = all.first().and_then(|change| change.exchanges());
@@ -208,7 +208,7 @@ fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
     }
 }
 
-/// Rounds of the search between two steps: to half a degree.
+/// Rounds of the search between two steps, which give half a degree.
 const ROUNDS: usize = 10;
 
 impl Suspicion {
@@ -222,7 +222,7 @@ impl Suspicion {
         }
     }
 
-    /// Whose columns are those of joint k.
+    /// The joint whose columns are those of joint k.
     pub fn source(&self, k: usize) -> usize {
         let changes: Vec<Change> = self.changes.iter().map(|change| change.of_velocities()).collect();
         match motion_of(&changes, k) {
@@ -252,8 +252,9 @@ impl Suspicion {
         }
     }
 
-    /// What undoes it, for a robot of n joints; of an option that is a list over the joints, what all suspicions together
-    /// need.
+    /// What undoes it, for a robot of n joints.
+    ///
+    /// Where that is an option with a list over the joints, the list serves all suspicions together.
     pub fn remedy(&self, n: usize, all: &[Suspicion]) -> String {
         use Change::*;
         let suspected: Vec<Change> = all.iter().flat_map(|s| s.changes.iter().copied()).collect();

@@ -8,11 +8,11 @@ use crate::estimate::passport::finding::{Fault, Finding};
 use crate::estimate::passport::friction::OwnFriction;
 use crate::estimate::passport::report::{JointPassport, Passport};
 
-/// rad (m): a joint that moves less says nothing.
+/// A joint that moves less than this says nothing, rad (m).
 const MOVES: f64 = 0.02;
 
-/// There and back once is the least that tells inertia from gravity and friction; of a measured motion of one period
-/// (cobot6) the ends are missing.
+/// Periods without which a log is too short. There and back once is the least that tells inertia from gravity and
+/// friction, but a measured motion of one period (cobot6) lacks its ends.
 const PERIODS: f64 = 0.75;
 
 /// Squared correlation above which a velocity is the slope of a position, and below which it is not. Measured
@@ -20,10 +20,10 @@ const PERIODS: f64 = 0.75;
 const SLOPE_OF: f64 = 0.8;
 const NOT_SLOPE_OF: f64 = 0.5;
 
-/// Of the rows, at a limit: quantised currents reach 1 % by chance.
+/// Share of the rows at a limit above which a torque is saturated; quantised currents reach 1 % by chance.
 const SATURATED: f64 = 0.05;
 
-/// rad: arms turn less far, columns in degrees farther.
+/// Arms turn less far than this, and columns in degrees farther, rad.
 const FAR: f64 = 4.0 * std::f64::consts::PI;
 
 impl Look<'_> {
@@ -84,7 +84,7 @@ impl Look<'_> {
         })
     }
 
-    /// Joints whose velocity is not the slope of their position, with the joint whose slope it is.
+    /// Joints whose velocity is not the slope of their position, with the joint of whose position it is the slope.
     pub fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
         let mut found = Vec::new();
         for k in (0..self.n()).filter(|&k| self.range(k) > MOVES && self.samples.velocity[k] > 0.0) {

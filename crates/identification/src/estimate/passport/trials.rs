@@ -1,7 +1,7 @@
-//! The torques of a description against those of a log, one change of the log after the other.
+//! The torques of a description compared with those of a log, one change of the log after the other.
 //!
-//! The columns of a joint's own, and what they leave of a torque, are those of one joint's motion and another's torque,
-//! whatever the change: they are made once, and thousands of changes are tried.
+//! A change picks the motion and the torque that a joint is taken to have. The joint's own columns and what they leave
+//! of a torque depend on that pair only. So they are made once for each pair, and thousands of changes are tried.
 
 use std::sync::OnceLock;
 
@@ -24,12 +24,12 @@ struct Own {
     chosen: Vec<usize>,
     /// The joint's own columns, made of the motion of each joint of the log.
     bases: Vec<OnceLock<Basis>>,
-    /// What those of motion k leave of the torque in column l, at k n + l.
+    /// What the columns of motion k leave of the torque in column l, at k n + l.
     torques: Vec<OnceLock<Vec<f64>>>,
 }
 
 impl<'a> Trials<'a> {
-    /// At the samples `rows`.
+    /// Trials at the samples `rows`.
     pub fn new(description: &'a Description<'a>, states: &'a States, rows: &'a [usize]) -> Trials<'a> {
         let n = states.n;
         let own = |j: usize| {
@@ -41,17 +41,17 @@ impl<'a> Trials<'a> {
         Trials { description, states, rows, joints: (0..n).map(own).collect() }
     }
 
-    /// The torques of the description, the log changed: sample by sample.
+    /// The torques of the description for the changed log, sample by sample.
     pub fn described(&self, changes: &[Change]) -> Vec<f64> {
         self.description.torques(self.states, self.rows, changes)
     }
 
-    /// The torque of each joint against that of the description, beside the joint's own columns.
+    /// The torque of each joint compared with that of the description, beside the joint's own columns.
     pub fn partials(&self, changes: &[Change]) -> Vec<Partial> {
         self.partials_of(&self.described(changes), changes)
     }
 
-    /// The same with the torques of the description.
+    /// The same from the torques `described` of the description.
     pub fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
         let n = self.states.n;
         let joint = |(j, own): (usize, &Own)| {
@@ -69,7 +69,7 @@ impl<'a> Trials<'a> {
         self.joints.iter().enumerate().map(joint).collect()
     }
 
-    /// The columns of a joint's own that no description has, of motion k: 1, dq, its direction, ddq.
+    /// The joint's own columns that no description has, made of motion k: 1, dq, its direction, ddq.
     fn own_columns(&self, rows: &[usize], k: usize) -> Vec<Vec<f64>> {
         let (states, n) = (self.states, self.states.n);
         vec![

@@ -1,7 +1,7 @@
 //! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves.
 //!
-//! A triangle with the columns of the nuisance in front projects the nuisance out. The rows below them say all that is
-//! left about the parameters; the last entry of the diagonal is what nothing explains.
+//! A triangle with the nuisance columns in front projects the nuisance out. The rows below them hold all that is left
+//! about the parameters. The last entry of the diagonal is what nothing explains.
 
 use crate::algebra::triangle::TriangleBuilder;
 use crate::algebra::vector::dot;
@@ -13,7 +13,7 @@ pub struct JointEquations {
     pub rows: Vec<Vec<f64>>,
     /// Torque of the known load, in the unit of `rows[r]` X.
     pub known: Vec<f64>,
-    /// A, one a row: the coefficient of the gain.
+    /// The coefficient of the gain, A, one per row.
     pub current: Vec<f64>,
     /// `None`: the noise of each current is one.
     pub scatter: Option<Scatter>,
@@ -22,17 +22,17 @@ pub struct JointEquations {
 /// The evidence for the noise of a joint, which is the same in all its rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// Squares of the currents that no parameters explain, left out of the rows.
+    /// Sum of squares of the currents that no parameters explain, left out of the rows.
     pub left: f64,
     /// How many independent equations the rows and `left` stand for.
     pub equations: f64,
 }
 
 impl JointEquations {
-    /// Turns equations with nuisance columns into equations without: the rows of the triangle below those columns.
+    /// Takes nuisance columns out of equations: the rows of the triangle below those columns are left.
     ///
-    /// `rows[r]`: nuisance, then p parameters; weighted up to a factor, which the scatter tells. The known torque goes
-    /// through the same triangle, behind the parameters.
+    /// `rows[r]` holds the nuisance, then p parameters. Its weight is known up to a factor, which follows from the
+    /// scatter. The known torque goes through the same triangle, behind the parameters.
     pub fn without_nuisance(rows: &[Vec<f64>], known: &[f64], current: &[f64], nuisance: usize) -> JointEquations {
         let Some(width) = rows.first().map(Vec::len) else { return JointEquations::default() };
         let mut block = TriangleBuilder::new(width + 1);
@@ -68,11 +68,11 @@ impl JointEquations {
         self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
     }
 
-    /// The noise at (X, g), of which the unknowns have used up some equations.
+    /// The noise at (X, g), where the unknowns use up `used` equations.
     pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
         let Some(scatter) = self.scatter else { return 1.0 };
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();
-        // Below 1e-10 of the current lies its rounding.
+        // The rounding of the currents is 1e-10 of them.
         let left = (scatter.left + self.squares(x, g)).max(1e-20 * total);
         // Where the unknowns use up nearly all equations, the residual is taken to stand for a tenth of them.
         let equations = (scatter.equations - used).max(0.1 * scatter.equations);

@@ -4,14 +4,14 @@
 //!
 //! (D_j X + t_j) / k_j = I_j + noise,
 //!
-//! t_j is the known torque of a load that was weighed. Currents alone determine everything up to one common factor,
-//! unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Only the currents are noisy, so the
-//! maximum-likelihood estimate needs no scaling of columns,
+//! where t_j is the known torque of a load that was weighed. Currents alone determine everything up to one common
+//! factor, unless one gain is known or t is there [Gautier, Briot 2014, for the load]. Only the currents are noisy, so
+//! the maximum-likelihood estimate needs no scaling of columns,
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
-//! by Gauss-Newton from least squares in torque, which shrinks k. s_j is one where the weights hold the noise;
-//! where they do not, it follows from what the present X and g leave of the joint.
+//! by Gauss-Newton. It starts from least squares in torque, which shrinks k. s_j is one where the weights hold the
+//! noise; elsewhere it follows from what the present X and g leave of the joint.
 //!
 //! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
 //! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them in another way.
@@ -38,7 +38,7 @@ pub enum Gain {
 }
 
 impl Gain {
-    /// Whether the data say more of it.
+    /// Whether the gain is estimated from the data.
     pub fn is_unknown(&self) -> bool {
         !matches!(self, Gain::Known(_))
     }
@@ -47,7 +47,7 @@ impl Gain {
 /// Gains and parameters.
 #[derive(Clone, Debug)]
 pub struct DriveGains {
-    /// N m per unit of current, one a joint; the known ones as given.
+    /// N m per unit of current, one per joint; the known ones as given.
     pub gain: Vec<f64>,
     /// Standard deviations; 0 for a known gain.
     pub gain_deviation: Vec<f64>,
@@ -57,17 +57,17 @@ pub struct DriveGains {
     pub parameters: Vec<f64>,
     /// Standard deviations of X with the uncertainty of the gains in them.
     pub deviation: Vec<f64>,
-    /// Covariance of X for white noise: what a gain errs by moves the parameters of its joint together.
+    /// Covariance of X for white noise. The error of a gain moves the parameters of its joint together.
     pub covariance: DMatrix<f64>,
     /// Whether the data determine the parameter.
     pub determined: Vec<bool>,
-    /// Standard deviation of the currents, one a joint; 1 where the weights hold it.
+    /// Standard deviation of the currents, one per joint; 1 where the weights hold it.
     pub noise: Vec<f64>,
     /// Gauss-Newton steps; `None`: it did not converge.
     pub steps: Option<usize>,
     /// Sum of squares of the residuals over their noise.
     pub chi_square: f64,
-    /// Equations less what was estimated from them.
+    /// Equations less the unknowns estimated from them.
     pub freedom: f64,
     /// Condition number of the linearised equations, columns scaled.
     pub condition_number: f64,
@@ -94,13 +94,13 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     for step in 0..STEPS {
         last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
         let used = used(joints, &unknown, &x, &g, &noise, &last);
-        // A gain changes by at most half in one step: it keeps its sign.
+        // A gain changes by at most half in one step, so it keeps its sign.
         let change = unknown.iter().enumerate().map(|(i, &j)| (last.x[p + i] / g[j]).abs()).fold(0.0, f64::max);
         let length = if change > 0.5 { 0.5 / change } else { 1.0 };
         x.iter_mut().zip(&last.x).for_each(|(x, d)| *x += length * d);
         unknown.iter().enumerate().for_each(|(i, &j)| g[j] += length * last.x[p + i]);
         noise = noises(&x, &g, &|j| used[j]);
-        // A millionth of every standard deviation changes nothing; 1e-10 is rounding where there is no noise.
+        // A step of a millionth of every standard deviation changes nothing; without noise, 1e-10 is rounding.
         if in_sigmas(&last) < 1e-6 || change < 1e-10 {
             steps = Some(step + 1);
             break;
@@ -131,7 +131,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     })
 }
 
-/// tr J_j C J_j' of the rows of each joint j: a share of the unknowns, which they add up to.
+/// tr J_j C J_j' of the rows of each joint j: its share of the unknowns. The shares add up to the number of unknowns.
 fn used(
     joints: &[JointEquations],
     unknown: &[usize],
@@ -153,7 +153,7 @@ fn in_sigmas(step: &Solution) -> f64 {
     determined.map(|c| step.x[c].abs() / step.inverse[(c, c)].sqrt()).fold(0.0, f64::max)
 }
 
-/// Refuses currents of which nothing says what torque they are.
+/// Refuses currents where nothing fixes the scale of the torques.
 fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     let n = joints.len();
     let is_loaded = joints.iter().any(|e| e.known.iter().any(|t| *t != 0.0));
@@ -166,9 +166,11 @@ fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Least squares in torque, from which the iteration starts. Unknown gains multiply the noisy currents; expected gains
-/// are held. Where none is known or expected, the gain of the joint with the most current is set to one, and the
-/// coefficient of the known torque says what it should have been.
+/// Least squares in torque, from which the iteration starts.
+///
+/// Unknown gains multiply the noisy currents, and expected gains are held. Where no gain is known or expected, that of
+/// the joint with the most current is set to one, and the coefficient of the known torque says what it should have
+/// been.
 pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f64>, Vec<f64>) {
     let p = joints.iter().find_map(|e| e.rows.first()).map_or(0, Vec::len);
     let mut held: Vec<Option<f64>> = known
@@ -268,8 +270,8 @@ pub(crate) mod tests {
     pub const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
-    /// The first joint has hardly more rows than its own parameters, as on a real arm; with a load every
-    /// experiment is done twice.
+    /// The first joint has hardly more rows than its own parameters, as on a real arm. With a load every experiment is
+    /// done twice.
     pub fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {
@@ -305,7 +307,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// One gain known, or a load: no bias, deviations that hold.
+    /// With one gain known, or with a load, there is no bias and the deviations hold.
     #[test]
     fn likelihood_is_unbiased_with_honest_deviations() {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {
@@ -327,7 +329,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A load in every experiment is one more part of the robot: it gives no scale.
+    /// A load that is in every experiment is one more part of the robot, so it gives no scale.
     #[test]
     fn the_scale_must_be_given() {
         let free = [Gain::Free; 3];

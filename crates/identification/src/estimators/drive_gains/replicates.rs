@@ -1,13 +1,16 @@
-//! Deviations of drive gains and parameters that logs of currents give together, to believe as those of `replicate_deviation`.
+//! Deviations of drive gains and parameters estimated together from logs of currents.
 //!
-//! Of joint j, with g_j = 1/k_j and weight w_j = 1 / (k_j s_j), the equation of `likelihood` linearised at the answer is
+//! They are to be believed as those of `replicate_deviation`.
 //!
-//! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise:
+//! With g_j = 1/k_j and the weight w_j = 1 / (k_j s_j), the equation of joint j in `likelihood`, linearised at the
+//! answer, is
 //!
-//! the logarithm of an unknown gain is one more parameter, its column the torque of its joint. Everything follows from the
-//! products of [D_j, I_j] over the rows of a cluster, T' P T with T = [1, X, -X; 0, 0, k_j].
+//! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise.
 //!
-//! An expected gain is a row of its own, of which the error is one deviation.
+//! The logarithm of an unknown gain is one more parameter, and its column is the torque of its joint. Everything
+//! follows from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X; 0, 0, k_j].
+//!
+//! An expected gain is a row of its own, whose error is one deviation.
 
 use nalgebra::DMatrix;
 
@@ -24,7 +27,7 @@ struct Rows {
     joint: usize,
     /// The columns that are not zero in them.
     columns: Vec<usize>,
-    /// (m + 1) x (m + 1): of these columns, then the current.
+    /// Products of these columns and, behind them, the current, (m + 1) x (m + 1).
     products: DMatrix<f64>,
 }
 
@@ -37,7 +40,7 @@ pub struct Replicates {
 }
 
 impl Replicates {
-    /// From rows whose right-hand side is the current, and their bands with the current as the residual, weights one.
+    /// From rows whose right-hand side is the current; `bands` hold the current as the residual, with weights of one.
     pub fn of(model: &Model, observation: &Observation, bands: SpeedBands) -> Replicates {
         let of_triangle = |(joint, triangle): (usize, &Triangle)| {
             let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());
@@ -59,8 +62,9 @@ impl Replicates {
         }
     }
 
-    /// Of the parameters at an answer, then of the logarithms of the gains that were not known; beside an expected gain,
-    /// `discounts` equations counted as one.
+    /// Deviations of the parameters at an answer, then of the logarithms of the gains that were not known.
+    ///
+    /// Beside an expected gain, `discounts` equations counted as one.
     pub fn deviation(&self, found: &DriveGains, known: &[Gain], discounts: &[f64]) -> ReplicateDeviation {
         let unknown: Vec<usize> = (0..known.len()).filter(|&j| known[j].is_unknown()).collect();
         let p = found.parameters.len();
@@ -91,7 +95,7 @@ impl Replicates {
 }
 
 impl Rows {
-    /// A_g and W_g' e_g of these columns, and of the gain behind all parameters where it is the `gain`-th unknown one.
+    /// A_g and W_g' e_g of these columns and, behind all parameters, of the gain where it is the `gain`-th unknown one.
     fn linearised(&self, found: &DriveGains, gain: Option<usize>) -> Cluster {
         let (m, p) = (self.columns.len(), found.parameters.len());
         let k = found.gain[self.joint];

@@ -1,11 +1,11 @@
 //! The drive gains of `likelihood` by mixed least squares and total least squares.
 //!
-//! [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, y = sum of k_j I_j over the joints whose gains are known. D and
-//! the known torque t are exact, the currents noisy. QR takes the exact columns out; the rest is the direction of the
-//! least singular value [Van Huffel, Vandewalle 1991], after scaling column c by G_c^-1/2. G_c = sum over its rows of
-//! diag(1 - Q Q') is the noise that is left in the column. The unscaled solution is biased, because the parameters use up
-//! the rows of the joints unequally. Where gains are known, y carries t with it; where none is, t is an exact column
-//! and its coefficient fixes the scale.
+//! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains
+//! are known. D and the known torque t are exact, the currents are noisy. A projection takes the exact columns out. The
+//! gains are the direction of the least singular value of the rest [Van Huffel, Vandewalle 1991], after column c is
+//! scaled by G_c^-1/2. G_c = sum over its rows of diag(1 - Q Q') is the noise that is left in the column. The unscaled
+//! solution is biased, because the parameters use up the rows of the joints unequally. Where gains are known, t is part
+//! of y. Where none is known, t is an exact column and its coefficient fixes the scale.
 //!
 //! Maximum likelihood needs no such argument and gives deviations; this file is its independent check.
 
@@ -33,7 +33,7 @@ fn range(svd: &SVD<f64, Dyn, Dyn>, tolerance: f64) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_fn(u.nrows(), kept.len(), |r, c| u[(r, kept[c])]))
 }
 
-/// The d for which the columns, each times its scale, have the least |rest d|, in the scale of the columns.
+/// The direction d of least |rest d|, where d over the scale of the columns has unit length.
 fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
     let scaled = DMatrix::from_fn(rest.nrows(), rest.ncols(), |r, c| rest[(r, c)] * scale[c]);
     let values = scaled.svd(false, true);
@@ -41,16 +41,16 @@ fn least_direction(rest: &DMatrix<f64>, scale: &[f64]) -> Option<Vec<f64>> {
     Some(v.iter().zip(scale).map(|(v, s)| v * s).collect())
 }
 
-/// G_c^-1/2 of each column c, G_c = sum over its rows of 1 - |Q_r|^2; `column`: that of a row.
+/// G_c^-1/2 of each column c, G_c = sum over its rows of 1 - |Q_r|^2; `column` gives the column of a row.
 fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: usize) -> Vec<f64> {
     let left = |r: usize| 1.0 - basis.row(r).norm_squared();
     let of_column = |c: usize| (0..basis.nrows()).filter(|&r| column(r) == c).map(left).sum::<f64>();
     (0..columns).map(|c| 1.0 / of_column(c).max(1e-12).sqrt()).collect()
 }
 
-/// (gains, parameters); an expected gain counts as free.
+/// Gains and parameters; an expected gain counts as free.
 ///
-/// `None` when there are fewer equations than unknowns or no direction singles itself out.
+/// `None` when there are fewer equations than unknowns, or when the direction does not fix the scale.
 pub fn gains_by_total_least_squares(
     joints: &[JointEquations],
     known: &[Gain],
@@ -61,14 +61,14 @@ pub fn gains_by_total_least_squares(
     let place: Vec<(usize, usize)> = (0..joints.len()).flat_map(of_joint).collect();
     let p = joints.iter().find_map(|e| e.rows.first())?.len();
     let is_known = |j: usize| matches!(known[j], Gain::Known(_));
-    // The column of each joint: one each for the unknown gains, the last for all known ones together.
+    // Each unknown gain has a column; all known gains share the last one.
     let unknown: Vec<usize> = (0..joints.len()).filter(|&j| !is_known(j)).collect();
     let (count, has_known) = (place.len(), unknown.len() < joints.len());
     let currents = unknown.len() + usize::from(has_known);
     if count <= p + currents {
         return None;
     }
-    // Rows over the first guess of the gain: the noise of every current is one.
+    // Rows are divided by the first guess of the gain, so that the noise of every current is one.
     let weight = |j: usize| 1.0 / start[j].abs();
     let torque = |(j, r): (usize, usize)| joints[j].known[r] * weight(j);
     let exact = DMatrix::from_fn(count, p + usize::from(!has_known), |r, c| {
@@ -104,7 +104,7 @@ pub fn gains_by_total_least_squares(
         return None;
     }
     let mut gains: Vec<f64> = known.iter().map(|k| if let Gain::Known(k) = k { *k } else { 1.0 }).collect();
-    // Row j is over start_j, its current as recorded: the ratio is of the gain to its first guess.
+    // Rows are divided by start_j but currents are not, so the direction is the ratio of the gain to its first guess.
     unknown.iter().enumerate().for_each(|(c, &j)| gains[j] = direction[c] / unit / weight(j));
     Some((gains, x.iter().take(p).map(|x| x / unit).collect()))
 }
@@ -127,7 +127,8 @@ mod tests {
         }
     }
 
-    /// Scaled to the noise left in the columns it has no bias, as maximum likelihood; unscaled it has.
+    /// Scaled to the noise left in the columns, the solution has no bias, as maximum likelihood has none. Unscaled it
+    /// has one.
     #[test]
     fn the_columns_are_scaled_to_their_noise() {
         for (is_loaded, known) in [(false, THIRD), (true, [Gain::Free; 3])] {

@@ -6,7 +6,7 @@
 //! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; the Stribeck and load
 //! terms are those of [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated elsewhere.
 
-/// Friction of one joint. N m s/rad and N m; `coulomb_negative` is negative.
+/// Friction of one joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLaw {
     /// N m s/rad (N s/m), forward.
@@ -15,13 +15,13 @@ pub struct FrictionLaw {
     pub coulomb_positive: f64,
     /// N m s/rad (N s/m), backward.
     pub viscous_negative: f64,
-    /// N m (N), backward; positive.
+    /// N m (N), backward; negative.
     pub coulomb_negative: f64,
-    /// Velocity over which the sign turns, w, rad/s.
+    /// Velocity over which the sign changes, w, rad/s.
     pub smoothing: f64,
-    /// Excess of Coulomb friction at rest, relative.
+    /// Excess of Coulomb friction at rest, relative to Coulomb friction.
     pub stribeck: f64,
-    /// rad/s.
+    /// Velocity v_s over which that excess decays, rad/s.
     pub stribeck_velocity: f64,
     /// Growth of Coulomb friction with the drive torque, 1/(N m).
     pub load: f64,

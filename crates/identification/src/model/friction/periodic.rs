@@ -5,13 +5,13 @@
 //!
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!
-//! The viscous columns are max(v, 0) and min(v, 0) with the same softness: w/2 ln(1 + exp(2 v/w)) and
-//! the rest. w is wide where the controller makes the joint chatter at rest: the sign flips, and its mean over the
-//! periods is a soft sign.
+//! The viscous columns are max(v, 0) and min(v, 0) with the same softness: w/2 ln(1 + exp(2 v/w)) and the rest. w is
+//! wide where the controller makes the joint chatter at rest. There the sign flips, and its mean over the periods is a
+//! soft sign.
 //!
 //! A sign taken at the samples alone would move every reversal by up to half a sample, which turns Coulomb friction
-//! into the phase of the acceleration. The mean over the cell does not, and the recorded torque is the mean over the
-//! same cell.
+//! into the phase of the acceleration. The mean over the cell does not move it, and the recorded torque is the mean
+//! over the same cell.
 //!
 //! | columns | term |
 //! |---|---|
@@ -24,7 +24,7 @@ use crate::model::parameter::FrictionParameter;
 /// The choice of columns of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionShape {
-    /// Velocity over which the sign turns, w, rad/s.
+    /// Velocity over which the sign changes, w, rad/s.
     pub rest_velocity: f64,
     /// Whether Coulomb friction grows with the load.
     pub load: bool,
@@ -54,7 +54,7 @@ impl FrictionShape {
         parameters
     }
 
-    /// The columns over a series of instants: velocity, acceleration, drive torque; sample time h.
+    /// The columns over a series of instants, from velocity, acceleration and drive torque; h is the sample time.
     pub fn fill(&self, v: &[f64], a: &[f64], tau: &[f64], h: f64) -> Vec<Vec<f64>> {
         let share: Vec<f64> = v.iter().zip(a).map(|(&v, &a)| positive_share(v, a, h, self.rest_velocity)).collect();
         let column = |f: &dyn Fn(usize) -> f64| (0..v.len()).map(f).collect::<Vec<f64>>();
@@ -81,7 +81,7 @@ impl FrictionShape {
 fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
     let half = 0.5 * a * h / w;
     let x = v / w;
-    // Below this the velocity does not change within the cell, to the rounding of the quotient.
+    // Below this change the velocity is constant within the cell to the rounding of the quotient.
     if half.abs() < 1e-3 {
         return 0.5 * (1.0 + x.tanh());
     }

@@ -1,4 +1,4 @@
-//! Joint friction, linear in its parameters: one set of columns a joint.
+//! Joint friction, linear in its parameters: one set of columns per joint.
 //!
 //! tau_f = FV dq + FS sign(dq) + OFF, and the refinements
 //! - asymmetric: FV+ dq + FS+ for dq > 0, FV- dq + FS- for dq < 0 (FS- < 0)
@@ -6,7 +6,7 @@
 //! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) on top of Coulomb, v_s given;
 //! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
 //! - load: FL |tau| sign(dq), tau the measured torque. It stands on both sides of the equation, so a small residual
-//!   proves nothing: it is for diagnosis, never for comparing models;
+//!   proves nothing. It is for diagnosis, never for comparing models;
 //! - rotor inertia IA ddq, for regressors whose model has none.
 //!
 //! Names and units: `model::parameter`.
@@ -47,7 +47,7 @@ impl FrictionTerm {
 
     /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s.
     ///
-    /// Fails with the words there are.
+    /// Fails with the list of words where there is no such term.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
@@ -98,8 +98,9 @@ impl FrictionTerm {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
 
-    /// Whether its columns are neither linear in the motion nor the direction alone, so that they must be made before the
-    /// filter of the torques and go through it.
+    /// Whether the columns must be made before the filter of the torques and go through it.
+    ///
+    /// That is so where they are neither linear in the motion nor the direction alone.
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
@@ -171,7 +172,7 @@ mod tests {
         assert!((columns(Stribeck(2.0), 2.0)[0] - (-1f64).exp()).abs() < 1e-15);
     }
 
-    /// The asymmetric columns hold the symmetric ones: friction with equal directions is a special case.
+    /// The asymmetric columns contain the symmetric ones, because friction with equal directions is a special case.
     #[test]
     fn asymmetric_holds_viscous_coulomb_and_offset() {
         for dq in [-1.5, 0.4] {
