@@ -1,8 +1,8 @@
 //! The convex solids that a robot's links consist of.
 //!
-//! A link that moves is one body, with the links that the file fixes to it; the base is another. A link without
-//! collision geometry is as small as the origins of its frames: enough for a box that a tool must stay in, too little
-//! for a distance between links.
+//! A moving link is one body together with the links that the file fixes to it. The base is another body. For a link
+//! without collision geometry the origins of its frames stand in. They are enough for a box that a tool must stay in,
+//! and too little for a distance between links.
 
 use std::path::Path;
 
@@ -17,9 +17,9 @@ use crate::vector::Vector3;
 pub struct Shape {
     /// The link of the file that it belongs to.
     pub link: String,
-    /// About its own frame.
+    /// The solid in its own frame.
     pub solid: Solid,
-    /// Of its frame in that of the link that carries it.
+    /// Pose of that frame in the frame of the link that carries it.
     pub pose: Pose,
     /// Centre of a ball about it, in the frame of the link.
     pub centre: Vector3,
@@ -29,10 +29,10 @@ pub struct Shape {
     pub reach: f64,
 }
 
-/// What moves as one.
+/// Links that move as one.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// Of the link in the file.
+    /// Name of the link in the file.
     pub name: String,
     /// The link that carries it; none: the base.
     pub link: Option<usize>,

@@ -5,10 +5,11 @@
 //! ```text
 //! d(q) - sum over the joints between the two bodies of |dq_j| R_j
 //! ```
-//! |dq_j| is how far joint j moves at most, and R_j how far a point of the body is at most from its axis. Move the joints
-//! one after the other, the outermost first: those further in still stand as at q, so R_j is the distance at q and what
-//! the joints further out have added to it. A joint that slides has R_j = 1. Along the normal n of a half-space a point
-//! moves by |n x z_j| of that, z_j the axis: a joint that turns about the normal changes nothing.
+//! |dq_j| is the most that joint j moves, and R_j is the largest distance of a point of the body from its axis. Let the
+//! joints move one after the other, the outermost first. The joints further in then still stand as at q, so R_j is the
+//! distance at q plus what the joints further out have added. A joint that slides has R_j = 1. Along the normal n of a
+//! half-space a point moves by |n x z_j| of that, with z_j the axis, or by |n . z_j| where the joint slides. So a joint
+//! that turns about the normal changes nothing.
 //!
 //! Not here: which gaps a robot has ([`crate::gaps`]), which configurations a motion goes through.
 
@@ -33,7 +34,8 @@ pub struct Gap {
     pub(crate) body: usize,
     pub(crate) shapes: Vec<usize>,
     pub(crate) against: Against,
-    /// Links whose joints move the body against the other, the outermost first; and the other against it.
+    /// Links whose joints move the body against the other, the outermost first, and those that move the other against
+    /// it.
     pub(crate) joints: [Vec<usize>; 2],
 }
 
@@ -48,7 +50,7 @@ pub(crate) enum Against {
 pub struct Room {
     /// At the configuration, m; negative where bodies overlap.
     pub reached: f64,
-    /// Nowhere near it less, m.
+    /// Lower bound of the gap near the configuration, m.
     pub at_least: f64,
 }
 
@@ -61,7 +63,8 @@ pub struct Clearance {
     pub(crate) notes: Vec<String>,
 }
 
-/// m: what rounding may do to places a few metres from the base, and to distances between them, with room to spare.
+/// Allowance for the rounding of places a few metres from the base and of distances between them, m, with room to
+/// spare.
 pub(crate) const ROUNDING: f64 = 1e-9;
 impl Clearance {
     /// The gaps, in a fixed order.
@@ -74,7 +77,7 @@ impl Clearance {
         &self.notes
     }
 
-    /// The joints that move `a` against what both hang on, the outermost first; and those of `b`.
+    /// The joints from `a` inward to the link that carries both `a` and `b`, the outermost first, and those from `b`.
     pub(crate) fn between(&self, a: Option<usize>, b: Option<usize>) -> [Vec<usize>; 2] {
         let (a, b) = (self.tree.inward(a), self.tree.inward(b));
         let common = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
@@ -109,7 +112,7 @@ impl Clearance {
                 JointKind::Fixed => continue,
                 JointKind::Prismatic => by,
                 JointKind::Revolute => {
-                    // The joint that carries the shape sees it always at the same distance.
+                    // A shape keeps its distance from the axis of the joint that carries it.
                     let from_axis = norm(cross(z, minus(centre, poses[j].position))) + shape.ball;
                     let reach = if k == 0 { shape.reach.min(from_axis) } else { from_axis + moved };
                     by * reach
@@ -118,14 +121,14 @@ impl Clearance {
             moved += step;
             along += normal.map_or(step, |n| match self.tree.kind(j) {
                 JointKind::Prismatic => step * dot(n, z).abs(),
-                // A hair more than the sine: rounding must not make an axis parallel that is not.
+                // The sine and a small margin, so that rounding does not make an axis parallel that is not.
                 _ => step * (norm(cross(n, z)) + 1e-12),
             });
         }
         along
     }
 
-    /// A gap where links stand at `poses`, and near there, if coordinates move by `spread`.
+    /// A gap with the links at `poses`, and its lower bound while coordinates move by `spread`.
     pub(crate) fn apart(&self, gap: &Gap, poses: &[Pose], spread: Option<&[f64]>) -> Room {
         let still = vec![];
         let spread = spread.unwrap_or(&still);
@@ -168,8 +171,9 @@ impl Clearance {
         which.iter().map(|&g| self.apart(&self.gaps[g], &poses, Some(spread))).collect()
     }
 
-    /// Each two solids that are nearer than `within` above their bound: the gap, the room above the bound, m, and its
-    /// slope along each coordinate, m/rad (m/m).
+    /// Visits every two solids whose room above their bound is less than `within`.
+    ///
+    /// `each` takes the gap, the room, m, and the slope of the room along each coordinate, m/rad (m/m).
     pub fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64])) {
         let poses = self.tree.poses(q);
         let mut slope = vec![0.0; q.len()];

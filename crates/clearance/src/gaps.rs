@@ -1,7 +1,7 @@
 //! The gaps that a robot must keep, by rules and by its own shape.
 //!
-//! Neighbours, bodies that touch at rest, bodies that no joint moves against each other, and those whose shape is not
-//! known have no gap: what is left out is said.
+//! Two bodies have no gap where they are neighbours, touch at rest, are moved against each other by no joint, or have
+//! an unknown shape. The notes name the neighbours, the touching pairs and the unknown shapes.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::kinematic_tree::KinematicTree;
 /// What is asked of a robot.
 #[derive(Clone, Debug, Default)]
 pub struct Rules {
-    /// Between links of the robot that are no neighbours, m; none: not looked at.
+    /// Least distance between links that are no neighbours, m. `None`: such distances are not looked at.
     pub distance: Option<f64>,
     /// Pairs of links whose distance is not looked at.
     pub ignored_pairs: Vec<(String, String)>,
@@ -23,7 +23,7 @@ pub struct Rules {
     pub half_spaces: Vec<HalfSpace>,
 }
 
-/// A place of the robot in which gaps are judged.
+/// The rest pose and the moving coordinates, by which gaps are chosen.
 #[derive(Clone, Debug)]
 pub struct Situation {
     /// One a coordinate: where the robot rests, rad (m).
@@ -34,14 +34,14 @@ pub struct Situation {
 
 /// m: bodies nearer than this at rest touch.
 const TOUCHING: f64 = 1e-6;
-/// m a rad (m): a gap that changes less does not change.
+/// Change of a gap, m a rad (m), below which the gap counts as constant.
 const UNMOVED: f64 = 1e-9;
 
 impl Clearance {
     /// The gaps that the rules ask for; `directory`: that of the description, from which meshes are found.
     ///
-    /// Fails where a rule names a link that is not there, and where bodies that the robot cannot move apart are not
-    /// apart. Gaps that are not looked at are in the notes.
+    /// Fails where a rule names a link that is not there, and where a body is beyond a half-space and no joint moves
+    /// it. Gaps that are not looked at are in the notes.
     pub fn new(robot: &Robot, directory: &Path, rules: &Rules, situation: &Situation) -> Result<Clearance, String> {
         let asked = rules.distance.is_some() || !rules.half_spaces.is_empty();
         let tree = KinematicTree::new(robot).ok_or("joints are found numerically: distances are not looked at")?;
@@ -158,7 +158,7 @@ impl Clearance {
         is_above(a, b) || is_above(b, a) || joined
     }
 
-    /// The gaps of a half-space to the bodies that it is for and that move towards or from it.
+    /// Adds the gaps between a half-space and the bodies that must stay in it and that move towards it or away.
     fn add_wall(&mut self, wall: usize, situation: &Situation, poses: &[Pose]) -> Result<(), String> {
         let HalfSpace { name, links, .. } = self.half_spaces[wall].clone();
         for (at, body) in self.bodies.iter().enumerate().filter(|(_, b)| b.link.is_some()) {

@@ -1,4 +1,4 @@
-//! Where the links of a robot stand, fast: what does not change is computed once.
+//! The poses of the links of a robot. The constant transforms are computed once.
 //!
 //! ```text
 //! T_j = T_a(j) A_j Rz(q_j)  or  T_a(j) A_j Tz(q_j),   q_j = offset + sum of multiple * coordinate

@@ -1,7 +1,7 @@
 //! The vertices of a mesh file: STL, binary and text, and OBJ.
 //!
-//! Only the hull counts, so faces and normals are not read; a vertex that no face uses counts too. A mesh is looked for
-//! where people have it:
+//! Only the convex hull counts, so faces and normals are not read. A vertex that no face uses counts too. A mesh is
+//! looked for in these places:
 //!
 //! | name | place |
 //! |---|---|
@@ -17,20 +17,20 @@ use std::path::{Path, PathBuf};
 
 use crate::vector::Vector3;
 
-/// Larger files are no collision geometry.
+/// Largest file that is read. Larger ones are no collision geometry.
 const MAX_BYTES: u64 = 256 << 20;
-/// m: a vertex farther away is none of a robot.
+/// Largest coordinate of a vertex, m. A vertex farther away belongs to no robot.
 const FARTHEST: f64 = 1e6;
 
-/// Where a mesh is; `directory`: that of the description.
+/// The path of a mesh file; `directory`: that of the description.
 ///
-/// Fails where it is nowhere, with the first place that was looked at.
+/// Fails where the file is in none of the places, with the first of them.
 pub fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
     let places: Vec<PathBuf> = match (name.split_once("://"), name.strip_prefix("file://")) {
         (_, Some(path)) => vec![PathBuf::from(path)],
         (Some((_, rest)), None) => {
             let (package, rest) = rest.split_once('/').unwrap_or((rest, ""));
-            // A description in the working directory has the folders above it all the same.
+            // A relative path does not show the folders above the working directory.
             let full = std::path::absolute(directory).unwrap_or(directory.to_path_buf());
             let beside = full.ancestors().flat_map(|above| {
                 let own = above.file_name().is_some_and(|n| n == package).then(|| above.join(rest));
@@ -48,12 +48,12 @@ pub fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
     Err(format!("there is no {first}{above}"))
 }
 
-/// The vertices of a file, as it has them; its extension tells the format.
+/// The distinct vertices of a file, in its own units; its extension tells the format.
 ///
-/// Fails where the file cannot be read or is none of its format.
+/// Fails where the file cannot be read or does not have its format.
 pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
-    // Nothing is read of a file whose format is not.
+    // A file of an unknown format is not opened.
     reader(path)?;
     let mut bytes = Vec::new();
     let file = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
@@ -64,7 +64,7 @@ pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     parse_vertices(&bytes, path)
 }
 
-/// As [`vertices`] of the content of the file at `path`, which tells the format and stands in messages; none is opened.
+/// As [`vertices`], from the content of a file. `path` tells the format and stands in messages; no file is opened.
 pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     let mut found = reader(path)?(bytes).map_err(fail)?;
@@ -101,7 +101,7 @@ const TRIANGLE: usize = 50;
 fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     let word = |at: usize| bytes.get(at..at + 4).and_then(|b| <[u8; 4]>::try_from(b).ok());
     let count = word(80).map(u32::from_le_bytes).map_or(0, |n| n as usize);
-    // A text may begin with anything, so the length decides.
+    // The head of a binary file may begin with `solid` too, so the length decides.
     if bytes.len() < HEAD || (bytes.len() - HEAD) / TRIANGLE != count || !(bytes.len() - HEAD).is_multiple_of(TRIANGLE)
     {
         if bytes.trim_ascii_start().starts_with(b"solid") {
@@ -118,7 +118,7 @@ fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     Ok((0..count).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect())
 }
 
-/// The three numbers behind a word at the beginning of a line.
+/// The vertices of a text: the three numbers behind `word` on each line that begins with it.
 fn text_vertices(bytes: &[u8], word: &str) -> Result<Vec<Vector3>, String> {
     let mut found = Vec::new();
     for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {

@@ -1,12 +1,12 @@
 //! How far two solids are apart, with a proof.
 //!
-//! GJK [Gilbert, Johnson, Keerthi 1988] finds the nearest points. Whatever it finds, for any unit vector n
+//! GJK [Gilbert, Johnson, Keerthi 1988] finds the nearest points. Whatever it finds, every unit vector n gives a bound:
 //!
 //! ```text
 //! distance(A, B) >= min over A of n.x - max over B of n.x
 //! ```
-//! and both sides are support points. So the distance is never believed: the direction between the nearest points is
-//! taken, and what it proves is computed anew.
+//! Both sides are taken at support points. So the distance that GJK reports is not relied on. Only its direction is
+//! used, and the bound that this direction proves is computed anew.
 
 use parry3d_f64::math::{Pose as ParryPose, Vector};
 use parry3d_f64::query::details::closest_points_support_map_support_map_with_params;
@@ -29,13 +29,13 @@ pub struct Standing<'a> {
 /// Two solids apart; negative where they overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separation {
-    /// Proved but for rounding, m.
+    /// Lower bound of the distance, m, proved but for rounding.
     pub at_least: f64,
-    /// Of two points of the solids, m; of solids whose cores overlap, that along the direction.
+    /// Distance of two points of the solids, m. Where the cores overlap, it equals `at_least`.
     pub reached: f64,
     /// Unit vector from b to a.
     pub direction: Vector3,
-    /// The nearest points of a and of b: of the cores.
+    /// The nearest points of the cores of a and of b.
     pub nearest: [Vector3; 2],
 }
 
@@ -52,7 +52,7 @@ impl Standing<'_> {
     }
 }
 
-/// In the base frame, so that both stand in one.
+/// A solid seen in the base frame, so that both solids have the same frame.
 struct InBase<'a>(Standing<'a>);
 
 impl SupportMap for InBase<'_> {
@@ -91,7 +91,7 @@ pub fn separation(a: Standing, b: Standing, towards_a: Vector3) -> Separation {
         let direction = scaled(between, 1.0 / length);
         return Separation { at_least: proved(direction).0, reached: length - radii, direction, nearest };
     }
-    // The cores overlap: any direction bounds by how much, the best of some is taken.
+    // The cores overlap. Every direction bounds how deep, and the best of a few is taken.
     let unit = |v: Vector3| (norm(v) > f64::EPSILON).then(|| scaled(v, 1.0 / norm(v)));
     let axes = [a, b].into_iter().flat_map(|s| {
         (0..3).flat_map(move |k| {

@@ -3,8 +3,9 @@
 //! ```text
 //! S = core + ball(radius),   support: the point of the core farthest along a direction
 //! ```
-//! A ball is a point with a radius, a capsule a segment with one. A mesh is the hull of some of its vertices with the
-//! least radius that takes in the others ([`Solid::around`]): never smaller than the hull of all.
+//! A ball is a point with a radius, and a capsule is a segment with a radius. A mesh becomes the hull of some of its
+//! vertices, with the least radius that takes in the others ([`Solid::around`]). So it is never smaller than the hull
+//! of all vertices.
 //!
 //! Not here: where a solid stands.
 
@@ -19,9 +20,9 @@ use crate::vector::{Vector3, dot, minus, norm};
 /// A convex solid about its own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solid {
-    /// What the ball rolls on.
+    /// The solid before the radius is added.
     pub core: Core,
-    /// Of the ball, m.
+    /// Radius of the ball, m.
     pub radius: f64,
 }
 
@@ -42,7 +43,7 @@ pub enum Core {
     },
     /// Along z, from -half to half.
     Cylinder {
-        /// Of the round.
+        /// Radius of its cross-section.
         radius: f64,
         /// Half its length.
         half: f64,
@@ -184,7 +185,7 @@ fn directions() -> impl Iterator<Item = Vector3> {
     axes.chain(spiral)
 }
 
-/// Distance of a point from a core, never less than it is, m: that of a point of the core.
+/// Distance from a core to a point, m, never too small: it is measured to some point of the core.
 fn distance_to_point(core: &Core, point: Vector3) -> f64 {
     let here = ParryPose::from_translation(Vector::from_array(point));
     let from = Some(-Vector::from_array(point));
@@ -193,7 +194,7 @@ fn distance_to_point(core: &Core, point: Vector3) -> f64 {
     match closest_points_support_map_support_map_with_params(&here, core, &Core::Point, infinity, &mut simplex, from) {
         GJKResult::ClosestPoints(on_core, other, _) => (on_core - other).length(),
         GJKResult::Intersection => 0.0,
-        // Not answered: as far as the core's farthest point, which is certainly enough.
+        // Without an answer the distance to one point of the core is taken, which is never too small.
         GJKResult::NoIntersection(_) | GJKResult::Proximity(_) => {
             norm(minus(core.support([-point[0], -point[1], -point[2]]), point))
         }

@@ -1,4 +1,4 @@
-//! Artefacts, and what users write.
+//! Reads YAML: artefacts, and files that users write.
 
 use robot::format::{REPEATS_TOO_MUCH, budget, is_beyond_budget};
 use serde::de::DeserializeOwned;

@@ -1,12 +1,14 @@
-//! Two means whose deviations are estimated apart: how far their difference reaches by chance.
+//! The difference of two means with separately estimated deviations: how large it gets by chance.
 //!
-//! d = x_1 - x_2 with estimated deviations s_1, s_2 of nu_1, nu_2 degrees of freedom is, where nothing changed, as large as
+//! The means x_1, x_2 have estimated deviations s_1, s_2 of nu_1, nu_2 degrees of freedom. Where nothing changed, a
+//! difference as large as d = x_1 - x_2 has the probability
 //!   p = P(|s_1 T_1 + s_2 T_2| > |d|),   T_i of Student's t with nu_i degrees of freedom    [Behrens 1929; Fisher 1935]
-//! which errs on the careful side where it errs [Robinson 1976]. One t of the freedom
-//! (s_1^2 + s_2^2)^2 / (s_1^4/nu_1 + s_2^4/nu_2) [Welch 1947] is simpler, and right at 5 %. Far out it is not: the freedom is
-//! taken from the same s as the deviation. Where s_1 comes out small by chance, d / s is large and s_2 with its many degrees
-//! of freedom seems to decide, so that the tail is thought thin just where it is needed. At 13 and 60 degrees of freedom and
-//! s_1^2 = 4 s_2^2 twice as many robots of 500 pass for changed as should; the test below shows it.
+//! This p errs on the careful side where it errs [Robinson 1976]. One t of the freedom
+//! (s_1^2 + s_2^2)^2 / (s_1^4/nu_1 + s_2^4/nu_2) [Welch 1947] is simpler, and right at 5 %. Far out it is not, because
+//! its freedom comes from the same s as the deviation. Where s_1 comes out small by chance, d / s is large, and s_2
+//! with its many degrees of freedom seems to decide. The tail is then thought thin just where it is needed. At 13 and
+//! 60 degrees of freedom and s_1^2 = 4 s_2^2, twice as many robots of 500 pass for changed as should. The test below
+//! shows the effect.
 //!
 //! With |s_2| <= |s_1|, t = |d|, and S(., nu) one tail of Student's t, by the symmetry of T_2,
 //!   p = 2 int f(u) S((t - s_2 u) / s_1, nu_1) du,   u = sqrt(nu_2) sinh x,   f(u) du = C cosh(x)^-nu_2 dx
@@ -14,15 +16,16 @@
 
 use crate::algebra::student::two_sided;
 
-/// Below this share of its middle, the density f is left out: the smallest p that is told apart is larger.
+/// The density f is left out below this share of its middle. The smallest p that can be told from zero is larger.
 const NEGLIGIBLE: f64 = 1e-18;
 
-/// Largest step of x, and the largest in deviations of x, which are 1 / sqrt(nu): the error of equal steps h for a normal
-/// density is exp(-2 pi^2 / h^2). A difference of thirty deviations of one degree of freedom has an error of a part in 300.
+/// Largest step of x, and the largest in deviations of x, which are 1 / sqrt(nu). Equal steps of h deviations integrate
+/// a normal density with an error of exp(-2 pi^2 / h^2). A difference of thirty deviations of one degree of freedom has
+/// an error of a part in 300.
 const STEP: f64 = 0.05;
 const STEP_IN_DEVIATIONS: f64 = 0.5;
 
-/// Fewer degrees of freedom than this count as none: the density has no end.
+/// Fewer degrees of freedom than this count as none, because the density then reaches too far.
 const LEAST_FREEDOM: f64 = 0.5;
 
 /// A number with its estimated deviation: (deviation, degrees of freedom).
@@ -41,7 +44,7 @@ pub fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -
     if !(large.1 >= LEAST_FREEDOM && small.1 >= LEAST_FREEDOM) {
         return 1.0;
     }
-    // Beyond, the normal distribution cannot be told from it.
+    // With more degrees of freedom T_2 cannot be told from a normal variable.
     let freedom = small.1.min(1e5);
     let step = STEP.min(STEP_IN_DEVIATIONS / freedom.sqrt());
     let end = (-NEGLIGIBLE.ln() / freedom).exp().acosh();
@@ -64,7 +67,8 @@ mod tests {
     use super::*;
     use crate::algebra::random::Random;
 
-    /// One degree of freedom each: the sum of two Cauchy variables is one, of the sum of their scales. Many: a normal one.
+    /// With one degree of freedom each, the sum of two Cauchy variables is a Cauchy variable, and its scale is the sum
+    /// of theirs. With many, the sum is normal.
     #[test]
     fn closed_forms() {
         for (t, one, other) in [(3.0, 0.8, 0.6), (30.0, 0.6, 0.8), (0.2, 1.0, 0.01), (5.0, 1.0, 1.0)] {
@@ -109,7 +113,7 @@ mod tests {
             let freedom = sigma.powi(4) / (s.powi(4) / 6.0 + r.powi(4) / 60.0);
             welch += i32::from(two_sided(d / sigma, freedom) < level);
         }
-        // 200 are promised, 14 of them by chance; three alike. It errs on the careful side.
+        // 200 are expected, with a deviation of 14, and three of those are allowed. Fewer are on the careful side.
         assert!((60..243).contains(&held), "{held}");
         assert!(welch > 300, "{welch}");
     }

@@ -36,7 +36,9 @@ impl Bins {
         sum
     }
 
-    /// Bin k of each of the signals, which are of one length: each sum waits for its last term, four hardly longer than one.
+    /// Bin k of each of the signals, which are of one length.
+    ///
+    /// Four sums at once take hardly longer than one, because each sum waits for its last term.
     pub fn of_each(&self, signals: &[Vec<f64>], k: usize) -> Vec<Complex<f64>> {
         let (fours, rest) = signals.as_chunks();
         let mut bins: Vec<_> = fours.iter().flat_map(|[a, b, c, d]| self.abreast([a, b, c, d], k)).collect();
@@ -130,10 +132,12 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
     bins.synthesis(&coefficients, h)
 }
 
-/// sum_i x_i x_(i-l) for l = 0 ..= `lags`: the cross spectra of pieces of x with the same pieces and what is before them,
-/// transformed back together (the theorem of Wiener and Khinchin). A piece stays in the cache.
+/// sum_i x_i x_(i-l) for l = 0 ..= `lags`, by the theorem of Wiener and Khinchin.
+///
+/// Each piece of x gives a cross spectrum with the same piece and the `lags` samples before it. Their sum is
+/// transformed back once. A piece stays in the cache.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // The `lags` samples before a piece keep its end from meeting its start.
+    // Room for the `lags` samples before a piece keeps its end from wrapping around to its start.
     let n = (x.len() + lags).next_power_of_two().min(CORRELATED.max((4 * lags).next_power_of_two()));
     let mut planner = RealFftPlanner::<f64>::new();
     let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
@@ -154,7 +158,7 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
         }
         sum.iter_mut().zip(piece.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
     }
-    // The sums are real at both ends but for rounding.
+    // The spectrum is real at both ends. Rounding leaves imaginary parts, which the transform back refuses.
     for end in [0, n / 2] {
         sum[end].im = 0.0;
     }

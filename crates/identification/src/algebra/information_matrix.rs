@@ -90,7 +90,7 @@ impl InformationMatrix {
         f
     }
 
-    /// The sum over blocks, each with its weight, above `ridge` times the identity.
+    /// The sum over blocks, each with its weight, plus `ridge` times the identity.
     pub fn sum<'a>(p: usize, ridge: f64, blocks: impl IntoIterator<Item = (&'a Rows, f64)>) -> InformationMatrix {
         let mut f = InformationMatrix::diagonal(p, ridge);
         blocks.into_iter().for_each(|(rows, weight)| f.add(rows, weight));

@@ -1,8 +1,9 @@
-//! A flag that ends long work early: whoever waits for the result raises it, the work looks at it between its parts.
+//! A flag that ends long work early. Whoever waits for the result raises it, and the work looks at it between its
+//! parts.
 //!
-//! It reaches the work without an argument in every signature: [`Interruption::during`] lays it beside the thread, and
-//! what starts threads of its own takes it along by [`Interruption::here`]. Work that nobody can interrupt sees a flag
-//! that is never raised, and no number depends on it.
+//! No signature has an argument for the flag. [`Interruption::during`] sets it for the thread, and work that starts
+//! threads of its own passes it on by [`Interruption::here`]. Work that nobody can interrupt sees a flag that is never
+//! raised. No number depends on the flag.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use logs::Error;
 pub struct Interruption(Arc<AtomicBool>);
 
 thread_local! {
-    /// That of the work this thread does.
+    /// The flag of the work that this thread does.
     static HERE: RefCell<Interruption> = RefCell::default();
 }
 
@@ -30,12 +31,12 @@ impl Interruption {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// The flag itself, for who raises it from outside, such as the handler of a signal.
+    /// The flag itself, for whoever raises it from outside, such as the handler of a signal.
     pub fn flag(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.0)
     }
 
-    /// Whether the work is asked to end; from now on it is not. For a step that makes something of what there is.
+    /// Whether the work is asked to end; lowers the flag. For a step that makes a result of what there is.
     pub fn take() -> bool {
         HERE.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }
@@ -48,7 +49,7 @@ impl Interruption {
         outcome
     }
 
-    /// That of the work this thread does.
+    /// The flag of the work that this thread does.
     pub fn here() -> Interruption {
         HERE.with_borrow(Clone::clone)
     }

@@ -1,4 +1,4 @@
-//! Numbers known to lie between two others: what is computed with them is proved.
+//! Numbers known to lie between two others, with proved bounds on what is computed with them.
 //!
 //! Each operation returns an interval that holds the result for every choice within its operands [Moore, Kearfott,
 //! Cloud 2009]. Bounds are pushed outward by one step of f64 after each rounding, since + - * / and sqrt are rounded to
@@ -19,7 +19,8 @@ pub struct Interval {
 /// Error allowed to a sine, twice the distance of neighbours at 1.
 const TRIGONOMETRIC: f64 = 2.0 * f64::EPSILON;
 
-/// Distance to a peak of the sine below which the peak counts as reached: far above the rounding of the quotient.
+/// Distance from a peak of the sine, in turns, below which the peak counts as reached. It is far above the rounding of
+/// the quotient.
 const NEAR_A_PEAK: f64 = 1e-9;
 
 impl Interval {
@@ -69,7 +70,8 @@ impl Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// What both hold; the first where they are apart, which rounding outward rules out for two enclosures of one thing.
+    /// The intersection; `self` where the two are apart. Two enclosures of one quantity are never apart, since rounding
+    /// goes outward.
     pub fn meet(self, other: Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         if low <= high { Interval { low, high } } else { self }
@@ -81,7 +83,7 @@ impl Interval {
         Interval { low: product.low.max(0.0), high: product.high }
     }
 
-    /// x y; everything where the divisor holds zero.
+    /// x / y; everything where the divisor holds zero.
     pub fn over(self, divisor: Interval) -> Interval {
         if divisor.low <= 0.0 && divisor.high >= 0.0 {
             return Interval::ALL;

@@ -53,7 +53,7 @@ impl Jet {
         Jet([c, -(s * self.0[1]), -(s * self.0[2]) - c * self.0[1].square() * 0.5])
     }
 
-    /// What x does over I, from the jet at its middle c and the jet over I; `from_middle` holds I - c.
+    /// The range of x over I, from the jet at its middle c and the jet over I; `from_middle` holds I - c.
     pub fn over_interval(at_middle: Jet, wide: Jet, from_middle: Interval) -> Interval {
         let taylor = at_middle.0[0] + at_middle.0[1] * from_middle + wide.0[2] * from_middle.square();
         taylor.meet(wide.0[0])
@@ -93,8 +93,8 @@ impl Mul for Jet {
 mod tests {
     use super::*;
 
-    /// x = sin(t) (2 + t) / sqrt(3 + cos t): over intervals, what samples are is held; and the excess falls with the
-    /// square of the width.
+    /// For x = sin(t) (2 + t) / sqrt(3 + cos t) an enclosure over an interval holds the samples there. Its excess falls
+    /// with the square of the width.
     #[test]
     fn what_a_function_does_lies_within() {
         let f = |t: f64| t.sin() * (2.0 + t) / (3.0 + t.cos()).sqrt();

@@ -38,7 +38,7 @@ pub struct Solution {
     pub rank: usize,
 }
 
-/// Solves; weak directions are those with a singular value below a tenth of the largest.
+/// The solution of a triangle. Weak directions are those with a singular value below a tenth of the largest.
 pub fn solve(triangle: &Triangle) -> Solution {
     let p = triangle.columns();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
@@ -93,7 +93,7 @@ pub fn solve(triangle: &Triangle) -> Solution {
     }
 }
 
-/// U diag(s) V'. Of what is no number nothing is determined: an iteration over it would not end.
+/// U diag(s) V'. A matrix with a NaN or an infinity counts as zero, because the iteration over it would not end.
 fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     let is_finite = matrix.iter().all(|x| x.is_finite());
     let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
@@ -115,7 +115,7 @@ mod tests {
         block.finish()
     }
 
-    /// An iteration over what is no number would not end.
+    /// The iteration over a NaN would not end.
     #[test]
     fn of_what_is_no_number_nothing_is_determined() {
         let rows = [(vec![1.0, f64::NAN], 1.0), (vec![0.5, 2.0], 1.0), (vec![0.1, 3.0], 2.0)];

@@ -1,19 +1,19 @@
 //! The least and greatest values that functions of one variable take on an interval, proved by subdivision.
 //!
 //! An enclosure gives, for a part I of the span, intervals that hold what each function does on I. A part is divided
-//! until no function can exceed there what it was seen to reach by more than its tolerance (branch and bound, in a fixed
-//! order). What was reached is proved from below by an enclosure at single instants.
+//! until no function can exceed there, by more than its tolerance, the value that it is known to reach (branch and
+//! bound, in a fixed order). The values reached are proved too, by enclosures at single instants.
 
 use crate::algebra::interval::Interval;
 
 /// An end of the range of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// Reached at `time`.
+    /// The value reached at `time`.
     pub reached: f64,
     /// s.
     pub time: f64,
-    /// Nowhere exceeded.
+    /// A bound that is nowhere exceeded.
     pub proved: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct Range {
 pub struct Subdivision {
     /// Parts to begin with.
     pub parts: usize,
-    /// At most this many enclosures; what is left is bounded as it stands.
+    /// Largest number of enclosures. The parts that are left then are bounded without further division.
     pub enclosures: usize,
 }
 

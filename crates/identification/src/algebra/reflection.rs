@@ -11,12 +11,12 @@
 //! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
 //! | R_kk - beta_k | `lead` | 4 | |
 //!
-//! Beside them the products of the columns with one another, W'W, which need no triangle.
+//! This file also forms the products of the columns with one another, W'W, which need no triangle.
 //!
-//! Every sum runs in four parts, rows 4 i + l in part l (a norm in eight), on every processor; where there are AVX2 and FMA, in registers and
-//! with one rounding a term. All `unsafe` of this package is here. What makes it sound: the registers are used by
-//! `reflect_fused` and `add_products_fused` only, which are compiled for AVX2 and FMA and called where the processor has
-//! them.
+//! On every processor a sum runs in four parts, with rows 4 i + l in part l; a norm runs in eight. Where there are AVX2
+//! and FMA, the parts are in registers and each term is rounded once. All `unsafe` of this package is here. It is sound
+//! because only `reflect_fused` and `add_products_fused` use the registers. These are compiled for AVX2 and FMA, and
+//! called where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -24,11 +24,11 @@ use generated::Eight;
 
 use crate::algebra::row_block::RowBlock;
 
-/// Squares of a column that count for zero: their reciprocal would be infinite. The filtered sign of a joint that came to
-/// rest decays so far.
+/// A column whose squares add up to less counts as zero, because the reciprocal would be infinite. The filtered sign of
+/// a joint that came to rest decays so far.
 const NEGLIGIBLE: f64 = 1e-280;
 
-/// Where columns stand: in the triangle, and in the rows.
+/// The places of columns in the triangle and in the rows.
 #[derive(Clone, Copy)]
 pub struct Columns<'a> {
     /// Rows and columns of R, in the order of elimination.
@@ -170,7 +170,7 @@ fn dots<V: Four, const X: usize, const Y: usize>(rows: &Rows, x: [usize; X], y: 
     dots
 }
 
-/// x . x, the halves of eight rows apart: one sum would wait for itself.
+/// x . x, with a sum for each half of eight rows, because the additions of one sum would wait for each other.
 #[inline(always)]
 fn square<V: Four>(rows: &Rows, x: usize) -> f64 {
     let mut sums = [V::splat(0.0); 2];
@@ -257,7 +257,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
 #[inline(always)]
 fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: Rows) {
     let m = places.len();
-    // Past the last column it is taken again; what that gives is not read.
+    // Past the last column, the last one is taken again and the result is not read.
     let at = |k: usize| places[k.min(m - 1)];
     for i in (0..m).step_by(4) {
         for j in (i..m).step_by(2) {
@@ -299,8 +299,8 @@ struct Reflections {
 }
 
 impl Reflections {
-    /// Applies them to columns of the rows, `y`, under those of the triangle whose entry for reflection k and column b of
-    /// `y` is at `top(k, b)`.
+    /// Applies them to the columns `y` of the rows, and to the triangle above them: `top(k, b)` is the place of its
+    /// entry for reflection k and column b of `y`.
     #[inline(always)]
     fn apply<V: Four, const Y: usize>(
         &self,

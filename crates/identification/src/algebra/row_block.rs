@@ -5,7 +5,7 @@
 
 use generated::Eight;
 
-/// Rows of one block; a triangle is touched once for each of them.
+/// Rows of one block. A triangle is updated once a block.
 pub const BLOCK_ROWS: usize = 128;
 
 /// Up to [`BLOCK_ROWS`] rows of some entries.
@@ -13,7 +13,7 @@ pub const BLOCK_ROWS: usize = 128;
 pub struct RowBlock {
     stride: usize,
     numbers: Vec<Eight>,
-    /// Rows that are filled; those of the last eight beyond are zero.
+    /// Rows that are filled. Those beyond them in the last group of eight are zero.
     pub rows: usize,
 }
 

@@ -1,9 +1,9 @@
-//! Student's t distribution: how far an error reaches whose deviation is itself estimated; and Fisher's F, for several.
+//! Student's t distribution, of an error whose deviation is itself estimated, and Fisher's F, of several such errors.
 //!
 //! P(|T| > t) = I_x(nu/2, 1/2), x = nu / (nu + t^2) [Abramowitz, Stegun 1964, 26.7.1], with the incomplete beta function
 //! as a continued fraction [Abramowitz, Stegun 1964, 26.5.8].
 
-/// Beyond, the normal distribution cannot be told from it.
+/// With more degrees of freedom t cannot be told from the normal distribution.
 const MOST_FREEDOM: f64 = 1e5;
 
 /// The probability that |T| exceeds `t` for `freedom` degrees of freedom; 1 where there is none.
@@ -53,7 +53,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64, rest: f64) -> f64 {
     if rest <= 0.0 {
         return 1.0;
     }
-    // On its other side the fraction converges slowly.
+    // Beyond this x the fraction converges slowly.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - incomplete_beta(b, a, rest, x);
     }
@@ -90,8 +90,7 @@ fn nonzero(x: f64, tiny: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// One and two degrees of freedom have closed forms; many have the normal distribution.
-    /// Abramowitz, Stegun, table 26.9; and F(1, n) is t^2.
+    /// The values of Abramowitz, Stegun, table 26.9, and F(1, n) = t^2.
     #[test]
     fn f_is_that_of_the_tables() {
         for (f, m, n, q) in [(3.10, 3.0, 20.0, 0.05), (4.94, 3.0, 20.0, 0.01), (2.53, 4.0, 60.0, 0.05)] {
@@ -107,7 +106,7 @@ mod tests {
         for t in [0.1, 0.9, 2.0, 7.5, 40.0] {
             let one = 1.0 - 2.0 / std::f64::consts::PI * f64::atan(t);
             let two = 1.0 - t / (2.0_f64 + t * t).sqrt();
-            // The closed forms lose what one minus loses.
+            // One and two degrees of freedom have closed forms, which lose digits in the subtraction from one.
             assert!((two_sided(t, 1.0) - one).abs() < 1e-13, "{t}");
             assert!((two_sided(t, 2.0) - two).abs() < 1e-13, "{t}");
             assert!((two_sided(-t, 2.0) - two).abs() < 1e-13, "{t}");

@@ -18,15 +18,16 @@ use crate::algebra::triangle::{Triangle, select};
 pub struct TotalLeastSquares {
     /// In the order of the triangle's columns.
     pub x: Vec<f64>,
-    /// Singular values of the noisy part, largest first. The last is the noise; without a gap before it there is
-    /// no answer.
+    /// Singular values of the noisy part, largest first. The last one is the noise. Without a gap before it the answer
+    /// means nothing.
     pub singular_values: Vec<f64>,
 }
 
-/// `noisy` columns with the standard deviation of their noise over that of the right-hand side.
+/// The mixed solution. `noisy`: the noisy columns, each with the deviation of its noise over that of the right-hand
+/// side.
 ///
-/// Fails when nothing is noisy, or when the data leave the answer open (no smallest singular value
-/// of its own, exact columns dependent).
+/// Fails when nothing is noisy, when the exact columns are dependent, or when the data leave the answer open (the
+/// direction of the smallest singular value does not contain the right-hand side).
 pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Result<TotalLeastSquares, Error> {
     let p = triangle.columns();
     if noisy.is_empty() || noisy.iter().any(|&(c, s)| c >= p || s <= 0.0 || !s.is_finite()) {

@@ -28,7 +28,7 @@ pub struct Triangle {
     pub rows: usize,
 }
 
-/// What is left of a column after those before it, relative to it, is rounding below this.
+/// A column depends on those before it where they leave less than this share of its norm, which is rounding.
 const VOID: f64 = 1e-10;
 
 /// Rows on their way into a triangle.
@@ -63,12 +63,12 @@ impl TriangleBuilder {
     }
 }
 
-/// The triangle of some of p columns, whose rows come in blocks with other entries beside them.
+/// The triangle of some of p columns. Their rows come in blocks that hold other entries too.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
     /// The columns, ascending.
     columns: Vec<usize>,
-    /// The entries of the rows that are meant, one a column, then the right-hand side.
+    /// Places in a row of the entries of these columns, then of the right-hand side.
     places: Vec<usize>,
     index: Vec<usize>,
     entries: Vec<f64>,
@@ -128,7 +128,8 @@ impl Triangle {
     }
 
     /// The triangle of `rows` rows with `p` columns, of which those in `live` (ascending, at most p) are not zero.
-    /// `numbers` has their entries, the upper part column by column; `None` where there are too few, or a column too many.
+    /// `numbers` has their entries, the upper part column by column. `None` where there are too few, or where `live`
+    /// has a column beyond p.
     pub fn of_numbers(p: usize, live: &[usize], rows: usize, numbers: &[f64]) -> Option<Triangle> {
         let mut triangle = Triangle::new(p);
         let mut numbers = numbers.iter();
@@ -183,7 +184,7 @@ impl Triangle {
         (total, residual)
     }
 
-    /// The least-squares solution x; zero where a column tells nothing beside those before it.
+    /// The least-squares solution x; zero for a column that depends on those before it.
     pub fn solution(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.p];
         for i in (0..self.p).rev().filter(|&i| self.tells(i)) {
@@ -193,13 +194,13 @@ impl Triangle {
         x
     }
 
-    /// Whether a column tells something beside those before it.
+    /// Whether a column does not depend on those before it.
     fn tells(&self, c: usize) -> bool {
         self.at(c, c).abs() > VOID * self.column_norm(c)
     }
 
-    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1; zero where a column tells nothing beside those before it,
-    /// which is left out.
+    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1. A column that depends on those before it is left out
+    /// and has zero.
     pub fn inverse_products(&self, rows: Range<usize>) -> Vec<f64> {
         let tell: Vec<usize> = (rows.start..self.p).filter(|&c| self.tells(c)).collect();
         let of_row = |k: usize| {
@@ -249,7 +250,7 @@ mod tests {
         all.finish()
     }
 
-    /// What `live` and `at` give makes the same triangle again, to the bit.
+    /// The numbers that `live` and `at` give make the same triangle again, to the bit.
     #[test]
     fn numbers_make_the_triangle_again() {
         let found = triangle(&rows(3, 300, 5), 5);

@@ -1,12 +1,12 @@
 //! The best plan of N experiments, proven: branch and bound over how often each candidate is run.
 //!
-//! A node is a set of bounds low <= x <= high. Its relaxed design ([`crate::experiments::relaxed_design`]) bounds what any
-//! plan within can reach. Bounds of variables that the tangent at that design settles are tightened; then the variable is
-//! split whose two sides lose the most by the second-order model. The nodes with the greatest bounds come next, some at a
-//! time on all processors, so that the bound of the whole falls; it ends within a tolerance, or after so many nodes, with
-//! the gap that is left. [Ponte, Fampa, Lee 2023]
+//! A node is a set of bounds low <= x <= high. Its relaxed design ([`crate::experiments::relaxed_design`]) bounds what
+//! any plan within can reach. The tangent at that design settles some variables, whose bounds are tightened. Then the
+//! variable is split whose two sides lose the most by the second-order model. The nodes with the greatest bounds come
+//! next, some at a time on all processors, so that the bound of the whole falls. The search ends within a tolerance, or
+//! after so many nodes, with the gap that is left. [Ponte, Fampa, Lee 2023]
 //!
-//! What is kept is the proof ([`crate::experiments::plan_proof`]).
+//! The result keeps the proof ([`crate::experiments::plan_proof`]).
 //!
 //! Not here: the Gamma bound of the same paper, for N little above what full rank takes. Experiments of several rows have
 //! full rank with fewer runs than parameters, and the natural bound proves the plans of the RACE without it.
@@ -29,22 +29,22 @@ pub struct ProvenPlan {
     pub chosen: Vec<usize>,
     /// log det F.
     pub value: f64,
-    /// What no plan exceeds.
+    /// The proof of a bound that no plan exceeds.
     pub proof: PlanProof,
 }
 
-/// How far to go.
+/// The limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Work {
-    /// Nodes at most.
+    /// Largest number of nodes.
     pub nodes: usize,
-    /// Of the D-efficiency: a bound within this share ends the search.
+    /// Share of the D-efficiency. A bound within it ends the search.
     pub tolerance: f64,
 }
 
 /// Newton steps at the root.
 const ROOT_STEPS: usize = 60;
-/// Of the tolerance: a relaxed design this near to the best one is left.
+/// Share of the tolerance. A relaxed design this near to the best one is not improved further.
 const ASCENT: f64 = 0.01;
 /// Nodes looked at between two changes of the tree, however many processors there are.
 const BATCH: usize = 16;
@@ -53,16 +53,18 @@ const BATCH: usize = 16;
 struct Search {
     choice: Choice,
     best: (f64, Vec<usize>),
-    /// Of log det F.
+    /// Tolerance of log det F.
     tolerance: f64,
     proof: PlanProof,
     open: BinaryHeap<Open>,
-    /// What leaves that are done with allow.
+    /// The greatest bound of the leaves that are done with.
     closed: f64,
 }
 
-/// A better plan than `chosen` where there is one, and what no plan of as many experiments exceeds; `None` where the
-/// candidates together have not full rank, or nothing is chosen. Interrupted, it gives what is proven until then.
+/// The best plan found of as many experiments as `chosen`, and what no such plan exceeds.
+///
+/// `None` where the candidates together have not full rank, or nothing is chosen. Interrupted, it gives what is proven
+/// until then.
 pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Option<ProvenPlan> {
     let p = blocks.first().map_or(0, Rows::width);
     let scale = scales(p, blocks.iter());
@@ -87,7 +89,7 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
 }
 
 impl Search {
-    /// The search with its root in the tree: equal candidates are one, and those that no good plan runs are left out.
+    /// The search at its root. Equal candidates count as one, and those that no good plan runs are left out.
     fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<Search> {
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
@@ -152,7 +154,7 @@ impl Search {
         }
     }
 
-    /// Puts what is found at a node into the tree; its cuts are those of what was known.
+    /// Puts what was found at a node into the tree; `known`: the bound by which its cuts were made.
     fn take(&mut self, mut open: Open, look: Look, known: f64) {
         if let Some(plan) = look.plan.filter(|plan| plan.0 > self.best.0) {
             self.best = plan;

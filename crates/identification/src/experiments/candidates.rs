@@ -76,7 +76,10 @@ pub struct Candidate {
     pub information: Rows,
 }
 
-/// s in one direction, or two and a half times what is recorded of another motion: slow axes sweep a part of their way.
+/// Longest sweep in one direction, s. It is two and a half times what is recorded of another motion where that is
+/// longer.
+///
+/// Slow axes sweep only a part of their way.
 const LONGEST_SWEEP: f64 = 10.0;
 
 /// Least stroke of a periodic motion, in encoder counts.
@@ -88,7 +91,7 @@ impl Candidate {
         let n = trajectory.centre.len();
         match &trajectory.motion {
             Motion::Swing { profile, period, half_range, periods, .. } => {
-                // 200 instants a period: the rows are those of the first two harmonics.
+                // 200 instants a period are enough, since the rows use the first two harmonics only.
                 let (count, t) = (200, *period as f64 * trajectory.sample_time);
                 let series = |value: &dyn Fn(usize, (f64, f64, f64)) -> f64| -> Vec<Vec<f64>> {
                     let at = |i: usize| profile.at(i as f64 / count as f64);
@@ -223,7 +226,7 @@ fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f
     (room > least).then(|| ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time))
 }
 
-/// Whether Y depends on the coordinate: a first axis along gravity changes nothing.
+/// Whether Y depends on each coordinate. It does not on that of a first axis along gravity.
 fn coordinates_that_matter(regressor: &dyn Regressor, limits: &[MotionLimits]) -> Vec<bool> {
     let (n, p) = (limits.len(), regressor.parameters().len());
     let mut random = Random::new(1);

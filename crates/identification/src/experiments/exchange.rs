@@ -11,9 +11,9 @@
 //! | greatest log det F | information rows | [Fedorov 1972] |
 //! | least sqrt(tr F tr F^-1) | raw rows | (15) of [Vandanjon, Gautier, Desbats 1995] |
 //!
-//! The two criteria give different plans. Starts are enumerated, each with its own stream of random
-//! numbers, and the first of the best wins: the number of threads changes nothing. `certificate`
-//! bounds how far the plan is from the best possible.
+//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and the first
+//! of the best wins, so the number of threads changes nothing. `certificate` bounds how far the plan is from the best
+//! possible.
 
 use crate::algebra::information_matrix::{InformationFactor, InformationMatrix, Rows};
 use crate::algebra::interruption::Interruption;
@@ -41,7 +41,7 @@ pub struct Search {
     pub seed: u64,
     /// Nodes of the branch and bound that follows, at most; 0: none.
     pub nodes: usize,
-    /// Of the D-efficiency: a gap below it ends the branch and bound.
+    /// Share of the D-efficiency. A gap below it ends the branch and bound.
     pub tolerance: f64,
 }
 
@@ -67,8 +67,8 @@ const RIDGE: f64 = 1e-9;
 
 /// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
 ///
-/// `progress` is told (starts done, starts in all, best value) from one thread at a time. Interrupted, it gives the best
-/// of the starts that are done.
+/// `progress` is told (starts done, starts in all, best value) from one thread at a time. Interrupted, it gives the
+/// best plan found until then.
 pub fn exchange(
     blocks: &[Rows],
     count: usize,
@@ -119,7 +119,7 @@ pub fn value_of(blocks: &[Rows], chosen: &[usize], criterion: Criterion) -> f64 
     let of_plan = || chosen.iter().filter_map(|&i| blocks.get(i));
     match criterion {
         Criterion::Determinant => {
-            // Equilibrated, so that a full rank in poor units is not taken for a lost one.
+            // Equilibrated, so that poor units do not look like a lost rank.
             let scale = scales(p, of_plan());
             let scaled: Vec<Rows> = of_plan().map(|b| b.scaled(&scale)).collect();
             let factor = InformationMatrix::sum(p, 0.0, scaled.iter().map(|b| (b, 1.0))).factor();
@@ -190,7 +190,7 @@ fn one_start(
             let gain = Gain::new(&rest, &factor, criterion);
             for (i, block) in blocks.iter().enumerate() {
                 let v = gain.with(block, &mut work);
-                // Less than this is rounding, and would cycle.
+                // A smaller gain is rounding, and the exchange would cycle.
                 if v > best + 1e-10 * best.abs().max(1.0) {
                     best = v;
                     chosen[at] = i;

@@ -37,21 +37,20 @@ pub struct ExperimentPlan {
     pub coordinates: Vec<String>,
     /// s between samples of the controller.
     pub sample_time_s: f64,
-    /// Assumed, a sample, N m, one a coordinate.
+    /// Assumed deviation of one torque sample, N m, one a coordinate.
     pub torque_noise: Vec<f64>,
     /// Number of motions it was chosen from.
     pub candidates: usize,
     /// `determinant` or `frobenius_condition`.
     pub criterion: String,
-    /// No plan of as many experiments has a determinant (to the power 1/p) greater than this one's
-    /// over this share.
+    /// det F to the power 1/p, over that of the best plan of as many experiments, is at least this.
     pub d_efficiency_at_least: f64,
-    /// The proof of it, where the plan is one by the determinant.
+    /// The proof of a bound of log det F, where a branch and bound was run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proof: Option<PlanProof>,
-    /// Equation (15) for this plan, and what no plan can fall below.
+    /// The condition of equation (15) for this plan.
     pub cond_fro: f64,
-    /// Bound on what any plan of as many experiments can reach.
+    /// No plan of these candidates has a smaller condition.
     pub cond_fro_at_least: f64,
     /// Number of parameters that the plan shows.
     pub rank: usize,
@@ -121,8 +120,10 @@ impl ExperimentPlan {
         }
     }
 
-    /// The motions, in order; fails where the file names no coordinate or kind, where a number of a motion is out of
-    /// range, and where a name is none of a file of its own.
+    /// The motions, in order.
+    ///
+    /// Fails where the file names an unknown coordinate or kind, where a number of a motion is out of range, and where
+    /// the name of an experiment is not that of a log file of its own.
     pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
         check_names(&self.experiments).map_err(|m| Error::at(file, 0, m))?;
         self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
@@ -250,7 +251,7 @@ fn in_order(
     let scale = scales(p, left.iter().map(|&i| &information[i]));
     let value = |chosen: &[usize]| {
         let rows: Vec<Rows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
-        // The ridge stands for experiments still to come; it only orders.
+        // The ridge stands for experiments still to come. It is used for the order only.
         let f = InformationMatrix::sum(p, 1e-6, rows.iter().map(|r| (r, 1.0)));
         f.factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
     };

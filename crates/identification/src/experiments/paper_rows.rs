@@ -33,10 +33,9 @@ pub struct EquationBlock {
     pub joint: Vec<usize>,
 }
 
-/// Rows (8), (10), (11) of a periodic experiment over `periods` whole periods of samples.
+/// Rows (8), (10), (11) of a periodic experiment over the whole periods of `motion`.
 ///
-/// `torque[j]` in N m, `noise[j]` its standard deviation a sample. A row whose projector is not above
-/// its own noise is left out.
+/// `torque[j]` in N m, `noise[j]` its standard deviation a sample. A row whose projector is zero is left out.
 pub fn spectral_rows(
     trajectory: &ExcitingTrajectory,
     regressor: &dyn Regressor,

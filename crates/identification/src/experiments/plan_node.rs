@@ -1,6 +1,7 @@
 //! A node of the branch and bound over plans, and what is found there.
 //!
-//! Its relaxed design bounds it; the tangent at that settles how often some candidates are run; of the others, one is split.
+//! The relaxed design of a node gives its bound. The tangent at that design settles how often some candidates are run,
+//! and one of the others is split.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -10,14 +11,14 @@ use crate::experiments::certificate::determinant_bound;
 use crate::experiments::exchange::{Criterion, value_of};
 use crate::experiments::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
-/// Of the multiplicative rule before the root, and the runs that it leaves of candidates that are not worth one.
+/// Steps of the multiplicative rule before the root, and the runs of a candidate below which it is dropped afterwards.
 const FIRST_STEPS: usize = 300;
 const HARDLY: f64 = 0.01;
 /// Newton steps, which begin where those of the node above ended.
 const STEPS: usize = 12;
-/// Moves of a model's ascent that tells what a split loses.
+/// Moves of the model's ascent that tells what a split loses.
 const MOVES: usize = 40;
-/// A fraction nearer to a whole number is one.
+/// Runs nearer than this to a whole number count as whole.
 const WHOLE: f64 = 1e-4;
 
 /// A node still to be looked at.
@@ -25,7 +26,7 @@ pub(crate) struct Open {
     pub(crate) bound: f64,
     pub(crate) node: usize,
     pub(crate) bounds: Bounds,
-    /// What bounds it so far, and the design of that.
+    /// The tangent that bounds it so far, and the index of its design.
     pub(crate) tangent: Arc<Tangent>,
     pub(crate) design: usize,
     /// Where an ascent begins.
@@ -56,14 +57,15 @@ impl Ord for Open {
 /// The candidates that plans still choose from.
 pub(crate) struct Choice {
     pub(crate) blocks: Vec<Rows>,
-    /// Of each, among all candidates.
+    /// Index of each among all candidates.
     pub(crate) index: Vec<usize>,
-    /// Runs of a plan.
+    /// Number of experiments of a plan.
     pub(crate) count: usize,
 }
 
-/// What the tangent settles: of the plans with a candidate at most so often and the others, one side is not better than
-/// what is known.
+/// Plans that the tangent shows to be no better than what is known.
+///
+/// They run a candidate more than `at_most` times where `keeps_below`, and else at most so often.
 #[derive(Clone, Copy)]
 pub(crate) struct Cut {
     pub(crate) candidate: usize,
@@ -73,7 +75,7 @@ pub(crate) struct Cut {
 
 /// What is found at a node.
 pub(crate) struct Look {
-    /// Its bound and, where it is a better one than that from above, its design.
+    /// The bound and, where it is better than that of the node above, its tangent and design.
     pub(crate) bound: f64,
     pub(crate) better: Option<(Tangent, Vec<f64>)>,
     pub(crate) plan: Option<(f64, Vec<usize>)>,
@@ -84,7 +86,7 @@ pub(crate) struct Look {
 }
 
 impl Open {
-    /// Its plans with at most so many of a candidate, and those with more, at these nodes.
+    /// The node split into its plans with at most `at_most` runs of a candidate, and those with more.
     pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [Open; 2] {
         let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
         below.high[candidate] = at_most;
@@ -102,19 +104,19 @@ impl Choice {
         Choice { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
     }
 
-    /// The best design without bounds, nearly, and without what it hardly runs.
+    /// Nearly the best design without bounds, without the candidates that it hardly runs.
     pub(crate) fn beginning(&self) -> Vec<f64> {
         let weights = determinant_bound(&self.blocks, 1e-2, FIRST_STEPS).weights;
         let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
         runs.into_iter().map(|x| if x < HARDLY { 0.0 } else { x }).collect()
     }
 
-    /// What a proof keeps of a design.
+    /// A design as a proof keeps it: the candidates above zero.
     pub(crate) fn design(&self, x: &[f64]) -> Vec<(usize, f64)> {
         self.index.iter().copied().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0).collect()
     }
 
-    /// Looks at a node where log det F of `known` is enough.
+    /// Looks at a node, which a bound of log det F up to `known` settles.
     pub(crate) fn look(&self, open: &Open, known: f64, ascent: f64) -> Look {
         let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), STEPS);
         let mut look = Look {
@@ -143,13 +145,13 @@ impl Choice {
     }
 }
 
-/// What the tangent shows to hold no plan better than `known`.
+/// The cuts by which the tangent leaves out plans that are no better than `known`.
 pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize) -> Vec<Cut> {
     let (bound, price) = tangent.bound(bounds, count);
     let slack = bound - known;
     let of = |i: usize| {
         let worth = tangent.gain[i] - price;
-        // How far a candidate can be from the bound that its worth sends it to before the tangent falls to what is known.
+        // So many runs away from the bound that its worth favours, the tangent is not yet below what is known.
         let steps = (slack / worth.abs()).floor();
         let reach = if steps.is_finite() && steps < 1e6 { steps.max(0.0) as usize } else { return None };
         let (low, high) = (bounds.low[i], bounds.high[i]);
@@ -160,8 +162,10 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
     (0..bounds.low.len()).filter_map(of).collect()
 }
 
-/// The candidate to split at and how often it is run at most on one side: that of a fraction of runs whose two sides lose
-/// the most by the model, each up to what closes it; or else the first that can vary.
+/// The candidate to split and its largest number of runs on the lower side.
+///
+/// Of the candidates with a fraction of runs it is the one whose two sides lose the most by the model. A side counts up
+/// to the loss that closes it. Without a fraction it is the first candidate that can vary.
 fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
     let x = found.map_or(above, |found| &found.x);
     let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);
@@ -179,7 +183,7 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
     Some((candidate, at_most(candidate)))
 }
 
-/// The whole numbers nearest to a design with the right sum.
+/// A design rounded to whole numbers with the right sum.
 fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
     let whole = |i: usize| ((x[i] + WHOLE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
     let mut often: Vec<usize> = (0..x.len()).map(whole).collect();

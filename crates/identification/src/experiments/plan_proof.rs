@@ -1,8 +1,8 @@
-//! The proof that no plan of experiments is better than it says: a tree of splits whose leaves name a design.
+//! The proof of a bound for all plans of experiments: a tree of splits whose leaves name a design.
 //!
-//! Every leaf's bound follows from its design and the splits above it ([`crate::experiments::relaxed_design`]), so that the
-//! bound of the whole can be found again from the tree and the candidates alone. Candidates with the same information are
-//! one: a plan is as good with the first of them, so the tree is about plans without the others.
+//! Every leaf's bound follows from its design and the splits above it ([`crate::experiments::relaxed_design`]), so that
+//! the bound of the whole can be found again from the tree and the candidates alone. Candidates with the same
+//! information count as one. A plan is as good with the first of them, so the tree is about plans without the others.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub enum ProofNode {
     Split {
         /// Index of the candidate.
         candidate: usize,
-        /// Runs at most, below.
+        /// Most runs in the node `below`.
         at_most: usize,
         /// Node of those that run it at most so often.
         below: usize,
@@ -30,10 +30,10 @@ pub enum ProofNode {
     },
 }
 
-/// A proof that no plan is better than it says.
+/// A bound for all plans, with its proof.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlanProof {
-    /// log det F of any plan of as many experiments, rows over their noise.
+    /// Bound of log det F for any plan of as many experiments, with rows over their noise.
     pub log_det_at_most: f64,
     /// Candidates that plans do without: (candidate, the one before it with the same information).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -44,7 +44,7 @@ pub struct PlanProof {
     pub tree: Vec<ProofNode>,
 }
 
-/// Of the trace of F_i: what rounding makes of rows that mean the same, with a thousandfold margin.
+/// Share of the trace of F_i by which equal candidates differ at most: the rounding of equal rows, a thousandfold.
 const EQUAL: f64 = 1e-12;
 
 /// Which candidates have the same information as an earlier one, and the first of those.

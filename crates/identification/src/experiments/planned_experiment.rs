@@ -8,13 +8,13 @@ use crate::model::unit::Unit;
 /// One experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlannedExperiment {
-    /// By which its log is found: `e01`.
+    /// Name by which its log is found: `e01`.
     pub name: String,
-    /// Which torques it shows, a word.
+    /// Which torques it shows: the word of its kind.
     pub kind: String,
-    /// Coordinates that move fast, and slowly.
+    /// Coordinate that moves fast, or the one that sweeps.
     pub fast: String,
-    /// Coordinates that move slowly or hold still on purpose.
+    /// Coordinates that move slowly with it.
     pub slow: Vec<String>,
     /// rad, in the order of the coordinates.
     pub centre: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct PlannedExperiment {
     /// The slow sweep, where it is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<PlannedSweep>,
-    /// With this experiment and those before it.
+    /// Rank of F with this experiment and those before it.
     pub rank: usize,
     /// log det F that it adds, where F is of full rank without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,7 +57,7 @@ pub struct PlannedSweep {
     pub velocity_rad_per_s: f64,
     /// rad/s^2 at the ends.
     pub acceleration_rad_per_s2: f64,
-    /// s at rest before it.
+    /// s after each ramp that are dropped while the controller settles.
     pub settling_s: f64,
 }
 
@@ -73,7 +73,7 @@ pub struct PredictedParameter {
     pub sigma: Option<f64>,
 }
 
-/// Refuses names that are not those of one file each in the directory of the logs: what a name leads to is written.
+/// Refuses names that do not lead to one file each in the directory of the logs, since these files are written.
 pub fn check_names(experiments: &[PlannedExperiment]) -> Result<(), String> {
     let files = |e: &PlannedExperiment| [e.name.to_lowercase(), format!("{}_loaded", e.name.to_lowercase())];
     for (i, e) in experiments.iter().enumerate() {

@@ -4,11 +4,12 @@
 //!
 //! log det F(x + d) = log det F(x) + g'd - d'Hd/2 + third order, sum d = 0.
 //!
-//! The step is ascended by moving a run from the worst candidate to the best, by the exact length; each move costs one
-//! pass over the candidates. [Fedorov 1972] moves on log det F itself, which costs a factorisation each.
+//! The step is found by moving runs from the worst candidate to the best, each time by the exact length. Each move
+//! costs one pass over the candidates. [Fedorov 1972] moves on log det F itself, which costs a factorisation each.
 //!
-//! Members are the candidates that are run and those with the greatest g: the rest would cost its square and stay away.
-//! H_ij is the sum of the squares of the products of the rows of i and j, whitened.
+//! Members are the candidates that are run and those with the greatest g. The others would not be run anyway, and the
+//! cost grows with the square of their number. H_ij is the sum of the squares of the products of the rows of i and j,
+//! whitened.
 
 use crate::algebra::information_matrix::{InformationFactor, Rows};
 
@@ -97,7 +98,7 @@ impl QuadraticModel {
             }
             let (Some(grows), Some(shrinks)) = (grows, shrinks) else { break };
             let rise = slope[grows] - slope[shrinks];
-            // What rounding of the slopes makes.
+            // A smaller rise is the rounding of the slopes.
             if rise <= 1e-12 * slope[grows].abs() {
                 break;
             }
@@ -130,7 +131,7 @@ impl QuadraticModel {
             step[i] = if by < 0.0 { taken } else { -taken };
             left -= taken;
         }
-        // What rounding leaves of a sum of whole numbers.
+        // Less is the rounding of a sum of whole numbers.
         if left > 1e-9 {
             return f64::INFINITY;
         }
@@ -147,7 +148,7 @@ mod tests {
     use crate::algebra::information_matrix::InformationMatrix;
     use crate::algebra::random::Random;
 
-    /// The model agrees with log det F to third order, and a candidate that may not move costs what the best step gains.
+    /// The model agrees with log det F to third order, and a candidate held where the best step puts it costs nothing.
     #[test]
     fn the_model_is_of_second_order() {
         let mut random = Random::new(2);

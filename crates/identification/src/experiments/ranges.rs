@@ -1,7 +1,7 @@
 //! The numbers that a motion may have: what a robot can do and a computer can hold.
 //!
-//! Files of plans and robots are written by people too. A number outside these ranges is a slip of the unit or of the
-//! hand, and memory or time without end for whoever samples the motion.
+//! Files of plans and robots are written by people too. A number outside these ranges is a wrong unit or a wrong digit.
+//! Sampling such a motion would take memory or time without end.
 
 use std::ops::RangeInclusive;
 

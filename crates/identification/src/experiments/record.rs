@@ -24,8 +24,9 @@ impl Record {
         }
     }
 
-    /// Every `parts`-th sample: the position there, and the mean of the current over the new sample time about it, as a
-    /// drive that logs slower than it controls gives it. At both ends over what there is.
+    /// Every `parts`-th sample: the position there, and the mean of the current over the new sample time about it.
+    ///
+    /// A drive that logs slower than it controls gives such a record. At both ends the mean is over what there is.
     pub fn thinned(&self, parts: usize) -> Record {
         let parts = parts.max(1);
         // The trapezoidal rule: where `parts` is even, half of each sample at the ends.

@@ -18,9 +18,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The same motion with `parts` samples for each one: quintics that meet q, dq and ddq at every sample.
+    /// The same motion with `parts` samples for each one, by quintics that meet q, dq and ddq at every sample.
     ///
-    /// Windows count the new samples. As it is where `parts` is one.
+    /// Windows count the new samples. The motion stays as it is where `parts` is one.
     pub fn refined(&self, parts: usize) -> Reference {
         let count = self.q.first().map_or(0, Vec::len);
         if parts <= 1 || count == 0 {
@@ -55,7 +55,7 @@ impl Reference {
 /// Value and two derivatives at s of the quintic on 0..1 that has those of `ends` there.
 fn quintic(ends: [[f64; 3]; 2], s: f64) -> [f64; 3] {
     let [[x0, v0, a0], [x1, v1, a1]] = ends;
-    // What is left of the end beyond the parabola of the start.
+    // The end less the parabola of the start.
     let (x, v, a) = (x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0);
     let (c3, c4, c5) = (10.0 * x - 4.0 * v + 0.5 * a, -15.0 * x + 7.0 * v - a, 6.0 * x - 3.0 * v + 0.5 * a);
     [

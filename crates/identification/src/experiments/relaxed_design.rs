@@ -7,8 +7,8 @@
 //!
 //! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as
 //! its dual. The maximum is a sum over the greatest g, filled up to the bounds; the last one filled is the price nu of an
-//! experiment. An x_i is worth g_i - nu, so one that stands at a bound and is far from the price cannot leave it in any
-//! plan as good as one known.
+//! experiment. A run of candidate i is worth g_i - nu. So an x_i that stands at a bound and whose g_i is far from the
+//! price cannot leave the bound in any plan as good as one known.
 //!
 //! The ascent is Newton's: each step is the best one of [`crate::experiments::quadratic_model`] between the bounds, halved
 //! until it gains. The bound holds wherever it stops.
@@ -20,14 +20,14 @@ use crate::experiments::quadratic_model::{QuadraticModel, Room};
 const MOVES: usize = 400;
 /// Candidates that a step may add to those that are run.
 const ENTERING: usize = 40;
-/// Runs of a candidate that are next to none.
+/// Runs of every candidate that are added where a design lacks rank.
 const LITTLE: f64 = 1e-3;
-/// Parts of an experiment: what a bound loses by it is of the order of its square.
+/// Parts of an experiment to which a design is rounded. What the bound loses by it is of second order.
 const GRID: f64 = 1e5;
-/// Of a step that does not gain.
+/// Most halvings of a step that does not gain.
 const HALVINGS: i32 = 12;
 
-/// Least and greatest number of each candidate.
+/// Least and greatest number of runs of each candidate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
     /// One a candidate.
@@ -50,9 +50,9 @@ pub struct Tangent {
 pub struct Relaxed {
     /// Fractions of experiments, one a candidate.
     pub x: Vec<f64>,
-    /// What it proves.
+    /// The tangent there, which bounds every plan.
     pub tangent: Tangent,
-    /// log det F about it.
+    /// log det F about it, to second order.
     pub model: QuadraticModel,
     /// No design between the bounds has a greater log det.
     pub bound: f64,
@@ -63,7 +63,7 @@ impl Bounds {
         self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
     }
 
-    /// Leaves plans with a candidate at most so often, or the others.
+    /// Keeps the plans with at most `at_most` runs of a candidate, or else the others.
     pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
         if keeps_below {
             self.high[candidate] = self.high[candidate].min(at_most);
@@ -94,7 +94,7 @@ impl Bounds {
         let ends = |i: usize| (self.low[i] as f64 * GRID, self.high[i] as f64 * GRID);
         let mut parts: Vec<f64> = x.map(|x| (x * GRID).round()).collect();
         parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
-        // Whole numbers, so that sums are exact. What is run most bears what rounding leaves.
+        // Whole numbers, so that sums are exact. The candidate that is run most takes what rounding leaves.
         let mut left = count as f64 * GRID - parts.iter().sum::<f64>();
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
@@ -105,7 +105,7 @@ impl Bounds {
         parts.into_iter().map(|x| x / GRID).collect()
     }
 
-    /// A design within, as near as it may be to `wanted`.
+    /// A design between the bounds near `wanted`.
     fn nearest(&self, wanted: &[f64], count: usize) -> Vec<f64> {
         let ends = |i: usize| (self.low[i] as f64, self.high[i] as f64);
         let mut x: Vec<f64> = wanted.iter().enumerate().map(|(i, x)| x.clamp(ends(i).0, ends(i).1)).collect();
@@ -154,7 +154,10 @@ pub fn tangent(blocks: &[Rows], x: &[f64]) -> Option<Tangent> {
 }
 
 /// Ascends from `start` until the bound is below `target`, or within `tolerance` of what is reached, or for so many
-/// steps. Where no design between the bounds has full rank, the design is outside; `None` where there is none, or no room.
+/// steps.
+///
+/// Where no design between the bounds has full rank, the design that is found lies outside them. `None` where the
+/// candidates together have not full rank, or the bounds have no room.
 pub fn relaxed(
     blocks: &[Rows],
     bounds: &Bounds,
@@ -173,7 +176,7 @@ pub fn relaxed(
     };
     let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
     if factor_of(&x).is_none() {
-        // A little of all that is allowed: without rank then, there is none between the bounds.
+        // Takes a little of all that is allowed. If that lacks rank too, no design between the bounds has full rank.
         let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
         x = x.iter().zip(&all).map(|(x, y)| 0.9 * x + 0.1 * y).collect();
     }
@@ -202,8 +205,9 @@ pub fn relaxed(
     best
 }
 
-/// The tangent at a design with a little of every candidate: between the bounds each direction that has no information there
-/// takes the logarithm of that little from the bound, so that it is low.
+/// The tangent at a design with a little of every candidate.
+///
+/// A direction that has no information between the bounds has only that little, so its logarithm makes the bound low.
 fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
     let x: Vec<f64> = x.iter().map(|x| x + LITTLE).collect();
     let tangent = tangent(blocks, &x)?;

@@ -19,8 +19,10 @@ pub enum TrajectoryFormat {
     RosJson,
 }
 
-/// The text of a trajectory file at `rate` Hz; instants between samples are interpolated by the cubic that has
-/// the positions and velocities of its neighbours. Empty for an empty motion or no rate.
+/// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
+///
+/// Between samples positions follow the cubic that has the positions and velocities of its neighbours. Velocities and
+/// accelerations are linear there.
 pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64, format: TrajectoryFormat) -> String {
     let points = resampled(reference, rate);
     match format {

@@ -63,9 +63,9 @@ pub struct Sensing {
     pub torque_noise: Vec<f64>,
 }
 
-/// Step of Runge-Kutta by the time in which friction decays: stable to 2.78.
+/// Longest step of Runge-Kutta, as a multiple of the time in which friction decays. It is stable up to 2.78.
 const LONGEST_STEP: f64 = 2.0;
-/// Poses of a reference that are looked at for it.
+/// Poses of a reference at which that time is computed.
 const POSES: usize = 20;
 
 /// A robot with its drives, controller and friction.
@@ -76,7 +76,7 @@ pub struct Simulation<'a> {
     pub controller: &'a Controller,
     /// Gains and limits of the drives.
     pub drives: &'a Drives,
-    /// rad, seen by the controller.
+    /// Encoder quantum that the controller sees, rad.
     pub quantum: &'a [f64],
     /// One law a coordinate.
     pub friction: &'a [FrictionLaw],
@@ -142,13 +142,15 @@ impl Simulation<'_> {
         (record, Stop::End)
     }
 
-    /// The same with as many steps in a sample as friction asks for where it turns its sign.
+    /// The same with enough steps in a sample for the friction where it turns its sign.
     pub fn with_short_steps(self, reference: &Reference) -> Self {
         let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP).ceil() as usize;
         Simulation { substeps: self.substeps.max(needed), ..self }
     }
 
-    /// How fast friction decays where it turns its sign, 1/s, at most: sum_k (A^-1)_kk dG_k/dv over the poses of a reference.
+    /// The greatest rate, 1/s, at which friction decays where it turns its sign.
+    ///
+    /// It is at most sum_k (A^-1)_kk dG_k/dv, of which the greatest over the poses of a reference is taken.
     fn stiffness(&self, reference: &Reference) -> f64 {
         let (n, count) = (self.dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
         let (mut inertia, mut bias, rest) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
@@ -223,7 +225,8 @@ fn quantised(q: f64, quantum: f64) -> f64 {
 }
 
 impl Sensing {
-    /// Of one position, rad (m), one a coordinate: its noise, and the rounding to a quantum, which errs evenly within it.
+    /// Standard deviation of one position, rad (m), one a coordinate: its noise, and the uniform error of rounding to a
+    /// quantum.
     pub fn position_deviation(&self) -> Vec<f64> {
         self.position_noise.iter().zip(&self.quantum).map(|(s, quantum)| s.hypot(quantum / 12f64.sqrt())).collect()
     }

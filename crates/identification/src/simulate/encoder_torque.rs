@@ -1,11 +1,12 @@
 //! What the noise of the encoders adds to the residuals of an identification.
 //!
-//! A position noise s of each sample has, below the cut-off w, the acceleration s w^2 / sqrt 5 (the mean of the fourth powers of
-//! the frequencies below w is w^4 / 5). The inertia matrix makes a torque of it,
+//! Position noise s of each sample has the acceleration s w^2 / sqrt 5 below the cut-off w, because the mean of the
+//! fourth powers of the frequencies below w is w^4 / 5. The inertia matrix turns it into a torque,
 //!
 //! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5,
 //!
-//! far above the frequencies of the motion. The parameters hardly see it; the weight of joint i does.
+//! This noise is far above the frequencies of the motion. It hardly changes the parameters, but it changes the weight
+//! of joint i.
 
 use crate::experiments::reference_motion::Reference;
 use crate::signals::cutoff::rule_with_noise;
@@ -43,7 +44,7 @@ mod tests {
         let (arm, inertia) = (Pendulum::new(), 0.7);
         let found = encoder_torque(&RegressorDynamics::new(&arm, vec![inertia, 0.0, 0.0]), &motion, &[noise])[0];
 
-        // Of white noise each frequency up to half the rate has the same share of the variance.
+        // Each frequency up to half the rate has the same share of the variance of white noise.
         let cutoff = rule_with_noise(&[q], 1.0 / rate, &[noise]).cutoff;
         let mut random = Random::new(4);
         let (bins, mut square) = (2000, 0.0);
@@ -57,7 +58,8 @@ mod tests {
         }
         // What is below the cut-off stands for white noise of this size a sample up to half the rate.
         let expected = (square * 0.5 * rate / cutoff).sqrt();
-        // Some hundred bins of weight: 10 %, and half of it for the root; four of those.
+        // Some hundred bins carry the weight, so the square is known to 10 % and its root to half of that. Four of
+        // those are allowed.
         assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
     }
 }

@@ -5,8 +5,9 @@
 //! quantum 1e-4 rad with noise of half of it; torque noise of 1 %, Coulomb friction of about 5 % of the torque
 //! A_kk a_max that the greatest acceleration takes; drive gains of one.
 //!
-//! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. At rest friction turns its sign within
-//! w = 0.005 rad/s, which decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w: Runge-Kutta steps are short beside 1 / l.
+//! The controller runs at 1 kHz or faster, at a multiple of the rate of the log. At rest, friction turns its sign
+//! within w = 0.005 rad/s. There a velocity decays as exp(-l t) with l <= sum_k (A^-1)_kk Fs_k / w. A Runge-Kutta step
+//! is at most 2 / l long.
 
 use nalgebra::DMatrix;
 use robot::Robot;
@@ -43,13 +44,13 @@ pub struct SimulationSetup {
 }
 
 const BANDWIDTH: f64 = 10.0;
-/// How much lighter a robot may be than its controller takes it for. The sampled loop, 1 kHz and a velocity filter of 15
-/// bandwidths, has a phase margin of 34 degrees there, 22 at 10, and none at 18.2.
+/// Largest factor by which the controller may take the robot for heavier than it is. At 7 the sampled loop, with 1 kHz
+/// and a velocity filter of 15 bandwidths, has a phase margin of 34 degrees. It has 22 at 10, and none at 18.2.
 const MOST_LIGHTNESS: f64 = 7.0;
 const QUANTUM: f64 = 1e-4;
-/// Poses that tell the inertia of the joints.
+/// Random poses from which the inertia of the joints is taken.
 const POSES: usize = 20;
-/// s, at most.
+/// Longest period of the controller, s.
 const CONTROL_PERIOD: f64 = 1e-3;
 
 /// Limits of the coordinates, with a note on each default taken.
@@ -91,7 +92,7 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
     (limits, taken.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", "))).collect())
 }
 
-/// A(q) at poses by chance within the limits, and the greatest |h_k(q, 0)| of each joint there, N m.
+/// A(q) at random poses within the limits, and the greatest |h_k(q, 0)| of each joint there, N m.
 fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
     let n = limits.len();
     let (mut a, mut h, mut bias) = (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n]);
@@ -105,8 +106,10 @@ fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64
     (matrices.collect(), bias)
 }
 
-/// The inertia J_k that the controller of a joint is tuned to: the mean A_kk, the joint with the others held. Where these
-/// joints move each other so much that the loop would ring, the least 1 / (A^-1)_kk, the joint with the others free.
+/// The inertia J_k that the controller of a joint is tuned to, with a note where it is not the mean A_kk.
+///
+/// The mean A_kk is the inertia of the joint with the others held. Where the joints move each other so much that the
+/// loop would ring, the least 1 / (A^-1)_kk is taken, the inertia with the others free.
 fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Option<String>) {
     let lightness = matrices.iter().map(|a| lightness(a, mean)).fold(0.0, f64::max);
     let inverses: Option<Vec<DMatrix<f64>>> = matrices.iter().map(|a| a.clone().try_inverse()).collect();
@@ -123,8 +126,8 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
     }
 }
 
-/// How much lighter than J the robot is at most: the largest eigenvalue of J^1/2 A^-1 J^1/2. Zero where A is not positive
-/// definite, which the simulation says.
+/// The largest factor by which the robot is lighter than J: the largest eigenvalue of J^1/2 A^-1 J^1/2. It is zero
+/// where A is not positive definite, which the simulation reports.
 fn lightness(a: &DMatrix<f64>, inertia: &[f64]) -> f64 {
     let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / (inertia[i] * inertia[j]).sqrt());
     let least = if scaled.iter().all(|x| x.is_finite()) { scaled.symmetric_eigenvalues().min() } else { 0.0 };
@@ -186,9 +189,11 @@ impl SimulationSetup {
         }
     }
 
-    /// The record of a motion at the rate of its reference, with the noise of the stream `index` of the seed; `None`: without noise.
-    /// `feedforward`: what the controller adds, N m `[coordinate][instant]`, for the reference as the controller samples it;
-    /// without it, what it knows of the robot.
+    /// The record of a motion at the rate of its reference.
+    ///
+    /// `noise`: the seed and the index of its stream; `None`: without noise. `feedforward`: what the controller adds, N
+    /// m `[coordinate][instant]`, for the reference as the controller samples it. Without it the controller adds what
+    /// it knows of the robot.
     pub fn record(
         &self,
         dynamics: &dyn Dynamics,
@@ -196,7 +201,7 @@ impl SimulationSetup {
         feedforward: Option<&Feedforward>,
         noise: Option<(u64, u64)>,
     ) -> (Record, Stop) {
-        // A rate of 1 kHz in floating point is 1 kHz.
+        // 1e-9 forgives the rounding of a rate of 1 kHz.
         let parts = (reference.sample_time / CONTROL_PERIOD - 1e-9).ceil().max(1.0) as usize;
         let controlled = reference.refined(parts);
         let simulation = Simulation {
@@ -227,7 +232,8 @@ mod tests {
     use super::*;
     use crate::test_arm::Mass;
 
-    /// How far a mass still is from rest a second after a step of 1, where the controller takes it for so much heavier.
+    /// How far a mass still is from its goal a second after a step of 1, where the controller takes it for so much
+    /// heavier.
     fn left(lightness: f64) -> f64 {
         let velocity_pole = 15.0 * std::f64::consts::TAU * BANDWIDTH;
         let simulation = Simulation {

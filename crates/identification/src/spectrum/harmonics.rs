@@ -76,7 +76,7 @@ pub fn mean_period(experiment: &SpectralExperiment, band: &Band) -> Option<Measu
     Some(MeasuredMotion::by_harmonics(&folded(&experiment.q, period), h, highest))
 }
 
-/// Number of whole harmonics up to the frequency `f` that samples tell.
+/// Number of whole harmonics up to the frequency `f` that the samples resolve.
 fn harmonics(f: f64, period: usize, h: f64) -> usize {
     // 1e-9 forgives a product that is an integer but for rounding.
     ((f * (period as f64 * h) + 1e-9) as usize).min(period.saturating_sub(1) / 2)
@@ -143,8 +143,9 @@ impl JointSpectrum {
         self.known = self.rows.iter().map(load).collect();
     }
 
-    /// Series over one period in the order of the rows, `[row][series]`. `power` 1: of torques at the samples, 2: of means
-    /// over their cells.
+    /// The spectra of series over one period in the order of the rows, `[row][series]`.
+    ///
+    /// `power` is 1 for torques at the samples, and 2 for means over their cells.
     pub(crate) fn rows_of(&self, series: &[Vec<f64>], power: i32) -> Vec<Vec<f64>> {
         self.spectrum_of(series, |f| hold(f * self.sample_time, power))
     }

@@ -96,7 +96,7 @@ pub fn identify_spectrum(
     Ok(estimate)
 }
 
-/// A parameter with the deviation of white noise; the rows of an experiment are few and far apart.
+/// A parameter with the deviation of white noise, since the rows of an experiment are few and far apart.
 fn identified(parameter: Parameter, value: f64, sigma: f64, determined: bool) -> Identified {
     let unit = parameter.unit();
     match determined {
@@ -160,7 +160,7 @@ fn with_harmonics(
     let mut push = |parameter: Parameter, i: usize| {
         let white = found.solution.inverse[(i, i)].max(0.0).sqrt();
         let one = identified(parameter, found.solution.x[i], white, found.solution.determined[i]);
-        // What the model lacks is in the value too.
+        // The interval also covers what the model lacks.
         estimate.parameters.push(match found.lacked(i) {
             0.0 => one,
             lacked => one.widened_beyond_white(lacked),
@@ -183,7 +183,7 @@ fn with_harmonics(
     Ok(())
 }
 
-/// Says what chi^2 is against the measured noise, of which joints it speaks, and what the cause is.
+/// Reports chi^2 against the measured noise, the joints that exceed it, and the cause.
 fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEstimate) {
     let misfit = &found.misfit;
     if !misfit.total.is_finite() {
@@ -221,7 +221,7 @@ fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
-/// Friction of warm and cold drives differs by less.
+/// Relative drift of friction from experiment to experiment. Warm and cold drives differ by less.
 const DRIFTS: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
@@ -266,7 +266,7 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     }
 }
 
-/// The sentence on what an estimate with unknown gains stands on.
+/// A sentence on what sets the scale of an estimate with unknown gains.
 fn scale(regressor: &dyn Regressor, experiments: &[SpectralExperiment], gains: &[Gain]) -> String {
     let given = |(c, g): (&String, &Gain)| match g {
         Gain::Known(k) => Some(format!("the gain of {c}, {k} N m/A")),
@@ -338,7 +338,7 @@ fn harmonic_residuals(
         let ends = s.end_columns();
         for r in 0..s.rows.len() {
             let f: f64 = friction[r].iter().zip(found.friction(s.joint)).map(|(c, f)| c * f).sum();
-            // All that stands beside the parameters, as the fit has it.
+            // All terms but those of the parameters are taken from the fit.
             let end = found.ends.get(e).map_or(0.0, |x| ends[r][0] * x[0] + ends[r][1] * x[1]);
             let sizes = found.effects.iter().flat_map(|size| &size.values);
             let effects =

@@ -42,7 +42,7 @@ pub fn size_words(
             } else {
                 String::new()
             };
-            // Of a spring, not where noise made the sign.
+            // A damping that is not positive is noise and is not printed.
             let damping = if with_deviation && value(1) > 0.0 {
                 let unit = unit(joint, "N s/m", "N m s/rad");
                 format!(", damping {} {unit}", significant(value(1) / value(0).powi(2)))

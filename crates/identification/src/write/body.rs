@@ -17,7 +17,7 @@ pub struct JointDynamics {
     pub armature: f64,
 }
 
-/// Why no simulator takes the ten parameters of a link, if so.
+/// Fails where the ten parameters of a link are no physical body, which simulators refuse.
 pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     match smallest_eigenvalue(ten) > 0.0 {
         true => Ok(()),
@@ -29,10 +29,10 @@ pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
     }
 }
 
-/// The body of the link that the joint carries, without the links fixed to it which the file holds as bodies of their own.
+/// The ten parameters of a link without the links fixed to it that the file holds as bodies of their own.
 ///
 /// `ten`: all of them together, about the origin of the link frame. Where the remainder is no body, the link gets
-/// everything; then the links whose inertials are to be emptied are named.
+/// everything, and the links whose inertials must be emptied are named.
 pub(super) fn own<'a>(link: &'a Link, ten: &Ten, is_held: impl Fn(&str) -> bool) -> (Ten, Vec<&'a str>) {
     let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name && is_held(&part.name)).collect();
     let mut rest = *ten;

@@ -22,7 +22,8 @@ use crate::write::body::{self, JointDynamics};
 /// The model of a robot with these bodies (ten parameters about the origin of the link frame) and joints, one a
 /// coordinate.
 ///
-/// Fails where the robot floats or has loops, where a joint moves with several coordinates, and where a body is none.
+/// Fails where the robot floats or has loops, where a joint moves with several coordinates, and where a body is not
+/// physically consistent.
 pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
     if robot.massless > 0 || !robot.loops.is_empty() || !robot.passive.is_empty() {
         return Err(Error::new(
@@ -110,7 +111,7 @@ pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-/// `<joint>` of a link, `None` where it is held; what it follows goes to the equalities.
+/// `<joint>` of a link; `None` where it is fixed. A joint that follows a coordinate adds its equality to `equalities`.
 fn joint(
     robot: &Robot,
     link: &Link,
@@ -154,13 +155,14 @@ fn joint(
     Ok(Some(text + "/>"))
 }
 
-/// What a joint of MuJoCo knows of friction and rotor inertia. Simulators refuse what drives: negative figures are zero.
+/// The attributes of MuJoCo for friction and rotor inertia. Negative figures become zero, since simulators refuse
+/// friction that drives.
 pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
     [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
         .map(|(key, value)| (key, value.max(0.0).to_string()))
 }
 
-/// Without the sign of a zero.
+/// Turns -0 into 0.
 fn plain(x: f64) -> f64 {
     x + 0.0
 }

@@ -1,8 +1,8 @@
-//! Puts identified inertials, friction and rotor inertia into a MuJoCo model that is there; every other byte stays.
+//! Puts identified inertials, friction and rotor inertia into an existing MuJoCo model; every other byte stays.
 //!
-//! A body has the name of its link, a joint that of its coordinate, or what stands behind the first `_` of it (`link1` for
-//! `panda_link1`). The frames of both files must be the same: where a body hangs directly on the body of the link before,
-//! its place is compared with the description's at q = 0.
+//! A body has the name of its link and a joint that of its coordinate, or what follows the first `_` of it (`link1` for
+//! `panda_link1`). The frames of both files must be the same. Where a body hangs directly on the body of the link
+//! before, its place is compared with that of the description at q = 0.
 
 use logs::Error;
 use robot::{Link, LinkId, Pose, Robot};
@@ -14,7 +14,7 @@ use crate::write::mjcf::{attributes, file_poses, inertial, quaternion};
 use crate::write::text_edit::Edits;
 use crate::write::urdf::WrittenBack;
 
-/// m, and of the components of quaternions: models round to four digits.
+/// Tolerance of positions, m, and of the components of quaternions. Models round to four digits.
 const ROUNDED: f64 = 1e-3;
 
 /// The MJCF `text` with these bodies (ten parameters about the origin of the link frame) and joints.

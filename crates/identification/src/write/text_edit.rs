@@ -19,7 +19,7 @@ impl<'a> Edits<'a> {
 
     /// The text with all changes.
     pub fn apply(mut self) -> String {
-        // From behind, so that places stay what they are.
+        // From the end, so that the places of the other changes stay valid.
         self.edits.sort_by_key(|e| Reverse((e.0.start, e.0.end)));
         let mut text = self.text.to_string();
         self.edits.into_iter().for_each(|(range, new)| text.replace_range(range, &new));

@@ -21,7 +21,7 @@ use crate::write::text_edit::{Edits, tagged};
 pub struct WrittenBack {
     /// The description with the identified parameters.
     pub text: String,
-    /// Sentences on what the format has no place for.
+    /// Sentences for the user: which link took over the inertia of others, and what hides the new inertials.
     pub notes: Vec<String>,
 }
 

@@ -1,7 +1,7 @@
 //! motion.yaml: an exciting motion, the limits it was made with, its certificate, and what it makes visible.
 //!
-//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline; everything below them can be found again from it and the model, and
-//! `rist check` does.
+//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline. Everything below
+//! them can be found again from it and the model, and `rist check` does so.
 
 use std::fmt;
 
@@ -72,7 +72,7 @@ pub struct ExcitingMotion {
 pub struct MotionJoint {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// Of a series, or where a spline starts and ends, rad (m).
+    /// Centre of a series, or the pose where a spline starts and ends, rad (m).
     pub centre: f64,
     /// Amplitudes of the velocity that go with the cosine, rad/s (m/s), harmonic by harmonic.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -103,7 +103,7 @@ impl MotionJoint {
         }
     }
 
-    /// The coefficients, where they are those of the shape.
+    /// The coefficients; `None` where they are not those of the shape.
     fn coefficients(&self, shape: &Shape) -> Option<Vec<f64>> {
         let pairs = self.cosine.iter().zip(&self.sine).flat_map(|(a, b)| [*a, *b]);
         let swing: Vec<f64> = match shape {
@@ -133,7 +133,7 @@ impl ExcitingMotion {
 
     /// The motion itself.
     ///
-    /// Fails where its numbers are none of a motion.
+    /// Fails where its numbers describe no motion.
     pub fn motion(&self, file: &str) -> Result<Motion, Error> {
         let fail = |what: String| Err(Error::at(file, 0, what));
         let times = [("rate_hz", Some(self.rate_hz)), ("period_s", Some(self.period_s)), ("blend_s", self.blend_s)];
@@ -199,7 +199,7 @@ impl ExcitingMotion {
     }
 }
 
-/// What is said of a certificate whose rows are all proven, and of what no row of it speaks of.
+/// The sentence on a certificate whose rows are all proven. It names the kinds of limits that no row is about.
 pub fn proven_text(rows: &[CertificateRow]) -> String {
     let kinds = [(LimitKind::Effort, "torques"), (LimitKind::Distance, "distances of the robot's own links")];
     let absent = kinds.iter().filter(|(kind, _)| rows.iter().all(|row| row.limit != *kind));

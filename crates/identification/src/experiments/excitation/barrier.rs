@@ -14,8 +14,10 @@ use crate::algebra::information_matrix::add_products;
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::experiments::excitation::motion::Shape;
 
-/// Instants of the wall for one of the criterion. At thirty a period of the highest harmonic a peak can lie
-/// (pi/30)^2 / 2 = 0.5 % above what they show, and the determinant loses twice that where a motion is made smaller by it.
+/// Instants of the wall for each instant of the criterion.
+///
+/// With thirty a period of the highest harmonic a peak can lie (pi/30)^2 / 2 = 0.5 % above what they show. Where a
+/// motion is made smaller by that, the determinant loses twice as much.
 const DENSITY: usize = 2;
 
 /// The rows of one joint.
@@ -45,7 +47,7 @@ impl Barrier {
             rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));
             rows.extend(shape.blend_control(k).into_iter().map(|row| (kind, row)));
         }
-        // At rest nothing moves: the rows of zeros that the ends have.
+        // The ends of a motion have rows of zeros, since nothing moves at rest.
         rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
         let joint = |limits: &&CoordinateLimits| {
             let (m, scale) = (shape.size(), shape.units(limits));
@@ -68,7 +70,7 @@ impl Barrier {
         rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
     }
 
-    /// B, and its gradient times `factor` added; `None` outside the limits.
+    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits.
     pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64]) -> Option<f64> {
         let mut sum = 0.0;
         for joint in 0..self.joints.len() {
@@ -88,7 +90,7 @@ impl Barrier {
         Some(sum * self.weight)
     }
 
-    /// The factor of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
+    /// The Cholesky factors of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
     pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
         let m = self.m;
         let block = |joint: usize| {

@@ -1,9 +1,10 @@
 //! The columns that an identification will have, along a motion: base parameters and friction of each joint.
 //!
-//! In a search the sign of dry friction is a smooth one, tanh(dq / v), so that it has a slope; v is 2 % of the limit of
-//! velocity. What a motion shows in the end is said with the sign itself ([`crate::experiments::excitation::visibility`]).
+//! In a search the sign of dry friction is the smooth tanh(dq / v), so that it has a slope; v is 2 % of the limit of
+//! velocity. What a found motion shows is computed with the sign itself
+//! ([`crate::experiments::excitation::visibility`]).
 //!
-//! A coordinate that is locked has no row: its dry friction may take any part of the torque. A column that is then a
+//! A locked coordinate has no row, because its dry friction may take any part of the torque. A column that is then a
 //! combination of those before it, at random states within the limits, cannot be told apart and is left out.
 
 use crate::algebra::random::Random;
@@ -15,10 +16,10 @@ use crate::model::linear_model::Model;
 /// Share of the limit of velocity over which the sign of dry friction turns in a search.
 pub const SMOOTH_SIGN: f64 = 0.02;
 
-/// A column that the columns before it explain but for less than this share of its norm is not told apart.
+/// A column is not told apart where the columns before it leave less than this share of its norm.
 const DEPENDENT: f64 = 1e-8;
 
-/// Random states a column at least.
+/// Rows a column from random states, at least, where no coordinate is locked.
 const STATES: usize = 40;
 
 /// The columns of one joint's friction, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.

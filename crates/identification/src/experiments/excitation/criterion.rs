@@ -1,4 +1,4 @@
-//! How much rows of W tell, and how that changes with each of their entries.
+//! The criterion of the rows of W, and its slope along each of their entries.
 //!
 //! F = W'W / samples, p x p. With d_c the norms of the columns and C = F scaled to a unit diagonal:
 //!
@@ -13,13 +13,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::algebra::information_matrix::{InformationMatrix, Rows};
 
-/// What a motion is to make great or small.
+/// The aim of a search for a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Aim {
-    /// The determinant of the information, great.
+    /// The greatest determinant of the information.
     Determinant,
-    /// The condition number (Frobenius) of the columns scaled to unit norm, small.
+    /// The least condition number (Frobenius) of the columns scaled to unit norm.
     Condition,
 }
 

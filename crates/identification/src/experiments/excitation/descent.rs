@@ -8,7 +8,7 @@ use crate::algebra::interruption::Interruption;
 
 /// Pairs remembered.
 const MEMORY: usize = 12;
-/// Of the decrease that the slope promises.
+/// Share of the decrease promised by the slope that a step must reach.
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step.
 const HALVINGS: usize = 25;
@@ -35,8 +35,10 @@ pub struct Descent {
     pub iterations: usize,
 }
 
-/// Descends from `x` for at most so many iterations; fewer where three in turn each win less than the share `least` of
-/// 1 + |f|, and where it is interrupted. `None` where x is outside.
+/// Descends from `x` for at most so many iterations; `None` where x is outside.
+///
+/// It ends earlier where three iterations in turn each win less than the share `least` of 1 + |f|, and where it is
+/// interrupted.
 pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
     let mut x = x.to_vec();
     let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
@@ -78,7 +80,7 @@ pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f
     Some(Descent { x, value, iterations })
 }
 
-/// The first of a step, its half, .. whose decrease is enough of what the slope `rate` promises: x, value and gradient.
+/// Halves a step until its decrease is enough of what the slope `rate` promises, and gives x, value and gradient there.
 fn line_search(
     objective: &dyn Objective,
     x: &[f64],

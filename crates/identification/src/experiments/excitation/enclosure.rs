@@ -1,4 +1,4 @@
-//! What a motion and its derivatives do on an interval of time, proved.
+//! Proved bounds of a motion and its derivatives on an interval of time.
 //!
 //! - The series: about the middle c of the interval, with h = t - c and w_l = w l,
 //!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
@@ -56,7 +56,7 @@ impl Piece {
         }
     }
 
-    /// From when to when on its own clock, s.
+    /// Its span on its own clock, s.
     pub fn span(self, shape: &Shape) -> Interval {
         match self {
             Piece::Period => Interval::new(0.0, shape.period()),
@@ -64,7 +64,7 @@ impl Piece {
         }
     }
 
-    /// When its clock starts on that of the motion, s.
+    /// Time of the motion at which its clock starts, s.
     pub fn start(self, motion: &Motion) -> f64 {
         match self {
             Piece::Start => 0.0,
@@ -92,7 +92,7 @@ impl EnclosedMotion<'_> {
         }
     }
 
-    /// What each coordinate does on a part of a piece.
+    /// Encloses position and derivatives of each coordinate on a part of a piece.
     pub fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
         match self {
             EnclosedMotion::Fourier(series) => series.on(piece, part),
@@ -155,7 +155,8 @@ impl EnclosedSeries<'_> {
             found[0] = Interval::point(joint[0]);
             for (l, (s, c)) in waves.iter().enumerate() {
                 let (a, b, w) = (joint[2 * l + 1], joint[2 * l + 2], self.frequency[l]);
-                // w q, then each derivative; the position is its first term divided by w.
+                // `along` is w times the position of a harmonic, and `across` its velocity. Powers of w give the
+                // others.
                 let (along, across) = (*s * a - *c * b, *c * a + *s * b);
                 found[0] = found[0] + along.over(w);
                 let mut scale = Interval::point(1.0);

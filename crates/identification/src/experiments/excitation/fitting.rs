@@ -1,7 +1,7 @@
 //! A motion that a search has found, made to keep its limits for certain.
 //!
-//! What limits do between the samples of a search is settled here: a motion that exceeds one is made smaller by what is
-//! missing, about its centre, and proved again. About a centre that keeps its distances a smaller motion keeps more of
+//! A search looks at limits at its samples only. A motion that exceeds one in between is made smaller here about its
+//! centre, by what is missing, and proved again. About a centre that keeps its distances a smaller motion keeps more of
 //! them.
 
 use crate::algebra::interruption::Interruption;
@@ -12,7 +12,7 @@ use crate::experiments::excitation::proof::{CertificateRow, DescribedTorque, Kep
 
 /// Rounds before a proof is given up.
 const ROUNDS: usize = 16;
-/// Of the swing that a round leaves at most where a torque is not proved, and where a distance is not.
+/// Most of the swing that a round leaves where a torque is not proved, and where a distance is not.
 const TORQUE_STEP: f64 = 0.996;
 const GAP_STEP: f64 = 0.97;
 
@@ -21,7 +21,7 @@ const GAP_STEP: f64 = 0.97;
 pub struct Obligations<'a> {
     /// One a coordinate.
     pub limits: &'a [CoordinateLimits],
-    /// Of the coordinates.
+    /// Names of the coordinates.
     pub names: &'a [String],
     /// Torques, where the description tells them.
     pub torque: Option<&'a DescribedTorque<'a>>,
@@ -77,7 +77,7 @@ fn shrink(motion: &mut Motion, factor: f64) {
     motion.joints.iter_mut().for_each(|joint| *joint = scaled(joint, factor, joint[0]));
 }
 
-/// Makes each joint smaller by what its rows say that is missing.
+/// Makes the swing of each joint smaller by what is missing in its rows.
 fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &[CertificateRow]) {
     let per_joint = LimitKind::KINEMATIC.len();
     for ((joint, limits), rows) in motion.joints.iter_mut().zip(limits).zip(rows.chunks_exact(per_joint)) {
@@ -86,7 +86,7 @@ fn within_joint_limits(motion: &mut Motion, limits: &[CoordinateLimits], rows: &
         for row in rows.iter().filter(|r| r.kept != Kept::Proven) {
             let shrink = |bound: f64, beyond: f64| (bound / beyond).clamp(0.5, 1.0) * (1.0 - 1e-6);
             *joint = match row.limit {
-                // Towards the middle of the room, the centre too.
+                // The centre moves towards the middle of the room too.
                 LimitKind::Position => {
                     let factor = shrink(row.bound - middle, row.nowhere_beyond - middle);
                     scaled(joint, factor, middle + factor * (joint[0] - middle))

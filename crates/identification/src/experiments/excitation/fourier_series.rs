@@ -3,12 +3,12 @@
 //! ```text
 //! q(t) = c + sum_l a_l / (w l) sin(w l t) - b_l / (w l) cos(w l t),   l = 1 .. H,   w = 2 pi / T
 //! ```
-//! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of
-//! the velocity. A blend of D seconds leads from rest to the series, and one from the series to rest: the polynomial of
-//! fifth degree with the position, velocity and acceleration of the series at one end and no velocity and acceleration at
-//! the other, which starts where its fifth degree vanishes, q(0) - D v/2 + D^2 a/12. Its control points (Bernstein) are
-//! s, s, s, q(0) - D v/4, q(0). So the acceleration is continuous and the jerk bounded. Every quantity is linear in
-//! (c, a_1, b_1, a_2, b_2, ..).
+//! [Swevers, Ganseman, Tukel, De Schutter, Van Brussel 1997], over whole periods. a and b are amplitudes of the
+//! velocity. A blend of D seconds leads from rest to the series, and another one from the series to rest. Each is a
+//! polynomial of fifth degree. At one end it has the position, velocity and acceleration of the series, and at the
+//! other no velocity and acceleration. The first one starts at the position s = q(0) - D v/2 + D^2 a/12, for which its
+//! term of fifth degree vanishes. Its control points (Bernstein) are s, s, s, q(0) - D v/4, q(0). So the acceleration
+//! is continuous and the jerk bounded. Every quantity is linear in (c, a_1, b_1, a_2, b_2, ..).
 
 /// The series that a motion may be.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,9 +1,9 @@
 //! The proof that the bodies of a robot keep their distances along a motion, between the samples too.
 //!
 //! On a part of the motion every coordinate stays within s of q(t), t the middle of the part, by the enclosures of
-//! [`crate::experiments::excitation::enclosure`]. The distance there is at least what it is at q(t) less how far
-//! joints and their reach take the bodies: a Lipschitz bound, which the surroundings know. A part is halved until the
-//! bound is above the limit. It follows from the motion, the limits and the description alone.
+//! [`crate::experiments::excitation::enclosure`]. The distance there is at least the one at q(t) less how far the
+//! joints move the bodies. This is a Lipschitz bound by the reach of the joints, which the surroundings know. A part is
+//! halved until the bound is above the limit. The proof follows from the motion, the limits and the description alone.
 //!
 //! Not here: the bodies and their distances.
 
@@ -36,11 +36,11 @@ impl Gap {
 pub struct Room {
     /// At the configuration, m; negative where bodies overlap.
     pub reached: f64,
-    /// Nowhere near it less, m.
+    /// Lower bound near the configuration, m.
     pub at_least: f64,
 }
 
-/// What the bodies of a robot must keep off.
+/// The gaps that the bodies of a robot must keep.
 pub trait Surroundings: Sync {
     /// The gaps, in a fixed order.
     fn gaps(&self) -> &[Gap];
@@ -48,14 +48,15 @@ pub trait Surroundings: Sync {
     /// The gaps `which` at `q`, and the least they are while each coordinate stays within `spread` of it.
     fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room>;
 
-    /// Each two solids nearer than `within` above their bound: their gap, the room above the bound, m, and its slope
-    /// along each coordinate, m/rad (m/m).
+    /// Visits every two solids whose room above their bound is less than `within`.
+    ///
+    /// `each` takes their gap, the room, m, and its slope along each coordinate, m/rad (m/m).
     fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64]));
 }
 
 /// Parts of a piece to begin with.
 const PARTS: usize = 128;
-/// Distances looked at, at most; what is left is open.
+/// Largest number of distances looked at. What is not proven by then stays open.
 const BUDGET: usize = 1_000_000;
 
 /// A gap along the motion.

@@ -1,8 +1,8 @@
-//! What a motion is held to when it is checked, and where each of its limits stands.
+//! The limits that a checked motion is held to, and where each of them stands.
 //!
-//! A motion brings the limits that it was made with in its own file, where anybody can loosen them. The description holds
-//! it whatever stands there, and so does a limits file of the user; a limit that neither of them has is the motion's alone,
-//! and whoever reads a proof must know that.
+//! The file of a motion has the limits that it was made with, and anybody can loosen them there. The limits of the
+//! description and of a limits file of the user hold whatever the motion's file says. A limit that neither of them has
+//! stands in the motion's file alone, and whoever reads a proof must know that.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};
 
-/// Where the limit stands that a motion is held to.
+/// Where a limit stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
@@ -110,7 +110,7 @@ pub fn held(
     Ok((limits, rows))
 }
 
-/// Kind by kind where the limits stand; of whom, where that differs.
+/// Where the limits stand, kind by kind, with the coordinates where that differs.
 pub fn origins_text(rows: &[HeldLimit]) -> String {
     let mut text = String::new();
     for kind in KINDS {
@@ -134,7 +134,7 @@ pub fn origins_text(rows: &[HeldLimit]) -> String {
     text
 }
 
-/// What a proof cannot know of limits that only the motion has; `None` where there are none.
+/// A warning about limits that are taken from the motion's own file; `None` where there are none.
 ///
 /// `of_space`: what else stands in the motion's file alone.
 pub fn alone_text(rows: &[HeldLimit], of_space: &[&str]) -> Option<String> {

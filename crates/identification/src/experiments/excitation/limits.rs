@@ -1,4 +1,4 @@
-//! What a motion may ask of each coordinate: from the description, tightened by a file, assumed where neither says.
+//! The limits of each coordinate: of the description, tightened by a file, assumed where neither has one.
 //!
 //! | limit | of the description | assumed (slides) |
 //! |---|---|---|
@@ -157,7 +157,7 @@ impl CoordinateLimits {
     }
 }
 
-/// What a file says of one coordinate, or of all.
+/// Limits that a file gives for one coordinate, or for all.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AskedLimits {
@@ -180,7 +180,7 @@ pub struct AskedLimits {
 }
 
 impl AskedLimits {
-    /// Those of a description that are limits.
+    /// The limits of a description that are usable.
     pub fn of_description(described: &Limits) -> AskedLimits {
         let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
         AskedLimits {
@@ -212,7 +212,7 @@ impl AskedLimits {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LimitsFile {
-    /// Of every coordinate; those of its own come first.
+    /// Limits of every coordinate; those of a coordinate itself come first.
     pub all: AskedLimits,
     /// Of single coordinates, by name.
     pub coordinates: BTreeMap<String, AskedLimits>,

@@ -1,4 +1,5 @@
-//! One exciting motion of all joints: a finite Fourier series between rest and rest, or a quintic spline, within proved limits.
+//! One exciting motion of all joints within proved limits: a finite Fourier series between rest and rest, or a quintic
+//! spline.
 
 pub mod artefact;
 pub mod barrier;

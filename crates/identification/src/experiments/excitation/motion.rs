@@ -10,7 +10,7 @@ use crate::experiments::excitation::limits::CoordinateLimits;
 use crate::experiments::excitation::quintic_spline::QuinticSpline;
 use crate::experiments::reference_motion::Reference;
 
-/// What a motion is a sum of.
+/// The functions that a motion is a sum of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Whole periods of a series, between blends.
@@ -28,7 +28,7 @@ impl Shape {
         }
     }
 
-    /// s: what is repeated.
+    /// Duration of what is repeated, s.
     pub fn period(&self) -> f64 {
         match self {
             Shape::Fourier(series) => series.period,
@@ -36,7 +36,7 @@ impl Shape {
         }
     }
 
-    /// s from rest to what is repeated, and back to rest.
+    /// Duration from rest to what is repeated, and from there to rest, s.
     pub fn blend(&self) -> f64 {
         match self {
             Shape::Fourier(series) => series.blend,
@@ -52,7 +52,7 @@ impl Shape {
         }
     }
 
-    /// What the coefficients are per unit of those of a search, so that a unit is much of what the limits allow.
+    /// The units of the coefficients in a search. One unit is a large part of what the limits allow.
     pub fn units(&self, limits: &CoordinateLimits) -> Vec<f64> {
         let half_room = 0.5 * (limits.position.1 - limits.position.0);
         let unit = match self {
@@ -62,11 +62,11 @@ impl Shape {
         std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()
     }
 
-    /// How large a change of the coefficients in these units is, as a matrix: the square of a swing at the greatest velocity,
-    /// or by half the room, is about 1.
+    /// The metric of the coefficients in these units.
     ///
-    /// Of a series the identity: its functions are orthogonal. Of a spline twice the mean of (dq/v)^2 over `count` instants,
-    /// v the limit of velocity, so that a quick swing of its control points counts as a quick harmonic does.
+    /// The square of a swing at the greatest velocity, or by half the room, is about 1. For a series it is the
+    /// identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count`
+    /// instants, v the limit of velocity. So a quick swing of the control points counts as a quick harmonic does.
     pub fn metric(&self, limits: &CoordinateLimits, count: usize) -> Vec<f64> {
         let m = self.size();
         let mut metric = vec![0.0; m * m];
@@ -101,7 +101,7 @@ impl Shape {
         rows
     }
 
-    /// The control points of the k-th derivative of the blends, which hold it: of that at the start, then at the end.
+    /// Control points whose hull holds the k-th derivative of the blends, those of the start before those of the end.
     pub fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
         match self {
             Shape::Fourier(series) => [true, false].into_iter().flat_map(|s| series.blend_control(k, s)).collect(),
@@ -113,7 +113,7 @@ impl Shape {
 /// The motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// Of the file that is played, Hz.
+    /// Rate of the file that is played, Hz.
     pub rate: f64,
     /// Whole periods.
     pub repetitions: usize,
@@ -168,7 +168,7 @@ impl Motion {
         }
         for r in 0..samples {
             for (k, [q, dq, ddq, _]) in self.at(r as f64 / self.rate).into_iter().enumerate() {
-                // The rounding of the last instant must not leave a rest of velocity: controllers refuse it.
+                // Rounding must not leave a velocity at the last instant, which controllers refuse.
                 let is_end = r + 1 == samples;
                 reference.q[k].push(q);
                 reference.dq[k].push(if is_end { 0.0 } else { dq });

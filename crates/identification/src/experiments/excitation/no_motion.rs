@@ -21,20 +21,20 @@ pub enum NoMotion {
         /// Its greatest speed, rad/s (m/s).
         speed: f64,
     },
-    /// Hardly moving takes more than allowed of this coordinate: the least share of its bound found.
+    /// Even a motion that hardly moves takes more effort or power of this coordinate than is allowed.
     TooWeak {
         /// Index of the coordinate.
         coordinate: usize,
         /// Of effort, or of power.
         limit: LimitKind,
-        /// Of that limit that is needed when it hardly moves.
+        /// The least share of that limit that any motion tried takes.
         share: f64,
     },
-    /// No motion keeps bodies apart: the gap that was the nearest to being kept.
+    /// No motion keeps the bodies apart. The gap is the one that came nearest to being kept.
     TooNarrow {
         /// Index of the gap.
         gap: usize,
-        /// Above its bound, m: negative.
+        /// Room above its bound, m: too small for a search, and mostly negative.
         room: f64,
     },
 }

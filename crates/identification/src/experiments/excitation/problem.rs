@@ -37,7 +37,8 @@ pub struct Problem<'a> {
     pub samples: usize,
     /// The distances that bodies must keep, where the description has any.
     pub surroundings: Option<&'a dyn Surroundings>,
-    /// Rows of what is known already, over all columns of the model: information, as a share of one sample of the motion.
+    /// Rows of information that is known already, over all columns of the model, as a share of one sample of the
+    /// motion.
     pub prior: &'a [f64],
 }
 
@@ -54,13 +55,13 @@ pub struct Prepared<'a> {
     scale: Vec<f64>,
     /// q, dq, ddq at each instant per unit of the coefficients: those of the period, then those of the blends.
     pub(super) instants: Vec<[Vec<f64>; 3]>,
-    /// Base columns that count, and the first of the friction columns of each coordinate among the counted ones.
+    /// Base columns that count.
     pub(super) base: Vec<usize>,
     /// By coordinate: its friction columns that count, as (place among its own, place in W).
     pub(super) own: Vec<Vec<(usize, usize)>>,
     /// Columns of W.
     p: usize,
-    /// Of the distances between bodies.
+    /// The wall of the distances between bodies.
     pub(super) space: Option<SpaceWall<'a>>,
     /// What is known already as rows below those of the S instants, p wide.
     prior: Vec<f64>,
@@ -156,7 +157,7 @@ impl<'a> Prepared<'a> {
         states
     }
 
-    /// Every coordinate of the motion x by a row of the basis of positions.
+    /// The positions of all coordinates of the motion x, by a row of the basis.
     pub(super) fn positions(&self, x: &[f64], row: &[f64]) -> Vec<f64> {
         let m = self.m();
         let mut q: Vec<f64> = self.problem.limits.iter().map(|l| l.locked.unwrap_or(0.0)).collect();
@@ -179,7 +180,7 @@ impl<'a> Prepared<'a> {
         nearest
     }
 
-    /// Adds what a slope along a row of the basis, of the j-th moving coordinate, is along its coefficients.
+    /// Adds a slope along a row of the basis to the gradient along the coefficients of the j-th moving coordinate.
     pub(super) fn add_slope(&self, j: usize, row: &[f64], slope: f64, gradient: &mut [f64]) {
         let m = self.m();
         let place = gradient[j * m..][..m].iter_mut().zip(row).zip(&self.scale[j * m..]);
@@ -200,8 +201,10 @@ impl<'a> Prepared<'a> {
         wall.greatest(self.problem.limits, &states, &self.filled(&states))
     }
 
-    /// The rows of W at the instants of a period and those of what is known, p wide; and the slopes of friction columns, (instant, coordinate) after
-    /// (instant, coordinate).
+    /// The rows of W, p wide, and the slopes of the friction columns.
+    ///
+    /// The rows are those of the instants of a period, then those of what is known. The slopes are in the order of the
+    /// instants, coordinate by coordinate.
     pub(super) fn rows(&self, states: &[f64], y: &[f64]) -> (Vec<f64>, Vec<Vec<[f64; 3]>>) {
         let problem = self.problem;
         let (n, b) = (problem.limits.len(), problem.regressor.parameters().len());
@@ -239,7 +242,7 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// The rows of what is known in the columns that count, as many samples of it as there are instants.
+/// The rows of what is known in the columns that count, scaled to as many samples as there are instants.
 fn known_rows(problem: &Problem) -> Vec<f64> {
     let factor = (problem.samples as f64).sqrt();
     let rows = problem.prior.chunks_exact(problem.columns.len().max(1));

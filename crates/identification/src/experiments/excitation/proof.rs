@@ -1,12 +1,14 @@
 //! The proof that a motion keeps its limits between the samples too, or where it does not.
 //!
-//! For each piece of the motion and each limit the range of the limited quantity is found by subdivision
-//! ([`crate::algebra::range`]) of the enclosures of the motion ([`crate::experiments::excitation::enclosure`]); the
-//! torque by the second-order enclosure of the torque function along the motion ([`crate::algebra::jet`]), with the
-//! described friction: tau = Y X + FV dq + OFF, and FS on either side; the power of a drive by the same enclosures:
-//! tau dq + FS |dq|. It follows from the motion, the limits and the description alone.
+//! For each piece of the motion and each limit the range of the limited quantity is found by subdivision of an
+//! enclosure ([`crate::algebra::range`]). Position to jerk have the enclosures of the motion
+//! ([`crate::experiments::excitation::enclosure`]). The torque has the second-order enclosure of the torque function
+//! along the motion ([`crate::algebra::jet`]), with the described friction: tau = Y X + FV dq + OFF, and FS on either
+//! side. The power of a drive has the same enclosure, of tau dq + FS |dq|. The proof follows from the motion, the
+//! limits and the description alone.
 //!
-//! Not here: bodies and their distances ([`crate::experiments::excitation::gap_proof`]); torques that the description does not tell.
+//! Not here: bodies and their distances ([`crate::experiments::excitation::gap_proof`]); torques that the description
+//! does not tell.
 
 use std::fmt;
 
@@ -69,7 +71,7 @@ pub enum Kept {
     Open,
 }
 
-/// One limit of one coordinate, of two links, or of one.
+/// A row of a certificate: a limit of a coordinate, of two links, or of one link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateRow {
@@ -77,13 +79,13 @@ pub struct CertificateRow {
     pub limit: LimitKind,
     /// Name of the coordinate; or `forearm and base`, `forearm at the floor`.
     pub subject: String,
-    /// s after the start; of a repeated period the first.
+    /// Time after the start, s. In a repeated period it is that of the first repetition.
     pub time_s: f64,
-    /// What is nearest to the bound, or farthest beyond: reached at that time.
+    /// The value at that time, which is nearest to the bound or farthest beyond it.
     pub value: f64,
     /// The limit itself, in the unit of the value.
     pub bound: f64,
-    /// Nowhere exceeded.
+    /// A proved bound: the value is nowhere beyond it.
     pub nowhere_beyond: f64,
     /// Whether the limit is kept, and how that is known.
     pub kept: Kept,
@@ -118,11 +120,11 @@ impl fmt::Display for CertificateRow {
     }
 }
 
-/// Of the kinematic limits, relative to their size: how near a proof comes to what is reached.
+/// How near a proof of a kinematic limit comes to what is reached, relative to the size of the limit.
 const KINEMATIC_TOLERANCE: f64 = 1e-6;
-/// Of the torques: their enclosures are wider.
+/// The same for torques, whose enclosures are wider.
 const TORQUE_TOLERANCE: f64 = 1e-3;
-/// Parts to begin with, and enclosures at most, of a piece.
+/// Parts of a piece to begin with, and the most enclosures.
 const KINEMATIC_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 50_000 };
 const TORQUE_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
 
@@ -161,7 +163,7 @@ pub fn prove_torque(
 ) -> Vec<CertificateRow> {
     let enclosed = EnclosedMotion::new(motion);
     let dry = |k: usize| described.friction[k].coulomb.abs();
-    // A joint at rest may hold with its dry friction on either side.
+    // The dry friction of a joint at rest may act to either side, so it is kept free.
     let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(k)));
     let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
     let limited: Vec<(usize, LimitKind, f64)> =

@@ -7,7 +7,7 @@
 //! three are the pose c, so that velocity and acceleration vanish at both ends; the others are c + d_i, i = 1 .. K - 1.
 //! The functions N add up to one, so every quantity is linear in (c, d_1, d_2, ..). The jerk and its slope are continuous.
 
-/// Of the polynomials between knots.
+/// Degree of the polynomials between knots.
 pub const DEGREE: usize = 5;
 
 /// The splines that a motion may be.
@@ -53,7 +53,7 @@ impl QuinticSpline {
         let mut row = vec![0.0; self.spans];
         row[0] = f64::from(u8::from(k == 0));
         for (j, value) in values.into_iter().enumerate() {
-            // The first and the last three functions are held by the rest.
+            // The first three and the last three control points are the pose itself.
             if let Some(place) = (span + j).checked_sub(2).filter(|i| (1..self.spans).contains(i)) {
                 row[place] = value;
             }
@@ -61,7 +61,8 @@ impl QuinticSpline {
         row
     }
 
-    /// Much for a control point, rad (m): half the room, or a span at the greatest velocity where that is less.
+    /// Unit of a control point, rad (m): half the room, or the way of a span at the greatest velocity where that is
+    /// less.
     pub fn unit(&self, half_room: f64, velocity: f64) -> f64 {
         half_room.min(velocity * self.period / self.spans as f64)
     }

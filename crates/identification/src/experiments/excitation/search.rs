@@ -1,12 +1,12 @@
 //! Many starts, each descended to the wall of the limits.
 //!
-//! A start draws a spectrum for each joint (of a spline: of its control points), scales it into the limits and puts its
-//! centre where there is room: any coefficients are made feasible by their scale. Its walls are then lowered in steps,
-//! with a descent at each ([`crate::experiments::excitation::descent`]). What limits do between the samples is settled
+//! A start draws a spectrum for each joint (for a spline, of its control points). It scales the spectrum into the
+//! limits, which some scale always allows, and puts its centre where there is room. Its walls are then lowered in
+//! steps, with a descent at each ([`crate::experiments::excitation::descent`]). Limits between the samples are settled
 //! after it ([`crate::experiments::excitation::fitting`]).
 //!
-//! A third of the starts draws every joint. The others take the best motion so far and draw two of its joints anew: good
-//! motions lie near one another, and of as many starts the best is better so (docs/benchmarks.md).
+//! A third of the starts draws every joint. The others take the best motion so far and draw two of its joints anew.
+//! Good motions lie near one another, so the best of as many starts is better that way (docs/benchmarks.md).
 //!
 //! A start depends on the seed, its number and the rounds before it alone, so the outcome is the same on any number of
 //! threads.
@@ -29,9 +29,9 @@ use crate::experiments::excitation::walled::Walled;
 pub struct SearchOptions {
     /// Starting points of the search.
     pub starts: usize,
-    /// At each height of the walls, at most.
+    /// Most iterations at each height of the walls.
     pub iterations: usize,
-    /// Of the starting points.
+    /// Seed of the starting points.
     pub seed: u64,
     /// Threads that share the starts; the result does not depend on them.
     pub threads: usize,
@@ -54,17 +54,17 @@ pub struct Found {
     pub nearest: Option<(f64, usize)>,
 }
 
-/// Heights of the walls; at the last they cost the determinant less than a thousandth a limit. What begins at a good
+/// Heights of the walls. At the last one they cost the determinant less than a thousandth a limit. A start from a good
 /// motion begins at the second.
 const HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST];
 const LAST: f64 = 5e-5;
-/// Three steps in turn that each win less, as a share of 1 + |J|, end the descent at the last height, and at one before: what
-/// is left there is won at the next. 1e-7 there too gives motions that are 0.3 % better, in a third more time (five seeds
-/// on UR5 and Panda).
+/// Gain of a step as a share of 1 + |J|, at the last height and at the ones before. Three smaller gains in turn end a
+/// descent. What is left at one height is won at the next. 1e-7 at all heights gives motions that are 0.3 % better, in
+/// a third more time (five seeds on UR5 and Panda).
 const LEAST: (f64, f64) = (1e-7, 1e-5);
-/// The height from which on what is known counts, after a descent without it.
+/// Index of the height at which a start begins again with what is known, after a descent without it.
 const ALONE: usize = 2;
-/// Starts of a round that takes the best so far: as many for any number of threads.
+/// Starts of a round that takes the best motion so far. Their number is the same for any number of threads.
 const ROUND: usize = 4;
 /// Joints of the best motion that a start of such a round draws anew.
 const ANEW: usize = 2;
@@ -92,7 +92,7 @@ pub fn search(
     if prepared.p() == 0 {
         return Err(NoMotion::NothingToTell);
     }
-    // Where much is known already the criterion is flat: what it has of slopes leads to poor motions. A start goes first to
+    // Where much is known already the criterion is flat, and its slopes lead to poor motions. So a start goes first to
     // where the motion alone tells most.
     let alone = Problem { prior: &[], ..problem.clone() };
     let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone));
@@ -175,7 +175,7 @@ fn one(
     })
 }
 
-/// A motion about some centre, a share of the limits wide.
+/// A random motion about a random centre, a share of the limits wide.
 fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
     let m = problem.shape.size();
     let barrier = prepared.barrier();

@@ -20,7 +20,7 @@ pub struct SpaceLimits {
     /// Boxes that links stay in.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boxes: Vec<SpaceBox>,
-    /// Between links of the robot that are no neighbours, m.
+    /// Least distance between links of the robot that are no neighbours, m.
     pub distance: f64,
     /// Whether distances between links of the robot are looked at.
     pub own_links: bool,
@@ -69,7 +69,8 @@ pub struct SpaceBox {
 }
 
 impl SpaceLimits {
-    /// Both: all walls and boxes, the higher floor, the greater distance, and only pairs that both leave out.
+    /// The limits of both: all walls and boxes, the higher floor, the greater distance, and only pairs that both leave
+    /// out.
     pub fn with(&self, other: &SpaceLimits) -> SpaceLimits {
         let walls = self.walls.iter().chain(other.walls.iter().filter(|wall| !self.walls.contains(wall)));
         let boxes = self.boxes.iter().chain(other.boxes.iter().filter(|cell| !self.boxes.contains(cell)));

@@ -10,12 +10,12 @@
 use crate::experiments::excitation::gap_proof::Surroundings;
 use crate::experiments::excitation::motion::Shape;
 
-/// m: nearer bodies feel the wall.
+/// Room below which bodies feel the wall, m.
 const WITHIN: f64 = 0.15;
-/// m: what bodies may do between instants; a proof has the last word.
+/// Reserve for what bodies do between instants, m. The proof decides in the end.
 const RESERVE: f64 = 0.004;
-/// Instants a period for two coefficients of a coordinate (a harmonic), and instants in a blend: a body at 2 m/s, turning,
-/// errs by millimetres in between.
+/// Instants a period for each two coefficients of a coordinate (a harmonic), and instants in a blend. Between them the
+/// distance of a turning body at 2 m/s errs by millimetres.
 const INSTANTS: usize = 50;
 const BLEND_INSTANTS: usize = 32;
 
@@ -34,8 +34,10 @@ impl<'a> SpaceWall<'a> {
         SpaceWall { surroundings, instants: shape.rows(0, count, of_blends) }
     }
 
-    /// `height` S; `positions`: the coordinates from a row of the basis; `along`: takes a row with the slope of
-    /// `height` S along each coordinate at its instant. `None` where a gap is not kept.
+    /// `height` times S; `None` where a gap is not kept.
+    ///
+    /// `positions` gives the coordinates from a row of the basis. `along` takes a row with the slope of `height` S
+    /// along each coordinate at its instant.
     pub fn value(
         &self,
         positions: &dyn Fn(&[f64]) -> Vec<f64>,
@@ -77,7 +79,7 @@ impl<'a> SpaceWall<'a> {
         nearest
     }
 
-    /// Takes what is nearest at a configuration, if it is nearer.
+    /// Puts the least room at a configuration into `nearest`, if it is less.
     pub fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
         self.surroundings.near(q, WITHIN, &mut |gap, room, _| {
             if nearest.is_none_or(|n| room < n.0) {

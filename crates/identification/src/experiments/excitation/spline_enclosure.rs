@@ -1,4 +1,4 @@
-//! What a quintic spline and its derivatives do on an interval of time, proved.
+//! Proved bounds of a quintic spline and its derivatives on an interval of time.
 //!
 //! The k-th derivative is a spline of degree p = 5 - k on the same knots t, whose control points are differences of those of
 //! the one before:

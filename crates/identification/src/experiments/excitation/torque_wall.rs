@@ -1,6 +1,6 @@
 //! The torques and powers of the drives as a wall that a descent stays within.
 //!
-//! With S instants a period, of which the sum is over all coordinates, and over the instants of the blends too,
+//! With S instants a period, and a sum over all coordinates at the instants of the period and of the blends,
 //!
 //! T = -1/S sum log((u - v) / u) + log((u + v) / u)
 //!
@@ -14,7 +14,7 @@
 use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::experiments::excitation::proof::DescribedFriction;
 
-/// Torques and powers at samples keep this share of their bound: what they do in between.
+/// Share of their bound that torques and powers keep at samples. The rest is for what they do in between.
 const BETWEEN_SAMPLES: f64 = 0.995;
 
 /// Torques of the description that a motion must keep within.
@@ -38,7 +38,7 @@ struct Held {
 }
 
 impl TorqueWall {
-    /// What is held of coordinate k at velocity `dq`; `y`: its row of the regressor.
+    /// The bounded quantities of coordinate k at velocity `dq`; `y`: its row of the regressor.
     fn held(&self, k: usize, limits: &CoordinateLimits, dq: f64, y: &[f64]) -> impl Iterator<Item = Held> {
         let f = self.friction[k];
         let dry = f.coulomb.abs();
@@ -59,8 +59,9 @@ impl TorqueWall {
         effort.into_iter().chain(power)
     }
 
-    /// The greatest quantity over its bound, with its coordinate and limit; `states`: q, dq, ddq after each other, `y`: the
-    /// regressor, instant after instant. `None` where nothing is bounded.
+    /// The greatest quantity over its bound, with its coordinate and limit; `None` where nothing is bounded.
+    ///
+    /// `states`: q, dq, ddq after each other, instant after instant. `y`: the regressor, instant after instant.
     pub fn greatest(&self, limits: &[CoordinateLimits], states: &[f64], y: &[f64]) -> Option<(f64, usize, LimitKind)> {
         let (n, b) = (limits.len(), self.parameters.len());
         let mut greatest: Option<(f64, usize, LimitKind)> = None;
@@ -77,8 +78,9 @@ impl TorqueWall {
         greatest
     }
 
-    /// `weight` S T, its slopes added to those of the entries of Y, `weights`, and of the states, `along`; `None` where a
-    /// quantity is beyond its bound.
+    /// `weight` times S T; `None` where a quantity is beyond its bound.
+    ///
+    /// Its slopes along the entries of Y are added to `weights`, and those along the states to `along`.
     pub fn value(
         &self,
         limits: &[CoordinateLimits],

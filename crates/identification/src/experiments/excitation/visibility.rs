@@ -2,9 +2,9 @@
 //!
 //! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
 //!
-//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint i, r_i
-//! what an identification weighs its rows by: that noise, and what the encoders add ([`JointNoise`]). It is for a model that
-//! fits and for joints that follow. The sign of dry friction is the sign.
+//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint
+//! i. r_i is what an identification divides its rows by: that noise, and what the encoders add ([`JointNoise`]). The
+//! prediction is for a model that fits and for joints that follow. Dry friction has its exact sign.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,14 +22,14 @@ use crate::model::unit::Unit;
 /// The noise that an identification has to expect, N m (N) a sample, one a coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointNoise {
-    /// Of the torques, white.
+    /// White noise of the torques.
     pub torque: Vec<f64>,
     /// What the encoders add to the residual.
     pub encoders: Vec<f64>,
 }
 
 impl JointNoise {
-    /// Of the torques alone.
+    /// The noise of the torques alone.
     pub fn of_torques(torque: Vec<f64>) -> JointNoise {
         JointNoise { encoders: vec![0.0; torque.len()], torque }
     }
@@ -48,16 +48,16 @@ pub struct VisibleParameter {
     pub id: ParameterId,
     /// SI unit of its deviation.
     pub unit: Unit,
-    /// Of the description, where it has one.
+    /// Value of the description, where it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub described: Option<f64>,
-    /// Expected, in the unit; none: not visible.
+    /// Expected deviation, in the unit; `None` where the parameter is not visible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
-    /// Over the size of the described value, where that is not zero.
+    /// That deviation over the size of the described value, where that is not zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_deviation: Option<f64>,
-    /// Of what is not visible or weak: the joint, and what holds it.
+    /// For a parameter that is not visible or weak: the joint behind it, and what holds the joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_blame: Option<String>,
 }
@@ -77,7 +77,7 @@ impl VisibleParameter {
 /// A parameter with a greater relative deviation is weak.
 const WEAK: f64 = 0.3;
 
-/// A described value below this share of the greatest of its unit is taken for zero: no deviation is small beside it.
+/// A described value below this share of the greatest one counts as zero, because no deviation is small beside it.
 const NO_VALUE: f64 = 1e-9;
 
 /// What a motion tells of all parameters.
@@ -105,7 +105,7 @@ pub fn visibility(
     let visible = visible_columns(model, limits);
     let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
     let repetitions = motion.repetitions.max(1) as f64;
-    // As a share of one period.
+    // The triangle is that of one period, so a share of what is known goes with it.
     let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
     let triangle_over = |divisor: &[f64]| information(model, motion, limits, divisor, &columns, &known);
     let triangle = triangle_over(&noise.torque);
@@ -150,7 +150,7 @@ pub fn visibility(
     }
 }
 
-/// The triangle of the rows of one period, over their noise, and of what is known, of these columns.
+/// The triangle of these columns: the rows of one period over their noise, and the rows of what is known.
 fn information(
     model: &Model,
     motion: &Motion,

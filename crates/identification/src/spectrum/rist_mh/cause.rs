@@ -7,16 +7,17 @@
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
 //! The candidate with the largest share is the cause, if it takes at least [`NAMED`] and F is beyond [`LEVEL`].
 //!
-//! The share carries the decision. What a model lacks is no noise, and over some hundred rows F lets pass any column that
-//! resembles it a little; a cause that leaves half of the residual where it was is at most one of several. F protects where
-//! the rows are few. Its level is one in a thousand, and for ripple, of which as many periods are tried as a joint can
-//! show, one in a thousand of them all together (Bonferroni).
+//! The share decides. What a model lacks is no noise, so over some hundred rows F lets pass any column that resembles
+//! it a little. A cause that leaves half of the residual where it was is at most one of several. F protects where the
+//! rows are few. Its level is one in a thousand. For ripple as many periods are tried as a joint can show, and the
+//! level is that of all of them together (Bonferroni).
 //!
-//! A spring and a gap look alike where the torque is nearly one of two values, as that of a bang-bang motion is: play is told
-//! from the spring behind it where its gap is wider than what the spring yields, and not where it is narrower.
+//! A spring and a gap look alike where the torque has nearly two values only, as in a bang-bang motion. Play is then
+//! told from the spring behind it only where its gap is wider than what the spring yields.
 //!
-//! A joint shows ripple of k periods a turn where its motions hold half of one, k range(q) >= pi, lest it be taken for
-//! gravity, and where the equations reach it, k rms(dq) <= 2 pi f for their highest frequency f.
+//! Ripple of k periods a turn is tried at a joint on two conditions. The motions of the joint hold half a period, k
+//! range(q) >= pi, since less may be taken for gravity. The equations reach it, k rms(dq) <= 2 pi f for their highest
+//! frequency f.
 
 use crate::algebra::student::exceeded;
 use crate::algebra::vector::dot;
@@ -27,15 +28,17 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Share of chi^2 per freedom that a cause must take away to be named: with half it explains more than all others do together.
+/// Share of chi^2 per freedom that a cause must take away to be named. With half it explains more than all others
+/// together.
 pub const NAMED: f64 = 0.5;
 /// Probability of an F by chance below which columns count.
 pub const LEVEL: f64 = 1e-3;
-/// More periods a turn are no ripple that an encoder resolves.
+/// Most periods a turn that are tried. No encoder resolves ripple of more.
 const MOST_PERIODS: usize = 1024;
-/// A joint is named where its size is beyond this many deviations, which is [`LEVEL`] of a normal error ..
+/// A joint is named only where its size is beyond this many deviations, which is [`LEVEL`] of a normal error.
 const TOLD: f64 = 3.3;
-/// .. and where its columns carry this share of what those of the joint that carries most do: less is a trace of another joint.
+/// A joint is named only where its columns carry this share of what those of the strongest joint carry. Less is a trace
+/// of another joint.
 const TRACE: f64 = 0.02;
 
 /// What the model most likely lacks.
@@ -43,7 +46,8 @@ const TRACE: f64 = 0.02;
 pub struct Cause {
     /// The effect by joint, with its sizes; only joints that show it.
     pub effects: Vec<EffectSize>,
-    /// Hz, of each effect: spring and inertia behind it, the motor held; `None` where it is no spring.
+    /// Frequency of each effect, Hz: of a spring and the inertia behind it, with the motor held. `None` where it is no
+    /// spring.
     pub frequency: Vec<Option<f64>>,
     /// Share of chi^2 per freedom that it takes away.
     pub explained: f64,
@@ -67,7 +71,7 @@ impl HarmonicData<'_> {
         found.reduce(|a, b| if b.explained > a.explained { b } else { a }).filter(|cause| cause.explained >= NAMED)
     }
 
-    /// What becomes of the fit with these effects; `None` where chance may have done it.
+    /// The cause that a fit with these effects finds; `None` where chance may have done it.
     fn with(&self, effects: &[Effect], fit: &Fit, left: &Misfit, options: &HarmonicOptions) -> Option<Cause> {
         let all = [&options.effects, effects].concat();
         let options = HarmonicOptions { effects: all, ..options.clone() };
@@ -87,7 +91,8 @@ impl HarmonicData<'_> {
         let carried: Vec<f64> = sizes.iter().map(|size| data.carried(&with, size)).collect();
         let most = carried.iter().copied().fold(0.0, f64::max);
         let is_told = |(size, carried): (&EffectSize, &f64)| {
-            // A spring pulls and a gap opens: the other sign is something else, and damping alone is no spring.
+            // The yielding of a spring and the width of a gap are positive. Another sign is something else, and damping
+            // alone is no spring.
             let is_yielding = size.effect.yielding().is_some();
             let told = if is_yielding { 1 } else { size.values.len() };
             let beyond = |(x, s): (&f64, &f64)| if is_yielding { *x > TOLD * s } else { x.abs() > TOLD * s };
@@ -125,8 +130,8 @@ impl HarmonicData<'_> {
 
     /// The joints with ripple, and its periods a turn.
     ///
-    /// Looked for beside the friction of equation (5) alone, lest drift and load take it up. The joint and the periods that
-    /// explain most go first; then each joint is looked at again beside the others.
+    /// The ripple is looked for beside the friction of equation (5) alone, since drift and load would take it up. The
+    /// joint and the periods that explain most go first. Then each joint is looked at again beside the others.
     fn ripples(&self, shape: &FrictionShape, options: &HarmonicOptions) -> Vec<Effect> {
         let plain = HarmonicOptions { ends: options.ends, ..HarmonicOptions::plain() };
         let shape = FrictionShape { rest_velocity: shape.rest_velocity, ..FrictionShape::ASYMMETRIC };

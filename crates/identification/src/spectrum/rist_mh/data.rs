@@ -22,7 +22,7 @@ pub struct HarmonicOptions {
     pub drift: bool,
     /// Let the weights count the noise of the position, and what each joint's rows leave unexplained.
     pub weights: bool,
-    /// Let the motion end otherwise than it began.
+    /// Let the motion end at another position or velocity than it began with.
     pub ends: bool,
     /// Effects beside friction that are estimated with the rest.
     pub effects: Vec<Effect>,
@@ -43,9 +43,11 @@ impl Default for HarmonicOptions {
     }
 }
 
-/// Highest frequency of the equations where links are behind springs or gaps, Hz. Above, the link follows what it yields more
-/// than its motor: R3G with joints of 12 Hz errs by 0.08 % with a chi^2 of 5, up to 20 Hz by 0.19 % with 28. Joints of 15 and
-/// 25 Hz err by 0.14 and 0.10 %, up to 20 Hz by 0.13 and 0.08 % (`tests/benches/misfit.rs`, six draws).
+/// Highest frequency of the equations where links are behind springs or gaps, Hz.
+///
+/// Above it a link follows its own yielding more than its motor. R3G with joints of 12 Hz errs by 0.08 % with a chi^2
+/// of 5; with equations up to 20 Hz, by 0.19 % with 28. Joints of 15 and 25 Hz err by 0.14 and 0.10 %; with equations
+/// up to 20 Hz, by 0.13 and 0.08 % (`tests/benches/misfit.rs`, six draws).
 const YIELDING: f64 = 10.0;
 
 impl HarmonicOptions {
@@ -76,12 +78,12 @@ impl HarmonicOptions {
 #[derive(Clone)]
 pub struct HarmonicData<'a> {
     pub(crate) regressor: &'a dyn Regressor,
-    /// Of each experiment, as measured; none of a sweep.
+    /// The measured motion of each experiment; `None` for a sweep.
     pub(crate) motions: Vec<Option<MeasuredMotion>>,
     pub(crate) p: usize,
     pub(crate) n: usize,
     pub(crate) spectra: Vec<JointSpectrum>,
-    /// The spectra, in the unit of the currents.
+    /// The gravity rows of each sweep, in the unit of the currents.
     pub(crate) sweeps: Vec<EquationBlock>,
     pub(crate) noise: NoiseLevels,
     pub(crate) gain: Vec<f64>,

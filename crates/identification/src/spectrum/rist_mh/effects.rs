@@ -7,8 +7,9 @@
 //! | `Elastic` joint k | the links move by q_k = theta_k - c tau_k + b dtau_k/dt, theta_k measured at the motor | c = 1/K, rad/(N m); b = D/K^2, rad s/(N m), of a spring with damping D |
 //! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w): the torque holds the link at one side of its gap | b, rad |
 //!
-//! The first two are linear; `yielding` linearises the others. tau = K s + D ds/dt gives s = c tau - b dtau/dt but for
-//! (w D/K)^2, 2e-4 for a spring of 12 Hz with 2 % of its rotor's critical damping in equations up to 10 Hz.
+//! The first two are linear; `yielding` linearises the others. tau = K s + D ds/dt gives s = c tau - b dtau/dt with an
+//! error of (w D/K)^2. That is 2e-4 for a spring of 12 Hz with 2 % of its rotor's critical damping in equations up to
+//! 10 Hz.
 
 /// An effect beside friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +45,7 @@ impl Effect {
         }
     }
 
-    /// The joint behind whose motor the links move otherwise than measured.
+    /// The joint whose links move otherwise than its motor; `None` for an effect that moves no links.
     pub(crate) fn yielding(self) -> Option<usize> {
         match self {
             Effect::Elastic { joint } | Effect::Play { joint } => Some(joint),
@@ -58,7 +59,7 @@ impl Effect {
 pub struct EffectSize {
     /// The effect.
     pub effect: Effect,
-    /// Its unknowns; a delay is beyond that of the band.
+    /// Its unknowns. A delay is counted from that of the band.
     pub values: Vec<f64>,
     /// Their standard deviations for the noise of the weights.
     pub deviations: Vec<f64>,

@@ -1,8 +1,8 @@
 //! Gauss-Newton of RIST-MH for one shape of friction: rows, weights, drift.
 //!
-//! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise about the present u and f:
-//! tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u', each u' held to zero by 1/s. `search` says what is
-//! estimated and why.
+//! The model tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise is linearised about the present u and f: tau_ej + u C
+//! f = D_ej X + (1 + u) C f' + (C f) u'. A further row holds each u' to zero by 1/s. `search` says what is estimated
+//! and why.
 
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimators::drive_gains::likelihood::Gain;
@@ -15,24 +15,24 @@ const DRIFT_ITERATIONS: usize = 12;
 /// A relative spread below this is no drift.
 const LEAST_SPREAD: f64 = 2e-3;
 
-/// Whose an equation is.
+/// The joint and the cluster of an equation.
 #[derive(Clone, Copy, Debug)]
 pub struct Owner {
     /// The joint.
     pub joint: usize,
-    /// The spectrum, or behind all of them the sweep.
+    /// Index of the spectrum. Sweeps are counted after all spectra.
     pub cluster: usize,
 }
 
 /// A weighted equation whose unknowns are those of the fit, then the gains that are estimated.
 pub struct GainEquation {
-    /// Whose it is; of a gain that is expected, nobody's.
+    /// Its joint and cluster; `None` where it holds an expected gain to its value.
     pub owner: Option<Owner>,
-    /// Which spectrum and which row of it; none of a sweep and of what is held to a value.
+    /// The spectrum and its row. `None` for a sweep, and where an unknown is held to a value.
     pub place: Option<(usize, usize)>,
     /// The coefficients.
     pub coefficients: Vec<f64>,
-    /// What they explain together.
+    /// The right-hand side.
     pub right: f64,
 }
 
@@ -167,7 +167,7 @@ impl Fit {
         block.finish()
     }
 
-    /// The same rows one by one: whose, coefficients, known torque, and the torque that they explain together.
+    /// The same rows one by one. `take` gets the owner, the coefficients, the known torque and the right-hand side.
     pub fn each_equation(
         &self,
         data: &HarmonicData,
@@ -226,9 +226,9 @@ impl Fit {
         }
     }
 
-    /// The equations with the gains as unknowns, linearised about themselves; gains that are expected are the last rows.
+    /// The equations with the gains as unknowns, linearised about the present gains. Expected gains are the last rows.
     ///
-    /// In currents a row is w k (I - m / k), m the torque of the model, and m is k I but for what is left.
+    /// In currents a row is w k (I - m / k), where m is the torque of the model. But for the residual, m is k I.
     pub fn gain_equations(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
@@ -238,7 +238,7 @@ impl Fit {
             let mut coefficients = row.to_vec();
             coefficients.extend(free.iter().map(|&j| if j == owner.joint { -y / data.gain[j] } else { 0.0 }));
             let row = count.get_mut(owner.cluster);
-            // Behind the rows of a spectrum stands what holds its drift to zero.
+            // The row that holds the drift of a spectrum to zero comes after the rows of all spectra.
             let row = row.filter(|row| **row < data.spectra[owner.cluster].rows.len());
             let place = row.map(|row| (owner.cluster, std::mem::replace(row, *row + 1)));
             all.push(GainEquation { owner: Some(owner), place, coefficients, right: y - known });

@@ -18,7 +18,7 @@ use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{Fit, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;
 
-/// Gains and parameters, and the friction they stand beside.
+/// Gains and parameters, and the friction that was chosen with them.
 #[derive(Clone, Debug)]
 pub struct HarmonicGains {
     /// Gains and parameters with their deviations.

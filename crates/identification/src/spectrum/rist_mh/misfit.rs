@@ -2,18 +2,19 @@
 //!
 //! The noise of torque and position is measured from the scatter between periods, before anything is fitted. With it
 //!   chi^2 / freedom = sum (rho / sigma)^2 / (rows - unknowns)
-//! is at most near 1 where the model has all that the torques have. Flexible joints, play, ripple, torques that are late or of
-//! another law of friction repeat from period to period: they are in no scatter, and chi^2 has all of them.
+//! is at most near 1 where the model has every effect that is in the torques. Flexible joints, play, ripple, late
+//! torques and another law of friction repeat from period to period. So they are in no scatter between periods, and
+//! chi^2 has all of them.
 //!
 //! What is left then is no noise. Each experiment and joint counts as one draw of it (a cluster g):
 //!   var x = a (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
-//! with A = sum_g A_g of the parameters and the friction; what belongs to one experiment alone (drift, ends) is
-//! projected out of its rows first. k is 19/20 as for the parts of a log (`estimators::replicate_deviation`): a direction
-//! that one experiment alone shows keeps a value.
+//! with A = sum_g A_g of the parameters and the friction. The unknowns of one experiment alone (drift, ends) are
+//! projected out of its rows first. k is 19/20, as for the parts of a log (`estimators::replicate_deviation`), so that
+//! a direction that one experiment alone shows keeps a value.
 //!
-//! a grows with chi^2 / freedom of the joint that lacks most, from 0 at 1, where noise explains all, to 1 at [`LACKING`]: an
-//! interval does not jump where the model is said to lack something. A joint alone counts, for the chatter of the others
-//! makes their part of the total small.
+//! a grows with chi^2 / freedom of the joint that lacks most. It is 0 at 1, where noise explains all, and 1 at
+//! [`LACKING`], so that an interval does not jump where the model is said to lack something. Each joint is looked at
+//! alone, because the chatter of the others makes their part of the total small.
 
 use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::verdict::LACKING;
@@ -25,7 +26,7 @@ use crate::spectrum::rist_mh::fit::Fit;
 /// Share of a cluster that is taken out of A.
 const OUT: f64 = 0.95;
 
-/// What the residual says of the model.
+/// How well the model explains the experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misfit {
     /// chi^2 per freedom of each joint against the measured noise; infinite where none was measured.
@@ -44,7 +45,7 @@ pub struct Misfit {
 }
 
 impl Misfit {
-    /// Whether the model lacks something that the experiments show; where no noise was measured that is not known.
+    /// Whether the model lacks something that the experiments show; `false` where no noise was measured.
     pub fn is_lacking(&self) -> bool {
         self.total.is_finite() && self.total > LACKING
     }
@@ -57,14 +58,14 @@ impl Misfit {
 }
 
 impl HarmonicData<'_> {
-    /// Of a finished fit; `gains`: empty where all are known.
+    /// The misfit of a finished fit; `gains`: empty where all are known.
     pub(crate) fn misfit(&self, fit: &Fit, options: &HarmonicOptions, gains: &[Gain]) -> Misfit {
         let mut misfit = self.squares_left(fit, options);
         let beyond = misfit.beyond_noise();
         if beyond > 0.0 {
             let mut x = fit.shared(self);
             let shared = x.len();
-            // The gains are linearised about themselves.
+            // The unknown of a gain is its change, which is zero at the present gain.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, options, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());
@@ -94,7 +95,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Deviations by clusters: triangles of the shared columns with what is left of the right-hand side.
+/// Deviations of the unknowns `x` by clusters, each given by the triangle of its rows in the shared columns.
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
@@ -114,8 +115,8 @@ impl Fit {
         self.shared_columns(data, self.x.len()).iter().map(|&c| self.x[c]).collect()
     }
 
-    /// The triangle of each spectrum in the shared columns, its own ones projected out; then those of the gravity rows,
-    /// and those of gains that are expected. A gain that is estimated is a column behind them.
+    /// The triangle of each spectrum in the shared columns, with its own columns projected out. Those of the gravity
+    /// rows and of the expected gains follow. An estimated gain is a column behind the shared ones.
     fn clusters(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<Triangle> {
         let unknowns = self.x.len();
         let mut shared = self.shared_columns(data, unknowns);
@@ -165,7 +166,8 @@ mod tests {
         }
     }
 
-    /// Intervals widen with the joint that lacks most, and are as wide as they get where it is said aloud.
+    /// Intervals widen with the joint that lacks most, and have their full width where the model is said to lack
+    /// something.
     #[test]
     fn the_allowance_grows_and_does_not_jump() {
         assert_eq!(misfit(&[0.3, 1.0], 0.6).beyond_noise(), 0.0);

@@ -1,15 +1,15 @@
 //! Deviations of gains and parameters where the noise of a joint's rows changes with their frequency.
 //!
-//! Noise of encoders comes back through the controller as torques, and the faster they are, the less of them the joint
-//! follows. The weights of `fit` have one scale a joint, so by them alone the deviations of gains, which slow rows tell, are
-//! up to half as large again as their errors. Here
+//! Noise of encoders comes back through the controller as torques. The faster these are, the less of them the joint
+//! follows. The weights of `fit` have one scale a joint. With these weights alone the deviations of gains, which the
+//! slow rows tell, are up to half as large again as their errors. Here
 //!
 //! ```text
 //! E z^2 = (1 - h) exp(a + b u)                                   z: residual over the deviation of its weight
 //! cov = A^-1 (sum exp(a + b u) d d') A^-1,   A = sum d d'        d: weighted rows, the gains in them
 //! ```
-//! h is the leverage of the row, u = log2(1 + f / f_1) with f_1 the lowest frequency of a motion; a, b of each joint by the
-//! likelihood of normal z [Harvey 1976]. The estimate stays that of the weights.
+//! h is the leverage of the row, and u = log2(1 + f / f_1) with f_1 the lowest frequency of a motion. The likelihood of
+//! normal z gives a and b of each joint [Harvey 1976]. The estimate itself stays that of the weights.
 
 use crate::algebra::least_squares::{Solution, solve};
 use crate::algebra::triangle::TriangleBuilder;
@@ -17,11 +17,11 @@ use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{Fit, GainEquation};
 
-/// Steps of a scoring that has long ended then, and the change at which nothing printed moves.
+/// Most steps of scoring, far more than it takes, and the change below which nothing printed moves.
 const SCORINGS: usize = 30;
 const SCORED: f64 = 1e-6;
 
-/// A row about which the scale of its noise is asked.
+/// A row from which the scale of the noise is estimated.
 struct Row {
     /// Octaves of its frequency.
     u: f64,
@@ -32,7 +32,8 @@ struct Row {
 }
 
 impl Fit {
-    /// Gives gains that were found with this fit, and parameters beside them, the deviations of the head of this file.
+    /// Sets the deviations of the gains found with this fit, and of the parameters beside them, as the head of this
+    /// file says.
     pub fn deviations_by_frequency(
         &self,
         data: &HarmonicData,
@@ -97,7 +98,7 @@ fn leverage(row: &[f64], solution: &Solution) -> f64 {
 ///
 /// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
 ///
-/// b is 0 where the rows are of one frequency, both are where there is no noise.
+/// b is 0 where all rows have one frequency. Both are 0 where there is no noise.
 fn log_linear(rows: &[Row]) -> [f64; 2] {
     let free: f64 = rows.iter().map(|row| row.free).sum();
     let squares: f64 = rows.iter().map(|row| row.square).sum();
@@ -133,7 +134,7 @@ mod tests {
     use super::*;
     use crate::algebra::random::Random;
 
-    /// Noise that grows with frequency gives its law back, and noise that does not a flat one.
+    /// The law of noise that grows with frequency comes back, and so does the flat law of noise that does not.
     #[test]
     fn the_law_of_the_noise_comes_back() {
         let mut random = Random::new(5);

@@ -31,7 +31,8 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// How often springs and gaps are followed at most, and the relative change of their sizes at which nothing printed moves.
+/// Most rounds in which springs and gaps are followed, and the relative change of their sizes at which nothing printed
+/// moves.
 const YIELDINGS: usize = 12;
 const SETTLED: f64 = 1e-4;
 
@@ -51,13 +52,14 @@ pub struct HarmonicEstimate {
     pub drift_spread: f64,
     /// The effects that were estimated, the last of the unknowns.
     pub effects: Vec<EffectSize>,
-    /// Of each spectrum the two unknowns of a motion that ends otherwise than it began; empty where they are none.
+    /// The two unknowns of each spectrum for a motion that ends otherwise than it began; empty where they are not
+    /// estimated.
     pub ends: Vec<[f64; 2]>,
     /// Sum of squares of the weighted residuals.
     pub chi_square: f64,
-    /// Rows less unknowns.
+    /// Rows less the rank of the unknowns.
     pub freedom: usize,
-    /// Against the noise that was measured, whatever the weights are.
+    /// The misfit against the noise that was measured, whatever the weights are.
     pub misfit: Misfit,
     /// What the model most likely lacks, where it lacks something and one effect explains it.
     pub cause: Option<Cause>,
@@ -82,8 +84,9 @@ impl HarmonicEstimate {
         (0..self.parameters).map(|i| self.solution.inverse[(i, i)].max(0.0).sqrt()).collect()
     }
 
-    /// Deviation of parameter or friction coefficient i by what the model lacks: the experiments as replicates, and by how
-    /// much a cause that is named would move it; zero where the model lacks nothing.
+    /// Deviation of parameter or friction coefficient i by what the model lacks; zero where it lacks nothing.
+    ///
+    /// It combines the deviation with experiments as replicates and the shift by a cause that is named.
     pub fn lacked(&self, i: usize) -> f64 {
         let by_experiment = self.misfit.by_experiment.get(i).copied().unwrap_or(0.0);
         by_experiment.hypot(self.cause.as_ref().and_then(|cause| cause.shift.get(i).copied()).unwrap_or(0.0))
@@ -97,7 +100,7 @@ impl HarmonicEstimate {
 }
 
 impl<'a> HarmonicData<'a> {
-    /// `gain`: N m per unit of the record's currents; `noise`: a sample.
+    /// `gain`: N m per unit of the record's currents; `noise`: of one sample.
     pub fn new(
         experiments: &[SpectralExperiment],
         regressor: &'a dyn Regressor,
@@ -136,8 +139,9 @@ impl<'a> HarmonicData<'a> {
     /// The rest velocity is chosen for equation (5), then the further terms, then the rest velocity
     /// again if there are any.
     ///
-    /// The data have the columns of the effects afterwards, and the motion of links behind springs and gaps. Those are
-    /// followed with the first shape of friction until they settle, and the shape is chosen again there.
+    /// Afterwards the data have the columns of the effects, and the motion of links behind springs and gaps. With the
+    /// first choice of friction the sizes of springs and gaps are iterated until they settle. Then friction is chosen
+    /// again, and the sizes are iterated again.
     pub fn estimate(&mut self, options: &HarmonicOptions) -> Option<HarmonicEstimate> {
         let (best, criteria) = self.fitted(options)?;
         let mut found = self.finished(&best, options, criteria, &[]);
@@ -182,7 +186,7 @@ impl<'a> HarmonicData<'a> {
         }
     }
 
-    /// The fit with the best of the shapes, its weights calibrated, and the worth of each shape that was tried.
+    /// The fit with the best of the shapes, its weights calibrated, and the criterion of each shape that was tried.
     pub(crate) fn best_fit(&self, options: &HarmonicOptions) -> Option<(Fit, Vec<(FrictionShape, f64)>)> {
         let shape = |rest_velocity, load, stribeck| FrictionShape { rest_velocity, load, stribeck };
         let first = options.rest_velocities.first().copied().unwrap_or(FrictionShape::ASYMMETRIC.rest_velocity);
@@ -202,7 +206,7 @@ impl<'a> HarmonicData<'a> {
             }
             let best = tried.iter().reduce(|a, b| if b.criterion() < a.criterion() { b } else { a })?;
             if options.weights && tried.len() == options.rest_velocities.len() {
-                // The spread about the best sign is what the further terms are judged by.
+                // The further terms are judged by the weights that the best rest velocity gives.
                 let again = best.calibrated(self);
                 let shape = best.shape;
                 deviation = again;

@@ -2,11 +2,11 @@
 //!
 //! Delay and ripple are linear. Behind springs and gaps Y(q) X is linearised about the present size u of each,
 //!   Y(theta - u e) X = Y(q) X + C (u' - u),   C_j = [Y_j(q - s e_k) - Y_j(q)] X / s,
-//! e_k is what the joint yields a unit of u (a spring has two: its torque, and the rate of that for its damping), s a small
-//! step, and the fit is repeated until u' is u (`search`). tau_k is the torque behind the motor's friction: that of the drive
-//! less the friction of the fit where the joint moves, Y_k(q) X where it is held, for there friction hides it. A spring must
-//! carry all of the model's torque: the inertia of a rotor that is estimated too stands behind it here, and does not in the
-//! robot.
+//! where e_k is what the joint yields a unit of u. A spring has two: its torque, and the rate of its torque for its
+//! damping. s is a small step. The fit is repeated until u' is u (`search`). tau_k is the torque behind the motor's
+//! friction. Where the joint moves, it is the torque of the drive less the friction of the fit. Where the joint is
+//! held, friction hides it, and it is Y_k(q) X. Here a spring carries all of the model's torque. So an estimated rotor
+//! inertia stands behind the spring, which it does not in the robot.
 
 use crate::algebra::fourier::harmonic_derivatives;
 use crate::experiments::measured_motion::MeasuredMotion;
@@ -15,7 +15,8 @@ use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::effects::Effect;
 use crate::spectrum::rist_mh::fit::Fit;
 
-/// What a joint yields at most by the step of a difference, rad: far above rounding, and far below what bends a column.
+/// Most that a joint yields by the step of a difference, rad. It is far above rounding, and too little to bend a
+/// column.
 const STEP: f64 = 1e-5;
 
 /// Torque over which a link crosses its gap, over the root mean square torque.
@@ -32,7 +33,8 @@ impl HarmonicData<'_> {
         self.effects.iter().any(|e| e.yielding().is_some())
     }
 
-    /// Takes up the effects: columns of the record. Those of springs and gaps stay zero until [`HarmonicData::yield_by`].
+    /// Takes up the effects with their columns of the record. Those of springs and gaps stay zero until
+    /// [`HarmonicData::yield_by`].
     pub(crate) fn lay(&mut self, effects: &[Effect]) {
         if self.has_yielding() {
             // The links move with the motors again.
@@ -116,7 +118,7 @@ impl HarmonicData<'_> {
         }
     }
 
-    /// Of each spring and gap: its column, its joint, and what the joint yields a unit of its size at every instant.
+    /// The column and the joint of each spring and gap, and what the joint yields a unit of its size at every instant.
     fn yields(
         &self,
         experiment: usize,
@@ -153,7 +155,7 @@ impl HarmonicData<'_> {
     }
 }
 
-/// Half the side at which the torque holds the link, -1/2 .. 1/2.
+/// The side of the gap at which the torque holds the link, from -1/2 to 1/2.
 fn sides(torque: &[f64]) -> Vec<f64> {
     let square = torque.iter().map(|t| t * t).sum::<f64>() / torque.len().max(1) as f64;
     let width = CROSSING * square.sqrt();
