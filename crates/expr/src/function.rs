@@ -94,7 +94,7 @@ impl Function {
         })
     }
 
-    /// The function at zero of an input: the input and everything that depends on it alone are gone.
+    /// The function with an input set to zero. The input and everything that depends on it alone are removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
         let mut outline = self.outline();
         outline.name = name.to_string();
@@ -129,7 +129,7 @@ impl Function {
         places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
     }
 
-    /// The same operations, of each output only the entries of [`Function::non_zeros`], in one column.
+    /// The same operations, but each output has only the entries of [`Function::non_zeros`], in one column.
     pub fn without_zeros(&self, name: &str) -> Function {
         let mut function = Function { graph: self.graph.clone(), ..self.outline() };
         function.name = name.to_string();
@@ -140,7 +140,7 @@ impl Function {
         function
     }
 
-    /// Names, inputs and outputs, for [`Function::rebuilt`] to fill.
+    /// The name, inputs and outputs without a graph, which [`Function::rebuilt`] fills in.
     fn outline(&self) -> Function {
         let (name, inputs, outputs) = (self.name.clone(), self.inputs.clone(), self.outputs.clone());
         Function { name, inputs, outputs, graph: Graph::new() }
@@ -180,8 +180,8 @@ impl Function {
         self
     }
 
-    /// The nodes of `graph` that the outputs need, operands first, each just before it is first
-    /// wanted; outputs column by column, so that what belongs to one parameter stays together.
+    /// The nodes of `graph` that the outputs need, each after its operands and just before its first use. Outputs go
+    /// column by column, so that the operations of one parameter stay together.
     fn schedule(&self, graph: &Graph) -> Vec<usize> {
         let mut order = Vec::new();
         let mut seen = vec![false; graph.nodes().len()];
@@ -236,7 +236,7 @@ impl Function {
         hash
     }
 
-    /// Operations of one evaluation; what depends on no input is computed once and not counted.
+    /// Operations of one evaluation. A node that depends on no input is computed once and is not counted.
     pub fn count(&self) -> Count {
         let mut count = Count::default();
         let mut angles = Vec::new();
@@ -271,7 +271,7 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
-                // A root is not odd: the sign of its argument stays.
+                // A square root is not odd, so the sign of its argument stays inside.
                 Node::Sqrt(a) if a.is_negative() => {
                     let argument = algebra.neg(&values[a.node()]);
                     algebra.sqrt(&argument)
