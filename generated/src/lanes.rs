@@ -1,10 +1,10 @@
-//! Lanes: the numbers of several samples in one vector register, or of one in a scalar one, for the generated functions
-//! to compute with. Every product that the generated file fuses with a sum is fused here, by FMA: a lane holds, bit for
-//! bit, what one sample at a time gives, and what the tape of crate `expr` gives; sine and cosine are those of the
+//! Lanes, the numbers with which the generated functions compute: several samples in one vector register, or one in a
+//! scalar register. Every product that the generated file fuses with a sum is fused here by FMA. So a lane holds, bit
+//! for bit, what one sample at a time gives and what the tape of crate `expr` gives. Sine and cosine are those of the
 //! generated files.
 //!
-//! All `unsafe` of this package is here. What makes it sound: only the functions of [`eight`] and [`scalar`] make lanes,
-//! they are compiled for the instructions used, and they are called where the processor has them.
+//! All `unsafe` of this package is here. It is sound because only the functions of [`eight`] and [`scalar`] make lanes.
+//! They are compiled for the instructions used, and called only where the processor has them.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -220,8 +220,8 @@ impl Lanes1 {
 }
 
 impl Lanes4 {
-    /// Sine and cosine in the quadrant of `turns`, from those in the first, `self` and `c`: bit 0
-    /// exchanges them, bit 1 of the quadrant and of the next are their signs.
+    /// Sine and cosine in the quadrant of `turns`, from those in the first, `self` and `c`. Bit 0 of the quadrant
+    /// exchanges them. Bit 1 of the quadrant and of the next one are their signs.
     #[inline(always)]
     fn turned(self, c: Lanes4, turns: Lanes4) -> (Lanes4, Lanes4) {
         unsafe {
@@ -263,8 +263,8 @@ impl Lanes8 {
     }
 }
 
-/// Entry after entry -> sample after sample of `size` numbers, the entries at their places, ascending; the rest of
-/// `samples` is left. Entries that stand side by side go four at a time.
+/// Writes entries as samples of `size` numbers, each entry at its place. Places ascend, and the rest of `samples` is
+/// left as it is. Four entries with consecutive places are written at a time.
 pub fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
     assert_eq!(samples.len(), 8 * size);
     let by_four = std::is_x86_feature_detected!("avx2");
@@ -288,7 +288,7 @@ pub fn scatter(entries: &[Eight], places: impl Fn(usize) -> usize, size: usize, 
     }
 }
 
-/// Four entries side by side to the beginning of each of eight samples, which are `size` apart.
+/// Writes four consecutive entries to the beginning of each of eight samples, which are `size` apart.
 ///
 /// # Safety
 /// `samples` has more than 7 size + 3 numbers.
@@ -297,7 +297,7 @@ unsafe fn four_to_samples(four: &[Eight; 4], samples: &mut [f64], size: usize) {
     debug_assert!(samples.len() > 7 * size + 3);
     let to = samples.as_mut_ptr();
     for lane in [0, 4] {
-        // SAFETY: four numbers from `lane` on are within an Eight; the caller knows the samples.
+        // SAFETY: four numbers from `lane` on are within an Eight; the caller guarantees the length of `samples`.
         unsafe {
             let row = |i: usize| _mm256_loadu_pd(four[i].0.as_ptr().add(lane));
             let (a, b, c, d) = (row(0), row(1), row(2), row(3));

@@ -1,7 +1,6 @@
 //! Regressors of known robots, written by `cargo xtask gen`, compiled once.
 //!
-//! `robots/` is machine-owned: one file a robot, none of which needs any other. This shell gives all
-//! of them one face.
+//! `robots/` is generated: one file a robot, none of which needs any other. This crate gives all of them one interface.
 
 #![no_std]
 
@@ -10,7 +9,7 @@ extern crate std;
 
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 mod lanes;
-/// Without lanes: every sample is done by the scalar function.
+/// Without lanes, the scalar function computes every sample.
 #[cfg(not(all(feature = "std", target_arch = "x86_64")))]
 mod lanes {
     macro_rules! eight {
@@ -111,10 +110,10 @@ impl Compiled {
         true
     }
 
-    /// Writes Y of many samples, one after the other as `fill` writes it, and bit for bit as `fill`
-    /// does: `states` holds q, dq, ddq of one sample after the other. False, and nothing written, when a length is
-    /// wrong. Those who can use the entries eight samples at a time, without the zeros, take `fill_eight`: more than half
-    /// of the time here goes into giving them their places.
+    /// Writes Y of many samples, one after the other, bit for bit as `fill` writes it. `states` holds q, dq, ddq of one
+    /// sample after the other. False, and nothing written, when a length is wrong. `fill_eight` is faster for callers
+    /// that can use the entries eight samples at a time, without the zeros: more than half of the time here goes into
+    /// putting the entries in their places.
     #[must_use]
     pub fn fill_many(&self, states: &[f64], y: &mut [f64]) -> bool {
         let (n, p) = (self.coordinates.len(), self.parameters.len());
@@ -131,7 +130,7 @@ impl Compiled {
         rest.into_iter().all(|(s, y)| self.fill(&s[..n], &s[n..2 * n], &s[2 * n..], y))
     }
 
-    /// As many samples as come in eights: their number.
+    /// Writes Y of samples in groups of eight; returns how many it wrote.
     fn fill_eights(&self, states: &[f64], y: &mut [f64]) -> usize {
         let (n, p) = (self.coordinates.len(), self.parameters.len());
         let mut entries = [Eight::default(); MOST];

@@ -1,10 +1,11 @@
-//! A motion held against its limits at dense samples.
+//! Checks a motion against its limits at dense samples.
 
 use identification::experiments::excitation::artefact::ExcitingMotion;
 use identification::experiments::excitation::limits::LimitKind;
 
-/// How often position, velocity, acceleration or jerk of a joint is beyond its limit, at `times` times the rate of the file,
-/// from the start to the end of the first period, and over the last blend; with the number of samples.
+/// How often position, velocity, acceleration or jerk of a joint is beyond its limit, and the number of samples. There
+/// are `times` times as many samples as in the file, from the start to the end of the first period, and over the last
+/// blend.
 pub fn violations(artefact: &ExcitingMotion, times: f64) -> (usize, usize) {
     let motion = artefact.motion("motion.yaml").expect("a motion that was found");
     let step = 1.0 / (motion.rate * times);

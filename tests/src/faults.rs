@@ -1,4 +1,4 @@
-//! Mistakes that people make of logs, put into a good one.
+//! Mistakes that people make with logs, injected into a good one.
 
 use identification::estimate::passport::finding::{Columns, Fault};
 
@@ -57,7 +57,7 @@ pub fn cut(log: &JointLog, seconds: f64) -> JointLog {
     })
 }
 
-/// Torques that come later by so many rows.
+/// The log with torques delayed by this many rows.
 fn late(log: &JointLog, rows: usize) -> JointLog {
     let n = log.t.len();
     changed(log, |l| {
@@ -71,7 +71,7 @@ fn late(log: &JointLog, rows: usize) -> JointLog {
     })
 }
 
-/// Torques that are cut where their size passes a share of its largest.
+/// The log with a torque clipped at a share of its largest size.
 fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     changed(log, |l| {
         let most = share * l.tau[k].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -79,8 +79,9 @@ fn saturated(log: &JointLog, k: usize, share: f64) -> JointLog {
     })
 }
 
-/// Fourteen mistakes that can be made of any log: `heavy` are two joints that gravity or inertia loads, `weight` is
-/// the torque that holds the robot of the description at rest in a row, `rows` later make torques `delay` s late.
+/// Fourteen mistakes that can be made in any log. `heavy`: two joints that gravity or inertia loads. `weight`: the
+/// torque that holds the described robot at rest in the position of a row. `rows`: by how many rows the delayed torques
+/// are late.
 pub fn injected(
     good: &JointLog,
     heavy: [usize; 2],
@@ -111,7 +112,7 @@ pub fn injected(
     add("two joints swapped", swapped, &[a.min(b), a.max(b)], is(Fault::SwappedMotions));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
     add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(Columns::All)));
-    // It is found by first differences over twenty milliseconds and more: to a third.
+    // The doctor finds the delay by first differences over twenty milliseconds and more, accurate to a third.
     let is_late = move |f: &Fault| matches!(f, Fault::Delay(s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));
     let weightless = changed(good, |l| {

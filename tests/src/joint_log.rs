@@ -11,7 +11,7 @@ use crate::recursion;
 const DURATION: f64 = 10.0;
 const RATE: f64 = 500.0;
 
-/// What a log is made with.
+/// The robot that makes a log, and the errors of its sensors.
 pub struct Machine<'a> {
     pub robot: &'a Robot,
     /// Standard parameters.
@@ -53,7 +53,7 @@ fn motion(amplitude: &[f64], t: f64) -> State {
 }
 
 impl Machine<'_> {
-    /// What the machine does in ten seconds.
+    /// Ten seconds of the machine's motion.
     pub fn log(&self) -> JointLog {
         let n = self.robot.n_coordinates();
         let mut random = Random(77);
@@ -111,13 +111,14 @@ pub fn described(robot: &Robot) -> Vec<f64> {
     StandardParameter::all(robot).iter().map(|p| p.value(robot).unwrap_or(0.0)).collect()
 }
 
-/// The machine behind a description: every standard parameter is off by up to 15 %.
+/// The standard parameters of a machine that differs from its description: each by up to 15 %.
 pub fn unlike(robot: &Robot, seed: u64) -> Vec<f64> {
     let mut random = Random(seed);
     described(robot).iter().map(|x| x * (1.0 + 0.15 * random.unit())).collect()
 }
 
-/// What a machine logs, with friction and noise, each joint swinging by `amplitude` rad, torques late by `delay` s.
+/// The log of a machine with friction and noise, in which each joint swings by `amplitude` rad and torques are late by
+/// `delay` s.
 pub fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLog {
     let n = robot.n_coordinates();
     let share = |k: usize| (1.0 - k as f64 / n as f64).powi(2) + 0.05;

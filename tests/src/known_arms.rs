@@ -1,9 +1,10 @@
 //! Arms that are known, as descriptions made from their public kinematics and limits.
 //!
-//! Lengths of the four of Universal Robots, and all of the two iiwa, were compared with public programs that state them
-//! (2026-11-22). The figures of the other five, and the velocities of Universal Robots, were written from memory and not checked.
-//! The kinematics are standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a) Rx(alpha). A constant added to theta is taken into
-//! the limits of position. Masses and effort limits are left out: they are not published for most.
+//! The lengths of the four arms of Universal Robots, and all numbers of the two iiwa, were compared with public
+//! programs that state them (2026-11-22). The numbers of the other five arms, and the velocities of Universal Robots,
+//! were written from memory and not checked. The kinematics are standard Denavit-Hartenberg: Rz(theta) Tz(d) Tx(a)
+//! Rx(alpha). A constant added to theta is included in the limits of position. Masses and effort limits are left out,
+//! because most makers do not publish them.
 
 use std::fmt::Write;
 
@@ -19,7 +20,8 @@ pub struct KnownArm {
     joints: &'static [JointRow],
 }
 
-/// Four of Universal Robots, and arms of KUKA, ABB, Staubli, UFactory and Kinova. A joint that turns without end has two turns.
+/// Four arms of Universal Robots, and arms of KUKA, ABB, Staubli, UFactory and Kinova. A joint that turns without end
+/// has a range of two turns.
 pub const KNOWN_ARMS: [KnownArm; 11] = [
     KnownArm {
         name: "ur3e",
@@ -159,7 +161,8 @@ pub const KNOWN_ARMS: [KnownArm; 11] = [
 ];
 
 impl KnownArm {
-    /// Its URDF: what stands behind the turn of a joint is the origin of the next.
+    /// The URDF of the arm. In it Tz(d) Tx(a) Rx(alpha), which follow the turn of a joint, are the origin of the next
+    /// joint.
     pub fn urdf(&self) -> String {
         let mut text = format!("<robot name=\"{}\">\n  <link name=\"base\"/>\n", self.name);
         let (mut xyz, mut alpha) = ((0.0, 0.0), self.base_alpha);

@@ -51,7 +51,7 @@ pub fn energies(robot: &Robot, q: &[Number], dq: &[Number], x: &[f64]) -> (Numbe
 pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     let one_hot = |i: usize, k: usize| if i == k { 1.0 } else { 0.0 };
     let of_coordinate = |k: usize| {
-        // e1: dq_k; e2: the passage of time.
+        // e1 is the direction of dq_k; e2 is that of time.
         let number = |value: f64, d1: f64, d2: f64| Number { value, d1, d2, d12: 0.0 };
         let n = state.q.len();
         let q: Vec<Number> = (0..n).map(|i| number(state.q[i], 0.0, state.dq[i])).collect();

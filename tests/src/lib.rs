@@ -1,9 +1,9 @@
 //! The models, random states, mechanics of our own and benchmarks, shared by several test files.
 //!
 //! The mechanics of `recursion` and `lagrangian` are plain f64 in the base frame, from the formulas of textbooks and
-//! the fields of a [`robot::Robot`]; they share no code with `modeling`, nor with the kinematics of `robot`, so that
-//! an error would have to be made twice. [`tape_robot::TapeRobot`] is the other way round: a robot as the program
-//! derives it, for what comes after the model.
+//! the fields of a [`robot::Robot`]. They share no code with `modeling`, nor with the kinematics of `robot`, so that an
+//! error would have to be made twice. [`tape_robot::TapeRobot`] is the opposite: a robot as the program derives it, for
+//! tests of the steps after the model.
 
 pub mod benchmark;
 pub mod dense_samples;
@@ -67,7 +67,7 @@ pub fn models() -> Vec<(String, Robot)> {
     robots.filter(|(_, robot)| robot.passive.is_empty()).collect()
 }
 
-/// The folder of reference material; `None`, and said so, where it is absent.
+/// The folder of reference material; `None`, with a message, where it is absent.
 pub fn shared() -> Option<PathBuf> {
     let folder = std::env::var_os("RIST_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
     if folder.join("facts").is_dir() {
@@ -95,7 +95,7 @@ pub fn by_link(robot: &Robot, x: &[f64]) -> Vec<([f64; 10], f64)> {
     links
 }
 
-/// sum a_i b_i and sum |a_i b_i|: what rounding of the sum is measured against.
+/// sum a_i b_i and sum |a_i b_i|. Rounding of the first is measured relative to the second.
 pub fn dot(a: &[f64], b: &[f64]) -> (f64, f64) {
     a.iter().zip(b).fold((0.0, 0.0), |(sum, size), (a, b)| (sum + a * b, size + (a * b).abs()))
 }

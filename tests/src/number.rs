@@ -1,7 +1,7 @@
 //! Numbers that carry derivatives: a + b e1 + c e2 + d e1 e2 with e1^2 = e2^2 = 0.
 //!
-//! f(x + u e1 + v e2) = f(x) + f'(x) u e1 + f'(x) v e2 + f''(x) u v e1 e2 for every function made of the
-//! operations below: first and second derivatives without a step, to rounding [Fike, Alonso 2011].
+//! f(x + u e1 + v e2) = f(x) + f'(x) u e1 + f'(x) v e2 + f''(x) u v e1 e2 for every function made of the operations
+//! below. This gives first and second derivatives without a step size, exact to rounding [Fike, Alonso 2011].
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -21,7 +21,7 @@ impl Number {
         Number { value, d1: 0.0, d2: 0.0, d12: 0.0 }
     }
 
-    /// f of it, from f, f' and f'' at its value.
+    /// The value of f at this number, from f, f' and f'' at its real part.
     fn image(self, f: f64, first: f64, second: f64) -> Number {
         Number {
             value: f,

@@ -31,7 +31,7 @@ pub fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// target/debug, or whatever stands for it: this test runs from its `deps`.
+/// target/debug, or the folder in its place. The test itself runs from its `deps`.
 fn target() -> PathBuf {
     let here = std::env::current_exe().expect("a test has a path");
     here.ancestors().nth(2).expect("target/debug/deps/test").to_path_buf()

@@ -1,5 +1,5 @@
-//! Whether an exciting motion keeps what it promises: the covariance of the parameters by the information of the motion
-//! itself, and the errors of what is identified from simulated logs of it.
+//! Tests whether an exciting motion keeps its promise. It compares the covariance of the parameters by the information
+//! of the motion itself with the errors of the parameters identified from simulated logs of it.
 
 use identification::algebra::information_matrix::Rows;
 use identification::algebra::random::Random;
@@ -57,7 +57,7 @@ pub fn information(model: &Model, motion: &ExcitingMotion, noise: &[f64], fricti
 /// The friction that simulated joints have: equation (5).
 pub const FRICTION: [FrictionTerm; 1] = [FrictionTerm::Asymmetric];
 
-/// What became of a promise.
+/// How a promise was kept.
 pub struct Kept {
     /// The base parameter.
     pub name: String,
@@ -69,10 +69,10 @@ pub struct Kept {
     pub held: f64,
 }
 
-/// Simulates the motion as the robot would play it, with its friction, and identifies it with this friction and defaults
-/// else from `draws` noisy records: what each base parameter keeps of the promise that the motion makes for that noise of
-/// torques and encoders. `encoders`: their quantum and noise, as a share of what is assumed of them. Parameters that the
-/// motion or the logs leave open are left out.
+/// How each base parameter keeps the promise that the motion makes for the noise of torques and encoders. The motion is
+/// simulated as the robot would play it, with its friction. From each of `draws` noisy records the parameters are
+/// identified with this friction and otherwise default options. `encoders`: quantum and noise of the encoders, as a
+/// share of what is assumed of them. Parameters that the motion or the logs leave open are left out.
 pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -> Result<Vec<Kept>, Error> {
     let truth = model.described_parameters().expect("inertial parameters in the description");
     let dynamics = RegressorDynamics::new(model.regressor(), truth.clone());
@@ -125,8 +125,9 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
     Ok(errors.into_iter().enumerate().filter_map(of).collect())
 }
 
-/// The variances of these columns by least squares of the rows of a motion, weighted as an identification does. As
-/// `rist excite` promises them, in another way: normal equations, and a Cholesky factor.
+/// The variances of these columns by least squares on the rows of a motion, weighted as an identification does. `rist
+/// excite` promises the same variances. Here they are computed in another way, by normal equations and a Cholesky
+/// factor.
 pub fn promised(
     model: &Model,
     motion: &ExcitingMotion,

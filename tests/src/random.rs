@@ -38,13 +38,13 @@ impl Random {
         (0..n).map(|_| scale * self.unit()).collect()
     }
 
-    /// Positions of a whole turn, rates that let inertia, Coriolis and gravity torques weigh alike.
+    /// Positions of a whole turn, and rates that give inertia, Coriolis and gravity torques of similar size.
     pub fn state(&mut self, robot: &Robot) -> State {
         let n = robot.n_coordinates();
         State { q: self.vector(n, std::f64::consts::PI), dq: self.vector(n, 2.0), ddq: self.vector(n, 4.0) }
     }
 
-    /// Any standard parameters at all: the torque is linear in them, physical or not.
+    /// Arbitrary standard parameters. They need not be physical, as the torque is linear in them.
     pub fn parameters(&mut self, robot: &Robot) -> Vec<f64> {
         self.vector(StandardParameter::all(robot).len(), 1.0)
     }

@@ -85,7 +85,7 @@ pub fn torque(robot: &Robot, state: &State, x: &[f64]) -> Vec<f64> {
     tau
 }
 
-/// What moves a body so: m a + dw x s + w x (w x s), and J dw + w x J w + s x a about its origin.
+/// The wrench that moves a body so: m a + dw x s + w x (w x s), and J dw + w x J w + s x a about its origin.
 fn wrench(motion: &Motion, body: &[f64; 10]) -> (Vector, Vector) {
     let Motion { frame, w, dw, a } = *motion;
     let s = turned(&frame.rotation, constants([body[6], body[7], body[8]]));

@@ -44,7 +44,7 @@ fn without_powers(text: &str) -> String {
             .last()
             .map_or(at, |(i, _)| i);
         out += &before[..start];
-        // Behind a division the power divides as often.
+        // A power behind a division sign is written as that many divisions.
         let joint = if out.ends_with('/') { "/" } else { "*" };
         out += &vec![&before[start..]; power].join(joint);
         rest = &after[digits..];

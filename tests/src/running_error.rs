@@ -1,7 +1,7 @@
 //! A function in plain f64, with a bound of its rounding error carried along [Higham 2002, 3.3].
 //!
-//! Two evaluations of the same operations, in whatever order and with sines and cosines an ulp apart, lie within
-//! twice the bound: it is a few ulp times the condition of every sum on the way.
+//! Two evaluations of the same operations lie within twice the bound, in whatever order and with sines and cosines an
+//! ulp apart. The bound is a few ulp times the condition of every sum on the way.
 
 use expr::{Algebra, Expr, Function, Node, Symbol};
 

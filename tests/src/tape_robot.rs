@@ -68,7 +68,8 @@ impl TapeRobot {
         TapeRobot { truth: self.base.values(&standard), standard, ..self.clone() }
     }
 
-    /// The same robot with base parameters `x`: they are its standard ones, the others are zero.
+    /// The same robot with base parameters `x`. Each is given to the standard parameter of its column, the others are
+    /// zero.
     pub fn with_base(&self, x: &[f64]) -> TapeRobot {
         let mut standard = vec![0.0; self.standard.len()];
         self.base.base.iter().zip(x).for_each(|(b, x)| standard[b.column] = *x);
@@ -97,7 +98,7 @@ impl TapeRobot {
         self.base.base.iter().position(|b| self.base.standard[b.column].display(&self.robot).to_string() == name)
     }
 
-    /// X = B phi in numbers; a body for each link, and the rotors, which no motor can have negative.
+    /// X = B phi in numbers, with a body for each link, and the rotors, which cannot be negative.
     pub fn map(&self) -> StandardMap {
         let standard = &self.base.standard;
         let of_base = |(k, b): (usize, &modeling::BaseParameter)| {

@@ -1,4 +1,4 @@
-//! `bench`: how long things take on this machine, each held against an independent recursion.
+//! `bench`: measures run times on this machine. Each result is checked against an independent recursion.
 //!
 //! Prints one table, writes it into docs/benchmarks.md between its two marks, and keeps its numbers in
 //! records/COMMIT.csv. The programs measured are a bench of the package `tests`: xtask must build without `generated`.

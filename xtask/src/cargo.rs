@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Runs cargo in its own process: a program that needs `generated` must not be a dependency of the one that writes it.
+/// Runs cargo in its own process, because xtask writes `generated` and so cannot depend on a program that needs it.
 pub fn cargo(arguments: &[&str]) -> Result<(), String> {
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     done(Command::new(cargo).args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
-/// Runs a command to its end; fails where it does, `what` being its name in the message.
+/// Runs a command to its end; fails where the command fails. `what` is its name in the message.
 pub fn done(command: &mut Command, what: &str) -> Result<(), String> {
     match command.status() {
         Ok(status) if status.success() => Ok(()),
@@ -28,7 +28,7 @@ pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(root().join("target"), PathBuf::from)
 }
 
-/// The triple of this machine: with --target the flags of a build are not those of its build scripts and macros.
+/// The triple of this machine. Given to --target, it keeps the flags of a build away from its build scripts and macros.
 pub fn host() -> Result<String, String> {
     let output = Command::new("rustc").arg("-vV").output().map_err(|e| format!("rustc -vV: {e}"))?;
     let text = String::from_utf8_lossy(&output.stdout);

@@ -1,9 +1,10 @@
 //! `fuzz SECONDS`: builds the targets of fuzz/ with coverage, on stable, and runs each for its share of the time.
 //!
-//! cargo-fuzz needs a nightly compiler for one flag; LLVM's pass behind it is had by its name. The corpora are only read;
-//! what is found on the way stays in target/fuzz/corpus, and an input that breaks a target in target/fuzz/found.
+//! cargo-fuzz needs a nightly compiler for one flag. Here the LLVM pass behind that flag is selected by its name. The
+//! corpora are only read. New inputs stay in target/fuzz/corpus, and an input that breaks a target in
+//! target/fuzz/found.
 //!
-//! Not here: what is not fuzzed at all (the command line, folders of rosbag2, the package for Python).
+//! Not fuzzed: the command line, folders of rosbag2, the package for Python.
 
 use std::fs;
 use std::process::Command;
@@ -22,7 +23,7 @@ const TARGETS: [(&str, &[&str]); 8] = [
     ("artefacts", &["fuzz/corpus/artefacts"]),
 ];
 
-/// Coverage by counters of edges, and by what is compared with what.
+/// Coverage by counters of edges, and by the operands of comparisons.
 const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                         -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
                         -Cllvm-args=-sanitizer-coverage-pc-table \

@@ -1,7 +1,7 @@
 //! `gen`: writes the models of models/ as Rust source into generated/src/robots/.
 //!
-//! Everything is rendered to a map of path -> text first; then the map is written, or compared. The
-//! folder belongs to the machine: a file that no model makes is removed.
+//! Everything is rendered to a map of path -> text first. Then the map is written, or compared. The folder holds
+//! generated files only, so a file that no model makes is removed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

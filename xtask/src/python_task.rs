@@ -1,7 +1,7 @@
 //! `python`: the package for Python, built in an environment of its own under target/ and tested there.
 //!
-//! Where there is no python3 with venv, or what pip needs cannot be had, that is said and is no failure: the project builds
-//! and passes without Python.
+//! If there is no python3 with venv, or pip cannot get what it needs, a message says so and the task succeeds, because
+//! the project builds and passes without Python.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use crate::cargo::{cargo, done, root, target};
 
-/// What the environment holds beside the package.
+/// Packages of the environment besides our own.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub fn run(arguments: &[String]) -> Result<(), String> {
@@ -20,7 +20,7 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         return Ok(());
     }
 
-    // The program, whose bytes the tests compare.
+    // The tests compare the output of this program byte by byte.
     cargo(&["build", "--quiet", "--package", "cli"])?;
     let profiles = target.join("profiles.toml");
     fs::write(&profiles, profiles_of(root)?).map_err(|e| format!("{}: {e}", profiles.display()))?;
@@ -60,7 +60,7 @@ fn profiles_of(root: &Path) -> Result<String, String> {
     Ok(format!("[profile{profiles}"))
 }
 
-/// Runs a command; the last line of what it says is the reason of a failure.
+/// Runs a command. If it fails, the last line of its output is the reason.
 fn quiet(command: &mut Command, what: &str) -> Result<(), String> {
     let out = command.stdin(Stdio::null()).output().map_err(|e| format!("{what}: {e}"))?;
     let said = String::from_utf8_lossy(&out.stderr).trim().lines().last().unwrap_or("no reason is given").to_string();

@@ -1,8 +1,8 @@
-//! `sanitize`: valgrind, Miri and the address sanitizer on what is `unsafe`: the lanes of `generated`, the triangle's
-//! registers of `identification`, the fused tape of `expr`.
+//! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the lanes of `generated`, the
+//! triangle's registers of `identification`, the fused tape of `expr`.
 //!
-//! The latter two need a nightly compiler, and Miri its component and `rust-src`. What is not there is said and is no
-//! failure.
+//! The latter two need a nightly compiler, and Miri its component and `rust-src`. A tool that is missing is reported
+//! and is no failure.
 //!
 //! | | runs | leaves out |
 //! |---|---|---|

@@ -96,13 +96,13 @@ const MUL_ADD: &str = "
 #endif
 ";
 
-/// What the header says of a constant, and what the source does.
+/// The declaration of a constant in the header, and its definition in the source.
 fn declaration(prefix: &str, constant: &Constant) -> (String, Option<String>) {
     let (upper, name) = (prefix.to_ascii_uppercase(), &constant.name);
     match &constant.value {
         Value::Text(text) => (format!("#define {upper}_{name} {}\n", literal(text)), None),
         Value::Number(x) => (format!("#define {upper}_{name} {x}ULL\n"), None),
-        // An array of nothing is not C.
+        // C has no empty array.
         Value::Texts(texts) if texts.is_empty() => (format!("#define {upper}_N_{name} 0\n"), None),
         Value::Texts(texts) => {
             let array = format!("const char *const {prefix}_{}[{}]", name.to_ascii_lowercase(), texts.len());
@@ -128,7 +128,7 @@ fn signature(prefix: &str, function: &Function) -> String {
     format!("void {prefix}_{}({})", function.name, arguments.join(", "))
 }
 
-/// The body of a function that calls its `sparse` one and gives the entries their places.
+/// The body of the dense function: it calls the `sparse` one and puts the entries in their places.
 fn given_places(prefix: &str, function: &Function, sparse: &Function) -> String {
     let output = &function.outputs[0];
     let at = |row: &str, column: &str| match output.columns {
@@ -222,7 +222,7 @@ fn comment(lines: &[String]) -> String {
     }
 }
 
-/// Nothing in `text` may end the comment, seem to begin one, or be a trigraph.
+/// Makes sure that `text` does not end the comment, seem to begin one, or form a trigraph.
 fn in_comment(text: &str) -> String {
     in_line(text).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
 }

@@ -133,7 +133,7 @@ fn real_of_f64(sqrt_f64: TokenStream) -> TokenStream {
     }
 }
 
-/// The method of f64: what stands in one vector register costs little more than one angle.
+/// The method of f64. Several angles in one vector register cost little more than one angle.
 fn sin_cos_of_each() -> TokenStream {
     quote! {
         /// A function of its own, whose inner loop is as wide as a vector register: compilers put it into one.
@@ -169,7 +169,7 @@ fn sin_cos_of_each() -> TokenStream {
     }
 }
 
-/// The method of the trait, of f64 and of f32; core has none.
+/// The square root of the trait, of f64 and of f32. They are written here because core has none.
 fn square_root(needed: bool) -> [TokenStream; 3] {
     if !needed {
         return Default::default();

@@ -72,7 +72,7 @@ fn constant(constant: &Constant) -> TokenStream {
         }
         Value::Reals(numbers) => {
             let n = Literal::usize_unsuffixed(numbers.len());
-            // A literal has no sign of its own.
+            // A literal token holds no sign.
             let numbers = numbers.iter().map(|x| {
                 let size = Literal::f64_unsuffixed(x.abs());
                 if x.is_sign_negative() { quote!(-#size) } else { quote!(#size) }

@@ -33,9 +33,10 @@ pub(crate) fn render(bound: &Function) -> TokenStream {
     }
 }
 
-/// As `render`, twice: a function that gives every entry its place, and one that writes only what is not always zero. `doc`
-/// stands above the first, and the list of places above both. The operations stand once, in a function that hands out
-/// entries: were the dense matrix filled from the list, all entries would wait for the end, one spilled after the other.
+/// As `render`, but two functions: one gives every entry its place, and one writes only the entries that are not always
+/// zero. `doc` stands above the first, and the list of places above both. The operations stand once, in a third
+/// function that hands out entries. If the dense matrix were filled from the list, all entries would wait for the end
+/// and be spilled from their registers.
 pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream {
     let non_zeros = bound.non_zeros(0);
     let (n, literal) = (Literal::usize_unsuffixed(non_zeros.len()), Literal::usize_unsuffixed);
@@ -47,7 +48,7 @@ pub(crate) fn render_sparse(bound: &Function, doc: &TokenStream) -> TokenStream 
     let writer = Writer::new(bound, &steps);
     let statements = steps.iter().filter_map(|step| match *step {
         Step::Store { row, column, node, negative, .. } => {
-            // A zero has no place.
+            // An entry that is zero is not in the list.
             let k = literal(non_zeros.binary_search(&(row, column)).ok()?);
             let (row, column, value) = (literal(row), literal(column), writer.operand(node));
             Some(if negative {
@@ -124,14 +125,15 @@ fn head(bound: &Function) -> TokenStream {
     quote!(pub fn #name<R: Real>(#inputs #(#outputs,)*))
 }
 
-/// Sine and cosine of so many coordinates are taken at once. Of more, four at a time where the first is needed: what is
-/// known long before it is read leaves the registers.
+/// Up to this many coordinates, all sines and cosines are taken at once. Beyond, they are taken four at a time where
+/// the first is needed, because a value computed long before it is read is spilled from its register.
 const AT_ONCE: usize = 8;
 
 struct Writer<'a> {
     function: &'a Function,
     names: Vec<Name>,
-    /// Coordinate -> what takes its sine and cosine: one statement at the first of a group, nothing at the others.
+    /// Coordinate -> the statement that takes its sine and cosine. It stands at the first coordinate of a group; at the
+    /// others it is empty.
     groups: BTreeMap<usize, TokenStream>,
 }
 
@@ -200,7 +202,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// What is held at the node of `e`, or its negative.
+    /// The value held at the node of `e`, or its negative, by the sign of `e`.
     fn signed(&self, e: Expr) -> TokenStream {
         let x = self.operand(e.node());
         match (e.is_negative(), &self.names[e.node()]) {
@@ -233,7 +235,7 @@ impl<'a> Writer<'a> {
                 let (x, y) = (read(a), read(b));
                 quote!(#x / #y)
             }
-            // A root is not odd: the sign of its argument stays.
+            // A square root is not odd, so the sign of its argument stays inside.
             Operation::Sqrt(a) => {
                 let x = self.signed(a);
                 quote!((#x).sqrt())

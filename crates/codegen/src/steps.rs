@@ -1,12 +1,12 @@
 //! A Function as straight-line steps, one an operation, in the order of its schedule. Every target
 //! language writes the same steps in its own way.
 //!
-//! An entry is stored as soon as it is known. Sine and cosine of an angle are one step. Which product is fused into which
-//! sum is [`expr::Fusion`]'s matter.
+//! An entry is stored as soon as it is known. Sine and cosine of an angle are one step. [`expr::Fusion`] decides which
+//! product is fused into which sum.
 
 use expr::{Expr, Function, Fusion, Node, Operation, SymbolKind, operands};
 
-/// A text of somebody's file within one line: what would end the line is a space.
+/// A text of somebody's file as one line: characters that would end the line become spaces.
 pub(crate) fn in_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') { ' ' } else { c }).collect()
 }

@@ -1,7 +1,8 @@
-//! How the outputs of a function change with its inputs, contracted with weights: the reverse mode of differentiation.
+//! The reverse mode of differentiation: the gradient of a weighted sum of a function's outputs with respect to its
+//! inputs.
 //!
-//! For weights w_k, one an output entry, the gradient of L = sum_k w_k y_k(x). One pass forward evaluates the nodes, one
-//! pass backward carries dL/dnode from each node to its operands [Griewank, Walther 2008]:
+//! The weights are w_k, one an output entry, and the sum is L = sum_k w_k y_k(x). One pass forward evaluates the nodes.
+//! One pass backward carries dL/dnode from each node to its operands [Griewank, Walther 2008]:
 //!
 //! c = a + b: a' += c', b' += c';   c = a b: a' += c' b, b' += c' a;   c = a / b: a' += c' / b, b' -= c' c / b;
 //! c = sqrt a: a' += c' / (2 c);   c = sin a: a' += c' cos a;   c = cos a: a' -= c' sin a.
@@ -25,7 +26,7 @@ pub struct AdjointWorkspace {
     slopes: Vec<[f64; LANES]>,
 }
 
-/// Samples abreast: values and slopes of a 7R regressor stay in the second-level cache.
+/// Samples computed side by side, so few that values and slopes of a 7R regressor stay in the second-level cache.
 const LANES: usize = 8;
 
 impl Adjoint {
@@ -190,7 +191,7 @@ mod tests {
                 let h = 1e-5;
                 let moved = |h: f64| if k == 0 { [x[0] + h, x[1]] } else { [x[0], x[1] + h] };
                 let slope = (value(moved(h), w) - value(moved(-h), w)) / (2.0 * h);
-                // Central differences: h^2 and eps/h, with values of order ten.
+                // Central differences err by h^2 and by eps/h; values are of order ten.
                 assert!((gradient[2 * i + k] - slope).abs() < 1e-7 * (1.0 + slope.abs()), "{i} {k}");
             }
         }

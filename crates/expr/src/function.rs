@@ -25,9 +25,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// The entries, block by block and each block row by row. Columns side by side with the same last row that is not zero
-    /// are a block: in a regressor those of one link, which read its motion and row by row the twist of one coordinate, so
-    /// that little has to be kept in registers.
+    /// The entries, block by block and each block row by row. Adjacent columns with the same last row that is not zero
+    /// form a block. In a regressor these are the columns of one link: they read its motion, and row by row the twist of one
+    /// coordinate. So few values have to be kept in registers.
     fn by_blocks(&self) -> Vec<Expr> {
         let last_row = |c: usize| (0..self.rows).rev().find(|r| !self.entries[r * self.columns + c].is_zero());
         let columns: Vec<usize> = (0..self.columns).collect();
@@ -109,7 +109,7 @@ impl Function {
         })
     }
 
-    /// The function at zero of an input: the input and everything that depends on it alone are gone.
+    /// The function with an input set to zero. The input and everything that depends on it alone are removed.
     pub fn without(&self, name: &str, input: &str) -> Function {
         let mut outline = self.outline();
         outline.name = name.to_string();
@@ -144,7 +144,7 @@ impl Function {
         places.map(|(i, _)| (i / o.columns, i % o.columns)).collect()
     }
 
-    /// The same operations, of each output only the entries of [`Function::non_zeros`], in one column.
+    /// The same operations, but each output has only the entries of [`Function::non_zeros`], in one column.
     pub fn without_zeros(&self, name: &str) -> Function {
         let mut function = Function { graph: self.graph.clone(), ..self.outline() };
         function.name = name.to_string();
@@ -155,7 +155,7 @@ impl Function {
         function
     }
 
-    /// Names, inputs and outputs, for [`Function::rebuilt`] to fill.
+    /// The name, inputs and outputs without a graph, which [`Function::rebuilt`] fills in.
     fn outline(&self) -> Function {
         let (name, inputs, outputs) = (self.name.clone(), self.inputs.clone(), self.outputs.clone());
         Function { name, inputs, outputs, graph: Graph::new() }
@@ -195,7 +195,7 @@ impl Function {
         self
     }
 
-    /// The nodes of `graph` that the outputs need, operands first, each just before it is first wanted; outputs block by
+    /// The nodes of `graph` that the outputs need, each after its operands and just before its first use. Outputs go block by
     /// block.
     fn schedule(&self, graph: &Graph) -> Vec<usize> {
         let mut order = Vec::new();
@@ -248,7 +248,7 @@ impl Function {
         hash
     }
 
-    /// Operations of one evaluation; what depends on no input is computed once and not counted.
+    /// Operations of one evaluation. A node that depends on no input is computed once and is not counted.
     pub fn count(&self) -> Count {
         let mut count = Count::default();
         let mut angles = Vec::new();
@@ -283,7 +283,7 @@ impl Function {
                 Node::Add(a, b) => algebra.add(&values[a.node()], &values[b.node()]),
                 Node::Mul(a, b) => algebra.mul(&values[a.node()], &values[b.node()]),
                 Node::Div(a, b) => algebra.div(&values[a.node()], &values[b.node()]),
-                // A root is not odd: the sign of its argument stays.
+                // A square root is not odd, so the sign of its argument stays inside.
                 Node::Sqrt(a) if a.is_negative() => {
                     let argument = algebra.neg(&values[a.node()]);
                     algebra.sqrt(&argument)

@@ -1,17 +1,17 @@
 //! Which product is fused into which sum: the operations of a function as every target performs them.
 //!
-//! A product that one sum alone reads is fused into it, a b + c, which a processor does in one operation and with one
-//! rounding. Of two such products of a sum the one that is known later is fused. A product that several sums read, and
-//! nothing else, is fused into all of them if none of them takes up another: the product itself is saved. The tape,
-//! generated Rust and generated C perform these operations in this order.
+//! A product that one sum alone reads is fused into it, a b + c. A processor does this in one operation and with one
+//! rounding. Of two such products of a sum, the one that is computed later is fused. A product that only sums read is
+//! fused into all of them if none of them takes up another: then nobody has to make the product. The tape, generated Rust
+//! and generated C perform these operations in this order.
 //!
-//! A sum of which more negatives than positives are stored is held as its negative, where that costs nothing: in a b + c
-//! every sign is free, in a - b the two are exchanged.
+//! Where most outputs store a sum with a minus, the node holds the negative of the sum if that costs nothing. In
+//! a b + c every sign is free, in a - b the two are exchanged.
 
 use crate::function::{Function, operands};
 use crate::graph::{Expr, Node};
 
-/// What computes a node. The handles mean what is held at their nodes, with their signs.
+/// The operation that computes a node. Its handles, with their signs, refer to the values held at their nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Operation {
     /// Nothing: a number, an input, a sine or a cosine, or a product that is part of a sum.
@@ -43,7 +43,7 @@ impl Fusion {
     pub fn of(function: &Function) -> Fusion {
         let nodes = function.graph().nodes();
         let uses = Uses::of(function);
-        // Decided before any sum is written: a product comes before its sum.
+        // Decided before any operation is written, since a product comes before its sum.
         let (taken_up, is_part) = products_taken_up(nodes, &uses);
         let mut fusion = Fusion {
             operations: vec![Operation::None; nodes.len()],
@@ -59,7 +59,8 @@ impl Fusion {
         fusion
     }
 
-    /// What computes a node whose operands are settled, and whether it gives the negative, which is `wanted` or not.
+    /// The operation of a node whose operands are settled, and whether it gives the negative. `wanted` asks for the
+    /// negative, where it costs nothing.
     fn operation(&self, nodes: &[Node], node: Node, product: Option<Expr>, wanted: bool) -> (Operation, bool) {
         let held = |e: Expr| self.held(e);
         match (node, product) {
@@ -81,18 +82,18 @@ impl Fusion {
             (Node::Mul(a, b), _) => (Operation::Mul(a.abs(), b.abs()), held(a).is_negative() ^ held(b).is_negative()),
             (Node::Div(a, b), _) => (Operation::Div(a.abs(), b.abs()), held(a).is_negative() ^ held(b).is_negative()),
             (Node::Sqrt(a), _) => (Operation::Sqrt(held(a)), false),
-            // The sine of the negative is the negative, the cosine of it the cosine.
+            // sin(-x) = -sin(x), and cos(-x) = cos(x).
             (Node::Sin(a), _) => (Operation::None, held(a).is_negative()),
             (Node::Cos(_) | Node::Constant(_) | Node::Symbol(_), _) => (Operation::None, false),
         }
     }
 
-    /// What computes the node.
+    /// The operation that computes the node.
     pub fn operation_of(&self, node: usize) -> Operation {
         self.operations[node]
     }
 
-    /// An expression of the graph by what is held at its node.
+    /// An expression of the graph in terms of the value held at its node: the sign changes where the negative is held.
     pub fn held(&self, e: Expr) -> Expr {
         signed(e, e.is_negative() ^ self.negated[e.node()])
     }
@@ -193,7 +194,7 @@ mod tests {
         Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output])
     }
 
-    /// The operations that compute something, and the first output as it is held.
+    /// All operations but `None`, and the first output by its held value.
     fn operations(f: &Function) -> (Vec<Operation>, Expr) {
         let fusion = Fusion::of(f);
         let all = (0..f.graph().nodes().len()).map(|n| fusion.operation_of(n)).filter(|o| *o != Operation::None);

@@ -203,8 +203,8 @@ impl Graph {
         }
     }
 
-    /// a + b: folded where both are numbers; 2 a where they are the same; one node with b + a and, but for the sign, with
-    /// -a - b.
+    /// a + b, folded where both are numbers, and 2 a where they are the same. b + a is the same node, and so is -a - b
+    /// but for the sign.
     pub fn add(&mut self, a: Expr, b: Expr) -> Expr {
         if a.is_zero() {
             return b;
@@ -262,7 +262,7 @@ impl Graph {
         self.intern(Node::Mul(a, b)).with_sign(negative)
     }
 
-    /// Numbers before named constants before the rest, then by age.
+    /// Orders two operands: numbers before named constants before the rest, then by age.
     fn constant_first(&self, a: Expr, b: Expr) -> (Expr, Expr) {
         let rank = |e: Expr| match self.node(e) {
             Node::Constant(_) => 0,

@@ -46,8 +46,8 @@ pub struct Documented {
     pub doc: Vec<String>,
     /// The function itself.
     pub function: Function,
-    /// Whether the file also has the function that writes only what is not zero whatever the inputs are, and the list of
-    /// its places. Such a function has one output, and is the only one of its file.
+    /// Whether the file also has a second function, which writes only the entries that are not zero for all inputs, and
+    /// the list of their places. Such a function has one output, and is the only one of its file.
     pub is_sparse: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Sine and cosine as the generated files compute them, so that the tape gives their bits.
+//! Sine and cosine as the generated files compute them, so that the tape gives the same bits.
 //!
 //! Reduction to [-pi/4, pi/4] by three parts of pi/2 [Cody, Waite 1980], then the minimax polynomials of fdlibm. Within
 //! 2e-16 for |x| < 2^27, NaN beyond.
@@ -13,7 +13,8 @@ pub(crate) fn sin_cos(x: f64, mul_add: impl Fn(f64, f64, f64) -> f64) -> (f64, f
     let turns = mul_add(x, std::f64::consts::FRAC_2_PI, ROUND);
     let quadrant = turns.to_bits();
     let n = turns - ROUND;
-    // Overflows from 2^27 on: n would have more digits than the parts leave to it.
+    // Overflows from 2^27 on and makes the result NaN, because n would have more digits than the parts of pi/2 leave to
+    // it.
     let reach = x * REACH;
     let x = mul_add(-n, PARTS[2], mul_add(-n, PARTS[1], mul_add(-n, PARTS[0], x)));
     let x = x * mul_add(0.0, reach, 1.0);

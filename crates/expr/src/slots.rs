@@ -1,4 +1,4 @@
-//! Where a tape holds the values of nodes: a slot is taken again as soon as its value is dead.
+//! The slots in which a tape holds the values of nodes. A slot is reused as soon as its value is dead.
 
 use crate::function::{Function, operands};
 use crate::fusion::Fusion;
@@ -20,7 +20,7 @@ pub(crate) fn partners(nodes: &[Node]) -> Vec<Option<usize>> {
     partner
 }
 
-/// For each node the last one that reads it; inputs and outputs are read to the end.
+/// For each node the last one that reads it. Inputs and outputs stay alive to the end.
 pub(crate) fn last_uses(function: &Function, fusion: &Fusion) -> Vec<usize> {
     let nodes = function.graph().nodes();
     let mut last_use = vec![0; nodes.len()];

@@ -1,11 +1,10 @@
 //! A function scheduled for evaluation in place: straight-line code, interpreted.
 //!
-//! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the
-//! working set stays in the cache. The interpreter runs B samples abreast: one dispatch serves B
-//! multiplications.
+//! Nodes run in their order of creation. A slot is reused as soon as its value is dead, so that the working set stays
+//! in the cache. The interpreter computes B samples side by side, so that one dispatch serves B multiplications.
 //!
-//! The operations are those of [`Fusion`], as in generated code: where the processor fuses a product with a sum, the tape
-//! gives the bits of the compiled function; elsewhere both round the product first.
+//! The operations are those of [`Fusion`], as in generated code. Where the processor fuses a product with a sum, the
+//! tape gives the same bits as the compiled function. On other processors both round the product first.
 
 use crate::function::Function;
 use crate::fusion::{Fusion, Operation};
@@ -63,10 +62,11 @@ pub struct Workspace {
     many: Vec<[f64; LANES]>,
 }
 
-/// Samples abreast: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
+/// Samples computed side by side: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
 const LANES: usize = 32;
 
-/// The code of an operation with its operands, whose signs it then has; those that it does not take repeat another.
+/// The code of an operation and its operands, whose signs go into the code. An operand that the operation does not have
+/// repeats another.
 fn coded(operation: Operation) -> Option<(Code, [Expr; 3])> {
     let (code, a, b, c) = match operation {
         Operation::None => return None,
@@ -202,7 +202,7 @@ impl Tape {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             #[allow(unsafe_code, reason = "the processor has been asked")]
-            // SAFETY: the one thing that `run_fused` asks for is a processor with AVX2 and FMA.
+            // SAFETY: `run_fused` requires a processor with AVX2 and FMA, which was just checked.
             return unsafe { self.run_fused(slots, input, output) };
         }
         // Every AArch64 fuses; elsewhere a fused operation may be a slow call.
@@ -237,7 +237,8 @@ impl Tape {
         for op in &self.ops {
             let (a, b, c) = (slots[op.a as usize], slots[op.b as usize], slots[op.c as usize]);
             let mut to = [0.0; B];
-            // A loop rather than `from_fn`: a closure of the library is not compiled for the wider processor.
+            // A loop rather than `from_fn`, because the compiler would not use the wider instructions in a closure of
+            // the library.
             macro_rules! abreast {
                 ($l:ident, $value:expr) => {
                     for $l in 0..B {
@@ -301,7 +302,7 @@ mod tests {
             let mut one = [f64::NAN; 3];
             tape.evaluate(&[x, y], &mut work, &mut one);
             let expected = [libm::sin(x) * (x + y), (y - x) * 3.0 + x * y, 0.0];
-            // A sine within 2e-16, three roundings, and sums without cancellation to speak of.
+            // Errors: a sine within 2e-16, three roundings, and sums that hardly cancel.
             assert!(
                 one.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 2e-15 * (x * x + y * y)),
                 "{one:?} {expected:?}"
@@ -310,7 +311,8 @@ mod tests {
         }
     }
 
-    /// x y - z where x y cancels z but for its rounding error: what is fused keeps the error, what is not gives zero.
+    /// x y - z where x y cancels z but for its rounding error. A fused operation keeps the error; an unfused one gives
+    /// zero.
     #[test]
     fn fusing_rounds_once() {
         let mut g = Graph::new();

@@ -3,7 +3,7 @@
 /// With fewer samples a second thread does not pay.
 const ALONE: usize = 1 << 15;
 
-/// The result of `work` on each of the series, in their order; `samples`: of each.
+/// The results of `work` on the series, in their order. `samples`: the number of samples of each series.
 pub(crate) fn abreast<I: Send, R: Send>(samples: usize, series: Vec<I>, work: impl Fn(I) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(series.len());
     if threads < 2 || samples < ALONE {
@@ -19,7 +19,7 @@ pub(crate) fn abreast<I: Send, R: Send>(samples: usize, series: Vec<I>, work: im
                 scope.spawn(move || some.into_iter().map(work).collect::<Vec<R>>())
             })
             .collect();
-        // Nothing in it can fail; where it does, so does this.
+        // `work` does not fail. If it panics nevertheless, the panic goes on in the caller.
         let done = |worker: std::thread::ScopedJoinHandle<Vec<R>>| {
             worker.join().unwrap_or_else(|cause| std::panic::resume_unwind(cause))
         };

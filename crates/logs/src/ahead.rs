@@ -1,4 +1,4 @@
-//! Rows of a text, read on a thread of their own while those before them go into blocks.
+//! Reads the rows of a text on a thread of its own, while the rows before them go into blocks.
 
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -7,10 +7,10 @@ use crate::Error;
 use crate::formats::delimited::TableReader;
 use crate::table::Table;
 
-/// Rows that are read at once: their numbers stay in the cache on the way into a block.
+/// Rows that are read at once, so few that their numbers stay in the cache on the way into a block.
 pub(crate) const READ: usize = 1 << 14;
 
-/// Tables that wait.
+/// Tables that may wait to be taken.
 const WAITING: usize = 2;
 
 /// The rows of a text that come next.
@@ -20,7 +20,8 @@ pub(crate) struct RowsAhead {
 }
 
 impl RowsAhead {
-    /// In tables of at most [`READ`] rows; every block of so many rows begins with a table.
+    /// Reads tables of at most [`READ`] rows. Every `block` rows a new table begins, so that no table crosses the end
+    /// of a block.
     pub fn new(mut text: TableReader<'static>, block: usize) -> RowsAhead {
         let (sender, tables) = sync_channel(WAITING);
         let read = move || {
@@ -29,7 +30,7 @@ impl RowsAhead {
                 let table = text.rows(READ.min(left));
                 let rows = table.as_ref().map_or(0, Table::rows);
                 left = if rows < left { left - rows } else { block };
-                // Whoever failed on an earlier table waits for no other.
+                // Nobody receives the next table after a failure on an earlier one.
                 if sender.send(table).is_err() || rows == 0 {
                     break;
                 }
@@ -38,7 +39,7 @@ impl RowsAhead {
         RowsAhead { tables, reader: Some(std::thread::spawn(read)) }
     }
 
-    /// The next rows; none at the end, behind which nothing is to be asked for.
+    /// The next rows. An empty table is the end; do not ask again after it.
     ///
     /// Fails as [`TableReader::rows`] does.
     pub fn next(&mut self) -> Result<Table, Error> {

@@ -1,4 +1,5 @@
-//! A file people have becomes a log: measured joint signals against time, cleaned, with an account of the cleaning.
+//! Turns a file that people have into a log: measured joint signals against time, cleaned, with an account of the
+//! cleaning.
 //!
 //! file -> [`Table`] (named columns of numbers) -> [`Columns`] (which column is which signal) -> [`Log`], held in memory,
 //! or [`LogStream`], block by block. Nothing here knows a robot: coordinates are names.

@@ -82,7 +82,7 @@ impl Log {
         Ok(log)
     }
 
-    /// The usable of some rows of a table, those later than `after` on its clock, not yet described.
+    /// The usable rows within `range` of a table, those later than `after` on its clock, not yet described.
     ///
     /// Fails when a used column holds text.
     pub(crate) fn usable(table: &Table, columns: &Columns, range: Range<usize>, after: f64) -> Result<Log, Error> {
@@ -118,7 +118,7 @@ impl Log {
         after: f64,
     ) -> Result<(), Error> {
         check_texts(table, columns)?;
-        // Tables that are taken part by part come from files without lines, whose rows are all alike.
+        // Only a table without lines is taken part by part, and none of its rows is ragged.
         let ragged = if range.start == 0 { table.ragged } else { 0 };
         let (rows, report) = usable_rows(table, columns, range.clone(), after);
         for (x, s) in self.series_mut().zip(columns.sources()) {
@@ -162,7 +162,7 @@ impl Log {
         std::iter::once(&mut self.t).chain(&mut self.q).chain(optional).chain(&mut self.effort)
     }
 
-    /// Some of the samples, described as the whole.
+    /// Some of the samples, with the names and the report of the whole log.
     pub(crate) fn range(&self, range: Range<usize>) -> Log {
         let cut = |x: &Vec<f64>| x[range.clone()].to_vec();
         let all = |x: &Vec<Vec<f64>>| x.iter().map(cut).collect::<Vec<_>>();
@@ -240,8 +240,8 @@ impl Log {
         };
     }
 
-    /// s at rest at the start, at the end, and in all, looked at in spans of [`REST_SPAN`]; what is left behind the last
-    /// span goes on as it did.
+    /// s at rest at the start, at the end, and in all, measured in spans of [`REST_SPAN`]. The remainder behind the
+    /// last span counts as a continuation of it.
     fn rest(&self) -> (f64, f64, f64) {
         let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);
         for r in 1..self.len() {

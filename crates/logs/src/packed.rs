@@ -1,4 +1,4 @@
-//! Samples of a log as they wait in memory: in half the bytes where that loses nothing.
+//! Samples of a log held in memory, in half the bytes where that loses nothing.
 //!
 //! What controllers write has few decimals: x = m 10^-k with the integer m in 32 bits. A series of such numbers is held by
 //! its integers, and m / 10^k is, bit for bit, what was read. Other series are held as they are.
@@ -27,16 +27,16 @@ enum Series {
     Decimal(Vec<i32>, f64),
 }
 
-/// The rows of the file behind samples: mostly each follows on the one before.
+/// Rows of the file that the samples come from. Mostly they are consecutive.
 enum Rows {
     From(usize),
     Listed(Vec<usize>),
 }
 
-/// Stands for -0, which no integer is.
+/// Stands for -0, which an integer cannot express.
 const MINUS_ZERO: i32 = i32::MIN;
 
-/// Added to a number below 2^31 and subtracted again, this leaves the nearest integer, which the lower half of the sum is.
+/// Adding this to a number below 2^31 leaves the nearest integer in the lower half of the sum.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// Powers of ten that are tried.

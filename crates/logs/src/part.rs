@@ -1,4 +1,4 @@
-//! Rows on their way into a block of a long log: those of packed parts, and those that a text is read into.
+//! Rows on their way into a block of a long log: rows of packed parts, or rows read from a text.
 
 use std::ops::Range;
 
@@ -61,8 +61,8 @@ impl Part<'_> {
     }
 }
 
-/// The usable rows of the next block of a text, whose first rows are `next`; the rows of the file up to its end, and the
-/// rows behind it.
+/// Reads the next block of a text, whose first rows are `next`. Returns its usable rows, the range of its rows in the
+/// file, and the first rows behind it.
 pub(crate) fn read_block(
     ahead: &mut RowsAhead,
     mut next: Table,

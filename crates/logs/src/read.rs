@@ -1,9 +1,9 @@
 //! Which format a file has, and its reader.
 //!
-//! Delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; the joint states of a ROS
-//! recording. The content decides the format, not the name. `-` is standard input. What is no text is held whole, up to
-//! [`MAX_BYTES`]; a text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers: a pipe or device without end is refused
-//! there.
+//! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; the
+//! joint states of a ROS recording. The content decides the format, not the name. `-` is standard input. A file that is
+//! no text is held whole, up to [`MAX_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so that a
+//! pipe or device without end is refused there.
 
 use std::io::{Cursor, Read};
 use std::path::Path;

@@ -1,8 +1,8 @@
-//! A long log: gone through block by block, from memory or, where it is too long for that, from its file at every pass.
+//! A long log, read block by block: from memory or, where it is too long for that, from its file at every pass.
 //!
-//! A block is the rows of its own and, before and behind them, rows of its neighbours, as many as the
-//! filter takes to forget where the signal began: the states made of a block's own rows are those of
-//! the whole log. Blocks are the same wherever they come from, and so are the account and the states.
+//! A block has its own rows and, before and behind them, rows of its neighbours: as many as the filter needs to forget
+//! where the signal began. So the states made of a block's own rows are those of the whole log. Blocks, account and
+//! states are the same whether the log comes from memory or from its file.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -25,10 +25,10 @@ use crate::table::Table;
 /// Rows of a block.
 const BLOCK: usize = 1 << 17;
 
-/// Numbers up to which a log is held: 384 MiB, two million rows of seven joints.
+/// Most numbers of a log that is held in memory: 384 MiB, two million rows of seven joints.
 const HELD: usize = 3 << 24;
 
-/// Cells of a block of very many columns.
+/// Most cells of a block, which bounds its rows where a file has very many columns.
 const WIDE: usize = 1 << 24;
 
 /// A log of one block, or of several.
@@ -40,15 +40,15 @@ pub enum LogSource {
 }
 
 impl LogSource {
-    /// Opens a file and finds the columns of the coordinates in it. What has more than 131072 rows is gone through block by
-    /// block; text of more than 50 million numbers of the robot is read again at every pass.
+    /// Opens a file and finds the columns of the coordinates in it. A log of more than 131072 rows is read block by
+    /// block. A text of more than 50 million numbers of the robot is read again at every pass.
     ///
     /// Fails as `Log::read` does.
     pub fn open(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
         LogSource::open_within(path, coordinates, names, usize::MAX, BLOCK)
     }
 
-    /// As `open`, with the number of rows up to which a text is held and that of a block.
+    /// As `open`, with the most rows of a text that is held in memory, `held`, and the rows of a block, `block`.
     pub fn open_within(
         path: &Path,
         coordinates: &[String],
@@ -214,7 +214,7 @@ impl Account {
     }
 }
 
-/// What changes when a file is written or replaced.
+/// Length and time of modification, which change when a file is written or replaced.
 #[derive(PartialEq)]
 struct FileState(u64, Option<SystemTime>);
 
@@ -235,7 +235,7 @@ impl LogStream {
         Ok(LogStream { path, columns, report, parts, block })
     }
 
-    /// Hands over the log in blocks that end where they end, to look at what needs no neighbours.
+    /// Hands over the log in blocks without rows of their neighbours.
     ///
     /// Fails when the file cannot be read again, or has changed.
     pub fn each(&self, take: &mut dyn FnMut(&Log) -> Result<(), Error>) -> Result<(), Error> {
@@ -286,8 +286,8 @@ impl LogStream {
         }
     }
 
-    /// Hands over the log in blocks that reach `overlap` s into their neighbours; the window of a block is
-    /// what is its own.
+    /// Hands over the log in blocks that reach `overlap` s into their neighbours. The window of a block covers its own
+    /// rows.
     ///
     /// Fails when the file cannot be read again, or has changed.
     pub fn blocks(&self, overlap: f64, take: &mut dyn FnMut(Log) -> Result<(), Error>) -> Result<(), Error> {
@@ -304,7 +304,7 @@ impl LogStream {
             if let Some(next) = next {
                 next.append_to(&mut block, 0..after);
             }
-            // Parts were unwrapped by themselves: their ends may be turns apart.
+            // Each part was unwrapped by itself, so that parts may differ by turns where they meet.
             abreast(block.len(), block.q.iter_mut().collect(), |q| unwrap(q));
             take(self.described(block))
         };
@@ -328,8 +328,8 @@ mod tests {
     use super::*;
     use std::fmt::Write as _;
 
-    /// What stands in a table (Parquet, MCAP, .npz), in a text that is held and in one that is read again gives the same
-    /// account and the same blocks, bit for bit.
+    /// A table (Parquet, MCAP, .npz), a text that is held and a text that is read again give the same account and the
+    /// same blocks, bit for bit.
     #[test]
     fn blocks_of_a_table_are_those_of_a_text() {
         let mut text = "t,note,q1,tau1\n".to_string();

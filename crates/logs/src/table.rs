@@ -1,6 +1,6 @@
 //! Named columns of numbers, before anybody says what they mean.
 //!
-//! What a cell means, and which rows are usable, is for `columns` and `log` to say.
+//! `columns` and `log` decide what a cell means and which rows are usable.
 
 use crate::Error;
 
@@ -11,7 +11,7 @@ pub struct Table {
     pub file: String,
     /// Names of the columns.
     pub header: Vec<String>,
-    /// `columns[c][r]`: column c, row r; of a text, columns that nobody asked for are empty.
+    /// `columns[c][r]`: column c, row r. Columns of a text that were not asked for are empty.
     pub columns: Vec<Vec<f64>>,
     /// The line of the file each row stands on; none for files without lines.
     pub lines: Lines,
@@ -21,7 +21,7 @@ pub struct Table {
     pub ragged: usize,
     /// Rows of the file before the first of these.
     pub skipped: usize,
-    /// What was read and what was not, in a sentence each, where the file leaves a choice.
+    /// Where the file leaves a choice, a sentence on what was read and what was not.
     pub notes: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl Table {
     }
 }
 
-/// The lines of rows, from 1. Mostly each row stands below the one before: only where it does not is anything held.
+/// The lines of rows, from 1. Only rows that do not stand directly below the row before take memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lines {
     /// (row, line): from this row on each stands one line below the one before.
@@ -83,7 +83,7 @@ impl Lines {
 /// More columns than this is not a log of a robot.
 pub const MAX_COLUMNS: usize = 10_000;
 
-/// More numbers than this, 2 GiB, are to be cut before: three hours of 22 columns at 1 kHz.
+/// Tables of more numbers, 2 GiB, must be cut by the user. Three hours of 22 columns at 1 kHz have as many.
 pub const MAX_CELLS: usize = 1 << 28;
 
 /// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.

@@ -38,8 +38,7 @@ pub fn module(robot: &Robot, functions: &[RobotFunction]) -> Result<Module, Uncl
     Ok(module)
 }
 
-/// The base regressor with the names of its rows and columns and how they came about. Constants
-/// take their values.
+/// The base regressor with the names of its rows and columns and the rules behind them. Constants take their values.
 fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Module {
     let mut regressor = base.regressor(standard).bound();
     regressor.name = "base_regressor".into();
@@ -94,8 +93,8 @@ fn robot_module(robot: &Robot, base: &BaseParameters, standard: &Function) -> Mo
     module
 }
 
-/// Operations of the code that is written: what folds away only once constants have their values is gone. A product in
-/// a sum, `mul_add`, is neither a product nor a sum here.
+/// Operations of the code that is written: terms that vanish once the constants have their values do not count. A
+/// product in a sum, `mul_add`, is counted neither as a product nor as a sum here.
 fn operations(bound: &Function) -> String {
     let bound = bound.bound();
     let (count, fusion) = (bound.count(), Fusion::of(&bound));

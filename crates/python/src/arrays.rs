@@ -1,4 +1,4 @@
-//! States as arrays of NumPy: in without a copy where they are float64, row by row; out as an array of their own.
+//! States as arrays of NumPy. An input is not copied if it is float64, row by row. An output is a new array.
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -12,7 +12,7 @@ pub struct Rows<'py> {
 }
 
 impl<'py> Rows<'py> {
-    /// Anything that NumPy takes for an array of numbers; copied only where it is not float64 row by row.
+    /// Takes anything that NumPy reads as an array of numbers. It is copied only if it is not float64, row by row.
     pub fn new(name: &str, x: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
         let numpy = x.py().import("numpy")?;
         let options = [("dtype", numpy.getattr("float64")?)].into_py_dict(x.py())?;
@@ -72,7 +72,7 @@ impl<'py> Argument<'py> {
 }
 
 impl<'py> States<'py> {
-    /// q, dq and ddq of one shape; absent rates are zero, made only where they are `needed`.
+    /// q, dq and ddq of one shape. Absent rates are zero, and these zeros are made only where they are `needed`.
     pub fn new(
         coordinates: &[String],
         q: &Bound<'py, PyAny>,

@@ -1,11 +1,13 @@
-//! Numbers out of the Arrow C data interface: what pandas, polars and pyarrow hand over by `__arrow_c_stream__`.
+//! Reads numbers from the Arrow C data interface, which pandas, polars and pyarrow offer by `__arrow_c_stream__`.
 //!
 //! The layout is that of the specification "The Arrow C data interface" and "The Arrow C stream interface": a struct of
-//! columns, batch by batch. Read are integers, floats and times (as integers), a null as no number; other columns are told
-//! by name. No buffer outlives the call: the numbers are copied into f64. The other direction is `arrow_export`.
+//! columns, batch by batch. Integers, floats and times (as integers) are read, and a null becomes NaN. Other columns
+//! are reported by their format. No buffer outlives the call, because the numbers are copied into f64. The other
+//! direction is `arrow_export`.
 //!
-//! `unsafe` stands in these two files alone. The argument here: every pointer comes out of a structure that its owner filled
-//! by the specification and that is released once, at the end; lengths are those that it states.
+//! `unsafe` stands in these two files alone. It is sound here because every pointer comes from a structure that its
+//! owner filled by the specification and that is released once, at the end, and because lengths are those that the
+//! structure states.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, c_char, c_void};
@@ -58,7 +60,7 @@ pub(crate) struct Stream {
 impl Drop for Schema {
     fn drop(&mut self) {
         if let Some(release) = self.release {
-            // SAFETY: the owner's own function, once: it clears `release`.
+            // SAFETY: the owner's own function is called once, because it clears `release`.
             unsafe { release(self) }
         }
     }
@@ -77,11 +79,11 @@ impl Drop for Batch {
 pub struct Column {
     /// Its name.
     pub name: String,
-    /// Its numbers, or the Arrow format of what is none.
+    /// Its numbers, or the Arrow format of a column that holds none.
     pub content: Result<Vec<f64>, String>,
 }
 
-/// All columns of what has `__arrow_c_stream__`.
+/// All columns of an object that has `__arrow_c_stream__`.
 pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
     let capsule = frame.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
     let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
@@ -100,7 +102,7 @@ pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
     }
     let mut columns = Vec::new();
     for k in 0..schema.n_children.max(0) as usize {
-        // SAFETY: there are so many children.
+        // SAFETY: k is less than the number of children.
         let child = unsafe { &**schema.children.add(k) };
         let format = text(child.format);
         let content = match Kind::of(&format) {
@@ -125,7 +127,8 @@ pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
         }
         for (k, (column, format)) in columns.iter_mut().enumerate() {
             let (Ok(numbers), Some(kind)) = (&mut column.content, Kind::of(format)) else { continue };
-            // SAFETY: there are so many children, and a column of numbers has two buffers, of the lengths it states.
+            // SAFETY: k is less than the number of children, and a column of numbers has two buffers, of the lengths it
+            // states.
             unsafe { kind.append(&**batch.children.add(k), batch.offset, batch.length, numbers) }
         }
     }
@@ -140,7 +143,7 @@ fn text(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// How numbers lie in a buffer.
+/// The type of the numbers in a buffer.
 #[derive(Clone, Copy)]
 enum Kind {
     F64,
@@ -156,7 +159,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// By the format of a schema; times are integers.
+    /// The type for the format of a schema. Times are integers.
     fn of(format: &str) -> Option<Kind> {
         Some(match format {
             "g" => Kind::F64,
@@ -174,7 +177,7 @@ impl Kind {
         })
     }
 
-    /// Appends `length` numbers of a column from `first` on; nulls are no numbers.
+    /// Appends `length` numbers of a column from `first` on. A null becomes NaN.
     unsafe fn append(self, column: &Batch, first: i64, length: i64, numbers: &mut Vec<f64>) {
         let (first, length) = ((column.offset + first).max(0) as usize, length.max(0) as usize);
         let before = numbers.len();

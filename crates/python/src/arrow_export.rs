@@ -3,9 +3,9 @@
 //! The layout is that of the specification "The Arrow C data interface" and "The Arrow C stream interface", whose structures
 //! stand in `arrow`. Columns are f64 (`g`), where an absent number is a null, and texts (`u`).
 //!
-//! `unsafe`: a structure goes out by pointer, with the box that holds its buffers in `private`, and the function that takes
-//! that box back. The argument: `release` is called once, by the consumer or by `Drop`, since it clears itself; a child that
-//! the consumer has taken is cleared by the consumer, and `Drop` passes it by.
+//! `unsafe`: a structure goes out by pointer. Its `private` holds the box of its buffers, and its `release` takes that
+//! box back. This is sound because `release` is called once, by the consumer or by `Drop`, since it clears itself. A
+//! child that the consumer has taken is cleared by the consumer, and `Drop` skips it.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -28,7 +28,7 @@ pub enum Content {
 /// The flag of a column that may hold nulls.
 const NULLABLE: i64 = 2;
 
-/// Errors of a stream: no batch of this one can fail.
+/// No error; no batch of this stream can fail.
 const FINE: i32 = 0;
 
 /// A capsule that holds a stream of these columns, all of one length.
@@ -64,7 +64,7 @@ unsafe impl Send for Stream {}
 impl Drop for Stream {
     fn drop(&mut self) {
         if let Some(release) = self.release {
-            // SAFETY: once: it clears `release`.
+            // SAFETY: `release` is called once, because it clears itself.
             unsafe { release(self) }
         }
     }
@@ -115,7 +115,7 @@ impl Buffers {
                 buffers.offsets.push(0);
                 for text in texts {
                     buffers.bytes.extend(text.bytes());
-                    // A table of parameters is some kilobytes; beyond two gigabytes this type of Arrow ends.
+                    // A table of parameters takes some kilobytes. Two gigabytes are the limit of this Arrow type.
                     buffers.offsets.push(i32::try_from(buffers.bytes.len()).map_err(error)?);
                 }
             }
@@ -123,7 +123,7 @@ impl Buffers {
         Ok(buffers)
     }
 
-    /// Their places; they stay where they are as long as this lives.
+    /// Pointers to the buffers. They are valid as long as `self` lives.
     fn places(&self) -> Vec<*const c_void> {
         let mut places = vec![self.validity.as_ref().map_or(null(), |bits| bits.as_ptr().cast())];
         if self.offsets.is_empty() {
@@ -206,7 +206,7 @@ unsafe extern "C" fn release_batch(batch: *mut Batch) {
 }
 
 unsafe extern "C" fn get_schema(stream: *mut Stream, out: *mut Schema) -> i32 {
-    // SAFETY: the stream is one of `stream`, not yet released; what `out` held is none of ours.
+    // SAFETY: the stream is one of `stream`, not yet released. Nothing that `out` held before is ours.
     unsafe {
         let table = &*(*stream).private.cast::<Table>();
         let columns = table.schemas.iter().map(|(name, format)| schema(name.clone(), format, Vec::new())).collect();

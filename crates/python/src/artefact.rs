@@ -1,5 +1,5 @@
-//! What the artefacts of the walk have in common in Python: `read`, `to_yaml`, `save`, a repr that is their table, pickles
-//! that are their text.
+//! Methods that all artefacts have in Python: `read`, `to_yaml`, `save`, a repr that is their table, pickles that are
+//! their text.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `ripple`, `elastic` and `play` of `rist.identify`: what RIST-MH is asked for beside the parameters.
+//! `ripple`, `elastic` and `play` of `rist.identify`: effects that RIST-MH estimates besides the parameters.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
@@ -10,7 +10,7 @@ use crate::keywords::Keywords;
 const RIPPLE: &str = "periods a turn of all joints, or of some, {'q2': 12} or {'q2': [6, 12]},";
 const JOINTS: &str = "True for all joints, or a list of coordinates";
 
-/// The effects that are asked for; band and delay are left customary.
+/// The effects that are asked for. Band and delay keep their defaults.
 pub fn joint_effects(given: &Keywords<'_>) -> PyResult<HarmonicRequest> {
     Ok(HarmonicRequest {
         ripple: ripple(given)?,
@@ -43,7 +43,7 @@ fn ripple(given: &Keywords<'_>) -> PyResult<Vec<(Whose, f64)>> {
     Ok(found)
 }
 
-/// A number, or a list of them; True is none, although Python counts with it.
+/// A number, or a list of numbers. True is refused, although Python treats it as a number.
 fn periods(value: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
     if value.is_instance_of::<PyBool>() {
         return None;

@@ -70,7 +70,7 @@ impl Estimate {
             .ok_or_else(|| error("this estimate was read without its model: Estimate.read(path, model)"))
     }
 
-    /// The bodies, unless the verdict is no and nobody insists.
+    /// The bodies. Fails if the verdict is no, unless `anyway`.
     fn bodies(&self, anyway: bool) -> PyResult<Bodies> {
         let Some(bodies) = &self.bodies else {
             return Err(error(match self.is_read {

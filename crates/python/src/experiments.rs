@@ -358,7 +358,7 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
     Ok(ExcitingMotion { inner })
 }
 
-/// What the motion is a sum of, as the options say.
+/// The family of the motion, as the options say.
 fn family(given: &Keywords<'_>) -> PyResult<Family> {
     let words = [("fourier", FamilyWord::Fourier), ("spline", FamilyWord::Spline)];
     let (word, count) = (given.word("motion", &words)?.unwrap_or(FamilyWord::Fourier), "a whole number");

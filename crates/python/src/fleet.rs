@@ -34,12 +34,12 @@ pub struct Accumulator {
 const OPTIONS: [&str; 8] = ["cutoff", "order", "decimate", "delay", "friction", "weights", "gain", "options"];
 
 impl Accumulator {
-    /// An update never ends half-way: what panicked left the sums as they were.
+    /// The sums, even after a panic: an update is all or nothing, so a panic leaves them as they were.
     fn sums(&self) -> MutexGuard<'_, rist::Accumulator> {
         self.sums.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// As they are, for work without the interpreter lock.
+    /// A copy of the sums, for work without the interpreter lock.
     fn copy(&self) -> rist::Accumulator {
         self.sums().clone()
     }
@@ -76,7 +76,7 @@ impl Accumulator {
         let (this, given) = (slf.get(), logs(log)?);
         let model = &this.model.get().inner;
         for log in given {
-            // Of this log alone: what others add meanwhile stays.
+            // The sums of this log alone, so that logs which other threads add meanwhile are kept.
             let mut part = rist::Accumulator::new(this.sums().settings().clone());
             let part = work(slf.py(), None, |_| {
                 let log = log.open(model, &part.settings().options.columns)?;
@@ -90,7 +90,7 @@ impl Accumulator {
 
     /// Adds the logs of another; returns itself. Raises rist.Error with what differs, and where a log is in both.
     fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
-        // Copied first: its lock is let go before the other is taken, which may be the same.
+        // The other is copied first, so that its lock is released before this one is taken. Both may be the same.
         let (this, other) = (slf.get(), other.copy());
         slf.py().detach(|| this.sums().merge(&other)).or_error()?;
         Ok(slf)

@@ -47,7 +47,7 @@ const OPTIONS: [&str; 19] = [
     "play",
 ];
 
-/// The options that experiments do not heed.
+/// The options that an identification from experiments ignores and therefore refuses.
 const OF_SAMPLES: [&str; 9] =
     ["order", "decimate", "friction", "weights", "consistent", "covariance", "loaded", "loaded_link", "validate"];
 
@@ -95,7 +95,7 @@ pub fn identify(
 #[derive(Clone, Copy)]
 enum Method {
     LeastSquares,
-    /// Of the parameters that the data can tell from zero alone.
+    /// Least squares with only the parameters that the data can distinguish from zero.
     Essential,
     Experiments(SpectralMethod),
 }
@@ -201,7 +201,7 @@ fn identify_experiments(
     Ok(Estimate::plain(estimate, Some(model.clone().unbind())))
 }
 
-/// The options that estimates from samples and sums have in common; auto leaves the customary one.
+/// The options that estimates from samples and from sums share. The word auto leaves the default in place.
 pub fn options_of_samples(given: &Keywords<'_>, model: &rist::Model) -> PyResult<Options> {
     let mut options = read_options(given)?;
     options.model = model.robot.name.clone();
@@ -238,7 +238,7 @@ fn read_options(given: &Keywords<'_>) -> PyResult<Options> {
     }
 }
 
-/// Whether the program is to find it.
+/// Whether the option is "auto", so that the program finds the value.
 pub fn is_auto(given: &Keywords<'_>, name: &str) -> bool {
     given.any(name).and_then(|x| x.extract::<String>().ok()).is_some_and(|word| word == "auto")
 }

@@ -1,4 +1,4 @@
-//! The options of a call: taken out one by one, and what is left over is refused with what there is.
+//! The options of a call. They are read one by one, and an unknown one is refused with the list of known ones.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -51,7 +51,7 @@ impl<'py> Keywords<'py> {
         }
     }
 
-    /// That an option is not what it can be.
+    /// The error that the value of an option is not as expected.
     pub fn wrong(&self, name: &str, expected: &str) -> PyErr {
         let found = self.any(name).and_then(|value| value.repr().ok()).map_or(String::new(), |r| r.to_string());
         error(format_args!("{}: {name}={found}: {expected} is expected", self.function))

@@ -1,7 +1,7 @@
 //! The package `rist` of Python: the library `rist`, with arrays of NumPy for slices and keyword arguments for options.
 //!
-//! Nothing is computed here. Names are those of the library, options those of the program; long work runs without the
-//! interpreter lock (`work`), what cannot be done is `rist.Error` with the program's message.
+//! Nothing is computed here. Names are those of the library, options those of the program. Long work runs without the
+//! interpreter lock (`work`). A failure is `rist.Error` with the program's message.
 
 mod arrays;
 mod arrow;

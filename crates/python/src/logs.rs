@@ -47,7 +47,7 @@ pub fn open(given: Vec<Given>, model: &rist::Model, names: &ColumnNames) -> Resu
     given.into_iter().map(|log| log.open(model, names)).collect()
 }
 
-/// A path, a dict of arrays, or what has `__arrow_c_stream__`; `number`: its place in a list.
+/// Takes a path, a dict of arrays, or an object with `__arrow_c_stream__`. `number`: its place in a list.
 fn one(given: &Bound<'_, PyAny>, number: Option<usize>) -> PyResult<Given> {
     let named = |what: &str| number.map_or(what.to_string(), |k| format!("{what} {k}"));
     if let Ok(path) = given.extract::<PathBuf>() {

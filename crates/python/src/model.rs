@@ -98,7 +98,7 @@ impl Model {
         Ok(place.get_or_init(|| made))
     }
 
-    /// A quantity at states; the outputs have a dimension of states unless a single one was given.
+    /// Evaluates a quantity at states. The outputs have a dimension for the states, unless a single state was given.
     fn evaluate<'py>(
         &self,
         py: Python<'py>,

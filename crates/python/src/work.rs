@@ -1,7 +1,7 @@
-//! Long work without the interpreter lock: it tells how far it is, and Ctrl-C ends it.
+//! Long work without the interpreter lock. It reports its progress, and Ctrl-C ends it.
 //!
-//! The library works on a thread of its own. The caller's thread waits, hands progress to the callback, and looks for
-//! signals; what it finds raises the flag that the work looks at between its parts.
+//! The library works on a thread of its own. The caller's thread waits, hands progress to the callback, and checks for
+//! signals. A signal or an exception raises a flag, which the work checks between its parts.
 
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
@@ -11,31 +11,31 @@ use rist::exciting::Interruption;
 
 use crate::error::OrError;
 
-/// Between two looks for signals.
+/// Time between two checks for signals.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// Derivations recurse: the thread gets what a main thread has.
+/// Stack of the thread, as large as that of a main thread, because derivations recurse.
 const STACK: usize = 8 << 20;
 
-/// How far the work is: parts done, parts in all, and what is best so far, in words.
+/// Progress of the work: parts done, parts in all, and the best result so far, in words.
 pub struct Progress {
     done: usize,
     all: usize,
     text: String,
 }
 
-/// Where the work says how far it is.
+/// The channel on which the work reports its progress.
 pub struct Reporter(Sender<Progress>);
 
 impl Reporter {
-    /// Nobody may listen any more.
+    /// Reports the progress. Nobody may be listening any more, which is no error.
     pub fn tell(&self, done: usize, all: usize, text: &str) {
         let _ = self.0.send(Progress { done, all, text: text.into() });
     }
 }
 
-/// Does the work; `callback(done, all, text)` is told how far it is. What the callback raises ends the work, as a signal
-/// does.
+/// Does the work and reports its progress by `callback(done, all, text)`. An exception in the callback ends the work,
+/// as a signal does.
 pub fn work<T: Send>(
     py: Python<'_>,
     callback: Option<&Bound<'_, PyAny>>,
@@ -64,7 +64,8 @@ pub fn work<T: Send>(
             if raised.is_ok() {
                 raised = looked;
             }
-            // Again and again: a search that is ended would make something of what it has.
+            // Raised again each time, because the end of a search clears the flag and the work would go on with the
+            // best found.
             if raised.is_err() {
                 interruption.raise();
             }

@@ -1,8 +1,9 @@
 //! Small charts as SVG: lines, envelopes, bands and dots over two axes.
 //!
-//! Coordinates are whole tenths of a pixel and relative to the point before, which takes a third of the room of decimals.
-//! Colours are classes, so that a page gives them for light and dark; [`Chart::alone`] brings its own. They are those of
-//! Okabe and Ito, which everybody can tell apart; lines differ in their dashes too.
+//! Coordinates are whole tenths of a pixel and relative to the point before, which takes a third of the space of
+//! decimals. Colours are classes, so that a page defines them for light and dark; [`Chart::alone`] includes
+//! definitions. The colours are those of Okabe and Ito, which everybody can tell apart. Lines differ in their dashes
+//! too.
 
 use std::fmt::Write;
 
@@ -19,7 +20,7 @@ const BOTTOM: f64 = 420.0;
 const ROW: f64 = 190.0;
 const LETTER: f64 = 68.0;
 
-/// What is drawn, from back to front.
+/// A layer of the drawing. Layers are drawn from back to front.
 #[derive(Clone, Debug)]
 enum Layer<'a> {
     /// Points joined by lines; a new piece at each inner vector.
@@ -30,7 +31,7 @@ enum Layer<'a> {
     Band(f64, f64),
     /// Points.
     Dots(&'a [(f64, f64)]),
-    /// A point that counts.
+    /// A point to be noticed.
     Mark((f64, f64)),
 }
 
@@ -68,7 +69,7 @@ impl<'a> Chart<'a> {
         Chart { is_logarithmic: true, ..self }
     }
 
-    /// High, and a unit as long on either axis: for shapes.
+    /// A high chart with the same length per unit on both axes, for shapes.
     pub fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
@@ -78,7 +79,7 @@ impl<'a> Chart<'a> {
         Chart { height: 1500.0, ..self }
     }
 
-    /// One of many beside each other.
+    /// Small, for many charts beside each other.
     pub fn small(self) -> Chart<'a> {
         Chart { height: 1100.0, ..self }
     }
@@ -103,7 +104,7 @@ impl<'a> Chart<'a> {
         self.layer(name, class, Layer::Envelope(envelope))
     }
 
-    /// What lies between two ordinates.
+    /// A band between two ordinates.
     pub fn band(self, name: impl Into<String>, low: f64, high: f64) -> Chart<'a> {
         self.layer(name, "band", Layer::Band(low, high))
     }
@@ -113,7 +114,7 @@ impl<'a> Chart<'a> {
         self.layer(name, class, Layer::Dots(points))
     }
 
-    /// A point that counts.
+    /// A point to be noticed.
     pub fn mark(self, name: impl Into<String>, class: &'static str, point: (f64, f64)) -> Chart<'a> {
         self.layer(name, class, Layer::Mark(point))
     }
@@ -128,12 +129,12 @@ impl<'a> Chart<'a> {
         self
     }
 
-    /// The SVG of a page, which brings the classes.
+    /// The SVG for a page that defines the classes.
     pub fn svg(&self) -> String {
         self.drawn("")
     }
 
-    /// An SVG of its own.
+    /// The SVG for a file of its own.
     pub fn alone(&self) -> String {
         self.drawn(concat!("<style>", include_str!("../templates/chart.css"), "</style>\n"))
     }
@@ -151,7 +152,7 @@ impl<'a> Chart<'a> {
         );
         s += &legend.text;
         frame.axes(&mut s, &self.axes);
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         for border in &self.borders {
             let at = frame.px(*border);
             let _ = writeln!(s, "<path class=\"border\" d=\"M{at} {}V{}\"/>", frame.top, frame.bottom);
@@ -269,7 +270,7 @@ impl Frame {
         (LEFT + self.x.place(x) * (WIDTH - LEFT - RIGHT)).round() as i64
     }
 
-    /// Beyond the frame it stops a frame away: a number that is far out is no number for a browser.
+    /// Values far outside are clamped to one height of the frame beyond it, because browsers fail on huge coordinates.
     fn py(&self, y: f64) -> i64 {
         (self.bottom - self.y.place(y).clamp(-1.0, 2.0) * (self.bottom - self.top)).round() as i64
     }
@@ -277,7 +278,7 @@ impl Frame {
     fn axes(&self, s: &mut String, (x_name, y_name): &(String, String)) {
         let right = WIDTH - RIGHT;
         let below = self.bottom + 180.0;
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         for (y, text) in self.y.ticks() {
             let at = self.py(y);
             let class = if text == "0" { "zero" } else { "grid" };
@@ -315,7 +316,7 @@ impl Frame {
         s
     }
 
-    /// Round each piece: forth along the largest values, back along the smallest.
+    /// Outlines of the pieces: forward along the largest values, back along the smallest.
     fn area(&self, envelope: &Envelope) -> String {
         let spans = envelope.spans();
         let mut s = String::new();
@@ -384,7 +385,7 @@ mod tests {
         assert!(across > 2000 && (across - up).abs() <= 2, "{across} {up}");
     }
 
-    /// A million samples take the room of a picture.
+    /// A chart of a million samples is no larger than a picture.
     #[test]
     fn a_long_signal_is_small() {
         let mut signal = Envelope::default();

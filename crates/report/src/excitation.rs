@@ -1,4 +1,5 @@
-//! An exciting motion, for the page: its coordinates within their limits, the path of the tip, what it makes visible.
+//! An exciting motion on the page: its coordinates within their limits, the path of the tip, which parameters it makes
+//! visible.
 
 use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_summary, proven_text};
 use identification::experiments::excitation::limits::LimitKind;
@@ -13,7 +14,7 @@ use crate::chart::Chart;
 use crate::joints::Figure;
 use crate::number::{percent, significant, unit};
 
-/// A motion with what is drawn of it.
+/// A motion with its drawn data.
 #[derive(Clone, Copy)]
 pub struct ShownMotion<'a> {
     /// The artefact.
@@ -60,7 +61,7 @@ struct Visible {
     described: String,
     deviation: String,
     relative: String,
-    /// Of 100; `None`: nothing to draw.
+    /// Length of the bar of 100; `None` where there is nothing to draw.
     bar: Option<f64>,
     remark: String,
     is_doubtful: bool,
@@ -158,7 +159,7 @@ fn drawn<'a>(joint: &'a JointCourse, portrait: &MotionPortrait) -> Vec<Course<'a
     let one = |(kind, course): &'a (LimitKind, Envelope)| {
         let row = portrait.certificate.iter().find(|r| r.limit == *kind && r.subject == joint.coordinate);
         let bounds = match kind {
-            // Of the limit a share, less dry friction.
+            // The bounds of the certificate are a share of the limit, less dry friction.
             LimitKind::Effort | LimitKind::Power => row.map(|r| (-r.bound.abs(), r.bound.abs())),
             _ => joint.limits.bounds(*kind),
         };
@@ -190,16 +191,16 @@ fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
     })
 }
 
-/// What is less of its limit is told as zero.
+/// A value that is a smaller part of its limit is written as zero.
 const NOTHING: f64 = 1e-9;
 
-/// What the certificate says of a quantity.
+/// The sentence of the certificate on a quantity.
 fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     let Some(CertificateRow { time_s, value, bound, nowhere_beyond, kept, .. }) = row else {
         return format!("{name}: no limit is looked at");
     };
     let size = bound.abs();
-    // The rounding of a coordinate that stands still is no number for a reader.
+    // A coordinate at rest has rounding errors, which would not tell a reader anything.
     let digits = |x: f64| significant(if x.abs() < NOTHING * size { 0.0 } else { x }, 4);
     let (value, bound, proved) = (digits(*value), digits(*bound), digits(*nowhere_beyond));
     let at = format!("{name}: {value} of {bound} {unit} at {} s", significant(*time_s, 3));
@@ -210,7 +211,7 @@ fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     }
 }
 
-/// Seen along the three axes of the base frame, between floor, walls and boxes: file name, caption, chart.
+/// The path seen along the three axes of the base frame, with floor, walls and boxes: file name, caption, chart.
 fn paths(tip: &TipPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart<'static>)> {
     let planes = [
         ("path_xy", "x and y: from above", 0, 1),
@@ -230,8 +231,8 @@ fn paths(tip: &TipPath, space: &SpaceLimits) -> Vec<(&'static str, String, Chart
     planes.map(plane).into_iter().collect()
 }
 
-/// What limits of space are lines where one looks along an axis of the base frame: boxes, and planes along that axis, each
-/// as far as the path reaches. `axes`: those that are seen.
+/// Lines of the limits of space in a view along an axis of the base frame: the outlines of boxes, and planes that are
+/// seen edge-on, each as far as the path reaches. `axes`: the two axes of the view.
 fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let [a, b] = axes;
     let reach = |of: fn(&(f64, f64)) -> f64| {
@@ -256,10 +257,10 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
     planes.filter_map(line).chain(cells).collect()
 }
 
-/// The sine of the angle between a plane's normal and the line of sight from which on the plane is seen as a line.
+/// Sine of the angle between a plane's normal and the line of sight, above which the plane is drawn as a line.
 const EDGE_ON: f64 = 0.9999;
 
-/// Per cent of the widest bar at least: what is there is seen.
+/// Shortest bar, in per cent of the widest, so that every parameter with a bar shows one.
 const LEAST: f64 = 2.0;
 
 /// The parameters in the order of the motion, and what their bars mean. A bar is the relative deviation or, where no
@@ -329,7 +330,8 @@ mod tests {
         let mut ends = [line[0].0, line[1].0];
         ends.sort_by(f64::total_cmp);
         assert!((ends[0] - (0.2 - radius)).abs() < 1e-12 && (ends[1] - (0.2 + radius)).abs() < 1e-12, "{line:?}");
-        // x + y = 0.5 is seen from above alone; x = 0.5 from above and from the side, where its normal has any length.
+        // x + y = 0.5 is a line from above alone. x = 0.5 is one from above and from the side, whatever length its
+        // normal has.
         let slanting = SpaceLimits { walls: vec![wall([-2.0, -2.0, 0.0])], ..Default::default() };
         let line = &of(slanting.clone(), [0, 1])[0];
         assert!(line.iter().all(|p| (p.0 + p.1 - 0.5).abs() < 1e-12), "{line:?}");

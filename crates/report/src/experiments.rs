@@ -63,8 +63,8 @@ pub fn plan(plan: &ExperimentPlan) -> PlanPart {
 /// Points of a line that fills a small picture.
 const POINTS: usize = 120;
 
-/// The position of each joint that moves, one period of a swing, or a sweep there and back; none where a motion of the file
-/// is none.
+/// A chart of each motion: the positions of the joints that move, over one period of a swing or a sweep there and back.
+/// There is none if a motion of the plan is invalid.
 fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
     let trajectories = plan.trajectories("").unwrap_or_default();
     let picture = |(experiment, trajectory): (&PlannedExperiment, &ExcitingTrajectory)| {

@@ -18,7 +18,7 @@ pub use crate::parameters::Subject;
 use crate::parameters::{self, Group};
 use crate::template::rendered;
 
-/// What the page tells; each part is left out where it is not given.
+/// The content of the page. A part that is not given is left out.
 #[derive(Clone, Copy, Default)]
 pub struct Page<'a> {
     /// The robot, for rules, meanings, limits and the values of the description.
@@ -31,7 +31,7 @@ pub struct Page<'a> {
     pub estimate: Option<&'a Estimate>,
     /// What the estimate makes of logs.
     pub portrait: Option<&'a Portrait>,
-    /// How well it predicts others.
+    /// How well it predicts other logs.
     pub validation: Option<&'a Validation>,
     /// Whether to trust it.
     pub verdict: Option<&'a Verdict>,
@@ -170,7 +170,7 @@ impl Page<'_> {
         of_estimate.or_else(of_plan).or_else(of_motion).or_else(of_validation).unwrap_or_else(|| "robot".into())
     }
 
-    /// Where everything comes from, word by word.
+    /// The facts on where everything comes from, each with its heading.
     fn facts(&self) -> Vec<(&'static str, String)> {
         let Origin { date, version, command, model } = self.origin;
         let of_estimate = |f: fn(&Estimate) -> String| self.estimate.map(f).unwrap_or_default();

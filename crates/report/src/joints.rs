@@ -1,4 +1,4 @@
-//! The joints: what each torque is made of, what is left of it, and whether that is noise.
+//! The joints: the parts of each torque, the residual, and whether the residual is noise.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::autocorrelation::{NOISE_MEMORY, filtered_noise};
@@ -41,7 +41,7 @@ pub struct Figure {
 
 const CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
-/// The joints of a portrait; `estimate`: for errors on parts left out and the cut-off.
+/// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
 pub fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
     portrait.joints.iter().map(|joint| one(joint, portrait, estimate)).collect()
 }
@@ -67,7 +67,7 @@ fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) 
     }
 }
 
-/// How long a residual resembles itself, beside noise behind the same filter.
+/// The time over which a residual is correlated, compared with noise behind the same filter.
 fn likeness(memory: f64, cutoff: f64) -> String {
     let seconds = format!("{} s", significant(memory, 2));
     match memory * cutoff / NOISE_MEMORY {
@@ -155,7 +155,7 @@ fn friction_caption(joint: &JointPortrait) -> String {
 fn spectrum<'a>(joint: &JointPortrait, name: &str, unit: &str, cutoff: f64) -> Chart<'a> {
     let density = format!("{unit}/√Hz");
     let shown = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
-        // Beyond the cut-off there is what the filter leaves.
+        // Beyond the cut-off only the remainder of the filter is left.
         points.iter().copied().filter(|p| cutoff == 0.0 || p.0 <= 1.3 * cutoff).collect()
     };
     let residual = shown(&joint.residual_spectrum);

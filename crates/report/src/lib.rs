@@ -1,10 +1,10 @@
 //! Pages for people: one file of HTML each, which loads nothing.
 //!
-//! [`identification::Page`] tells an identification: its verdict, what each joint's torque is made of and what is left of
-//! it, the parameters with their meaning, the motion against the limits, the plan, an exciting motion and the validation where there are some.
-//! [`robot`] shows a description: links, base parameters, where the ten numbers of each link went.
-//! The text stands in `templates/`; charts are SVG of our own ([`chart`]). A page changes with nothing but its content: no
-//! clock is read, the date is what the caller gives.
+//! [`identification::Page`] presents an identification: its verdict, the parts of each joint's torque and its residual,
+//! the parameters with their meaning, the motion against the limits, and the plan, an exciting motion and the
+//! validation where there are some. [`robot`] shows a description: links, base parameters, where the ten numbers of
+//! each link went. The text stands in `templates/`; charts are SVG of our own ([`chart`]). A page depends on its
+//! content alone: no clock is read, and the date is what the caller gives.
 
 #![warn(missing_docs)]
 

@@ -1,4 +1,4 @@
-//! What of its limits the motion used.
+//! How much of its limits the motion used.
 
 use identification::portrait::Portrait;
 use robot::Robot;

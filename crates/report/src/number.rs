@@ -1,6 +1,6 @@
-//! Numbers as people read them: as many digits as count.
+//! Numbers as people read them, with as many digits as are significant.
 
-/// `x` with so many significant digits, without an exponent where it can be read without.
+/// `x` with so many significant digits. It has an exponent only where it could not be read without.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".into() } else { "-".into() };
@@ -13,7 +13,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     format!("{x:.decimals$}")
 }
 
-/// A value and half of its interval, with digits down to the second of the half.
+/// A value and half of its interval, both down to the second significant digit of the half.
 pub fn with_interval(value: f64, half: f64) -> (String, String) {
     if !(half > 0.0 && half.is_finite()) {
         return (significant(value, 4), String::new());

@@ -37,11 +37,11 @@ struct Row {
     value: String,
     half: String,
     unit: String,
-    /// For sorting: numbers that a script reads.
+    /// Number by which a script of the page sorts.
     number: f64,
     /// |value| in standard deviations; 0 where it is not identifiable.
     deviations: f64,
-    /// Its length of 100.
+    /// Length of the bar of its significance, of 100.
     bar: f64,
     relative: String,
     described: String,
@@ -159,7 +159,7 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
     }
 }
 
-/// What a parameter means that no rule tells.
+/// The meaning of a parameter that has no rule.
 fn meaning(id: &ParameterId) -> String {
     use FrictionParameter::*;
     let text = match id {

@@ -35,7 +35,7 @@ pub fn text(sheet: &Sheet, width: usize) -> String {
     s += "\n";
     let _ = writeln!(s, "{}:", sheet.count);
     for group in &sheet.groups {
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         let _ = writeln!(s, "{}", group.title);
         let names = group.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
         let indent = names + 4;
@@ -74,7 +74,7 @@ pub fn latex(sheet: &Sheet) -> String {
     plain(include_str!("../templates/robot.tex"), sheet)
 }
 
-/// A page on which one chooses a base parameter, or a link, and sees what went where.
+/// A page on which one selects a base parameter or a link to see how parameters were regrouped.
 pub fn html(sheet: &Sheet) -> String {
     #[derive(serde::Serialize)]
     struct Content<'a> {

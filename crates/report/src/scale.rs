@@ -28,12 +28,12 @@ impl Scale {
         Scale { low, high, is_logarithmic: true }
     }
 
-    /// From end to end; of a logarithmic axis in powers of ten.
+    /// The length from end to end; on a logarithmic axis in powers of ten.
     pub fn length(&self) -> f64 {
         self.high - self.low
     }
 
-    /// Of this length, about the same middle.
+    /// An axis of this length about the same middle.
     pub fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);
         Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }
@@ -71,7 +71,7 @@ impl Scale {
         let all = between.flat_map(|k| factors.iter().map(move |f| f * 10f64.powi(k)));
         let inside = |x: &f64| (-1e-9..=1.0 + 1e-9).contains(&self.place(*x));
         let mut ticks: Vec<f64> = all.filter(inside).collect();
-        // Many decades: every second, third.
+        // With many decades, only every second or third is labelled.
         let step = ticks.len().div_ceil(6).max(1);
         ticks = ticks.into_iter().step_by(step).collect();
         let text = |x: f64| if (0.001..10_000.0).contains(&x) { format!("{}", trimmed(x)) } else { format!("{x:.0e}") };

@@ -1,5 +1,5 @@
-//! What a description comes to, for people: links, base parameters by link with meaning, value and rule, and where the ten
-//! numbers of each link went. [`crate::robot`] writes it as text, Markdown, LaTeX and HTML.
+//! The sheet of a description: links, base parameters by link with meaning, value and rule, and where the ten numbers
+//! of each link went. [`crate::robot`] writes it as text, Markdown, LaTeX and HTML.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ pub struct Sheet {
     pub summary: String,
     /// Where the description comes from.
     pub source: Option<String>,
-    /// What the reader guessed or took for something else.
+    /// Notes on what the reader guessed or took for something else.
     pub notes: Vec<String>,
     /// Names and values of lengths and angles.
     pub symbols: Vec<(String, String)>,
@@ -32,11 +32,11 @@ pub struct Sheet {
     pub groups: Vec<Group>,
     /// Rules of regrouped parameters that are no base parameters, where rules are nested.
     pub regrouped: Vec<String>,
-    /// Standard parameters that move nothing.
+    /// Standard parameters that have no effect on the torque.
     pub no_effect: Vec<String>,
     /// Where each standard parameter went, link by link.
     pub fates: Vec<Fates>,
-    /// Why the number of base parameters is believed, in sentences.
+    /// The evidence for the number of base parameters, in sentences.
     pub evidence: Vec<String>,
     /// Functions with their multiplications, additions, and sines with cosines a call.
     pub operations: Vec<(String, usize, usize, usize)>,
@@ -79,7 +79,7 @@ pub struct Row {
     pub meaning: String,
     /// Its rule; empty where it absorbs nothing.
     pub rule: String,
-    /// By the inertials of the description, with its unit; empty without.
+    /// Its value from the inertials of the description, with its unit; empty where there are none.
     pub value: String,
     /// What it absorbed: standard parameter, link, factor.
     pub absorbed: Vec<Absorbed>,
@@ -101,11 +101,11 @@ pub struct Absorbed {
 pub struct Fates {
     /// Name of the link, with its joint.
     pub title: String,
-    /// Name of each standard parameter, and the base parameters that hold it; none where it moves nothing.
+    /// Name of each standard parameter, and the base parameters that hold it; none where it has no effect.
     pub rows: Vec<(String, Vec<String>)>,
 }
 
-/// What a sheet is made from.
+/// The data from which a sheet is made.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     /// The description.

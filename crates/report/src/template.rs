@@ -1,11 +1,11 @@
-//! Templates to text. They are compiled in; one that fails is a defect that the tests find.
+//! Renders templates to text. They are compiled in, and the tests find one that fails.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, UndefinedBehavior};
 use serde::Serialize;
 
-/// A page from its template and its content. Text of the content is escaped, but for what is marked as safe there.
+/// A page from its template and its content. The content's texts are escaped, except those marked as safe.
 pub fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
@@ -30,7 +30,7 @@ fn environment(escape: AutoEscape) -> Environment<'static> {
     environment
 }
 
-/// Letters that LaTeX takes for its own.
+/// Escapes the characters that LaTeX interprets.
 fn tex(text: &str) -> String {
     let escaped = |c: char| match c {
         '_' | '%' | '&' | '#' | '$' | '{' | '}' => format!("\\{c}"),

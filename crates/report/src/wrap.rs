@@ -9,7 +9,7 @@ pub fn wrapped(text: &str, first: usize, rest: usize, width: usize) -> String {
     let mut s = " ".repeat(first + leading);
     let mut column = first + leading;
     let mut is_first = true;
-    // Blanks between words are kept where the line goes on: they align.
+    // Blanks between words are kept within a line, because they align columns.
     for word in words(&text[leading..]) {
         let length = word.trim_end().chars().count();
         if !is_first && column + length > width {

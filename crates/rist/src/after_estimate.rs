@@ -1,15 +1,15 @@
-//! What an earlier estimate tells the search of the next motion.
+//! The information of an earlier estimate, for the search of the next motion.
 //!
-//! With S the covariance of the estimate and R'R = S^-1, the rows R stand below those of the motion: the determinant is
-//! then that of what both tell together. An estimate without its covariance gives the deviations alone, as if they were
-//! independent; their determinant is never greater, by Hadamard's inequality. The noise of a sample is the one that the
-//! estimate's residuals show:
+//! Let S be the covariance of the estimate and R'R = S^-1. The rows R are put below those of the motion, so that the
+//! determinant is that of the information of both. Where an estimate has no covariance, its deviations are used as if
+//! they were independent. By Hadamard's inequality the determinant of their information is never greater. The noise of
+//! a sample follows from the estimate's residuals:
 //!
 //! ```text
 //! sigma_j = rms_j sqrt(rate / (2 cutoff)) sqrt(discount)
 //! ```
-//! rms_j, N m (N), the residual of joint j below the cut-off; discount, by how much the variances of white noise are too
-//! small ([`Estimate::discount`]).
+//! rms_j, N m (N): the residual of joint j below the cut-off. discount: the factor by which variances of white noise
+//! are too small ([`Estimate::discount`]).
 
 use identification::estimate::artefact::Estimate;
 use identification::experiments::excitation::proof::DescribedFriction;
@@ -17,8 +17,8 @@ use identification::model::linear_model::Model as LinearModel;
 use identification::model::parameter::{FrictionParameter, ParameterId};
 use nalgebra::{Cholesky, DMatrix};
 
-/// The rows R over the columns of a model, row after row; columns that the estimate has not are zero. With what has to
-/// be said of them.
+/// The rows R over the columns of a model, row after row, and a note where the covariance is missing. Columns of
+/// parameters that the estimate lacks are zero.
 pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>, Option<String>) {
     let p = model.p();
     let column = |id: &ParameterId| model.parameters.iter().position(|own| own.id == *id);
@@ -60,7 +60,7 @@ pub(crate) fn residual_noise(estimate: &Estimate, coordinate: &str, rate: f64) -
     Some(joint.rms * (band * estimate.discount()).sqrt()).filter(|x| x.is_finite() && *x > 0.0)
 }
 
-/// Friction of an estimate at a coordinate; what it has not is that of the description.
+/// Friction of an estimate at a coordinate. Parameters that the estimate lacks are taken from the description.
 pub(crate) fn identified_friction(
     estimate: &Estimate,
     coordinate: &str,

@@ -1,4 +1,4 @@
-//! Whether a motion keeps its limits, found again from the motion and the model alone.
+//! Checks whether a motion keeps its limits, from the motion and the model alone.
 
 use std::path::Path;
 
@@ -17,13 +17,13 @@ use crate::surroundings::RobotSurroundings;
 
 /// A certificate made anew.
 pub struct Checked {
-    /// The limits with what proves them.
+    /// The limits with their proofs.
     pub certificate: Vec<CertificateRow>,
     /// What was not looked at, in sentences.
     pub notes: Vec<String>,
-    /// What the coordinates are held to.
+    /// The limits that the coordinates are checked against.
     pub limits: Vec<CoordinateLimits>,
-    /// The same limit by limit, with the place where each stands.
+    /// The same limits one by one, each with its origin.
     pub origins: Vec<HeldLimit>,
 }
 
@@ -39,8 +39,8 @@ impl Checked {
     }
 }
 
-/// Proves the limits of a motion anew: those it was made with, no looser than the description's and those of `asked`, a
-/// limits file; `file` stands in messages. The certificate in the motion is not believed.
+/// Proves the limits of a motion anew. These are the limits that it was made with, but no looser than the description's
+/// and those of `asked`, a limits file. `file` stands in messages. The certificate in the motion is not trusted.
 ///
 /// Fails where the motion was made with another model or is none, and where the limits leave no room.
 pub fn check(
@@ -99,7 +99,7 @@ pub fn check(
     Ok(Checked { certificate: obligations.certificate(&motion), notes, limits, origins })
 }
 
-/// The limits of each coordinate, and where they stand.
+/// The limits of each coordinate, and their origins.
 fn held_limits(
     model: &Model,
     file: &Path,
@@ -118,7 +118,8 @@ fn held_limits(
         let (mut own, rows) = held(name, &joint.limits, &coordinate.limits, of_file.as_ref())
             .map_err(|what| Error::new(format_args!("{}: joint {name}: {what}", file.display())))?;
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
-            // It moves: where it stands is its limit of position, and its bodies move.
+            // The motion moves a locked coordinate. Its limits of position are then the locked position, and its bodies
+            // count as moving.
             own = CoordinateLimits { position: (place - STILL, place + STILL), locked: None, ..own };
         }
         limits.push(own);
@@ -127,7 +128,7 @@ fn held_limits(
     Ok((limits, origins))
 }
 
-/// rad (m): what a locked coordinate may move by rounding.
+/// rad (m): how far rounding may move a locked coordinate.
 const STILL: f64 = 1e-9;
 
 /// Whether a coordinate that is locked moves, or stands elsewhere.

@@ -1,7 +1,7 @@
-//! From the logs of a plan to parameters by simulation of its experiments: IDIM-IV and DIDIM.
+//! Identifies parameters from the logs of a plan by simulation of its experiments: IDIM-IV and DIDIM.
 //!
-//! The simulated controller is that of [`simulate`](crate::simulate): PD of 10 Hz, tuned to the robot that least squares
-//! finds. IV asks only that it follows the plan as the robot does, DIDIM that the loops are alike.
+//! The simulated controller is that of [`simulate`](crate::simulate): PD of 10 Hz, tuned to the robot that least
+//! squares finds. IV requires only that it follows the plan as the robot does. DIDIM requires that the loops are alike.
 
 use std::path::Path;
 
@@ -59,7 +59,7 @@ pub fn identify_experiments_in_loop(
     }
     let gains = gains(model, read.currents, &logs.gains)?;
 
-    // Both the record and its simulation end with the shorter of the two.
+    // The record and its simulation are both cut to the shorter of the two.
     let mut references: Vec<Reference> = trajectories.iter().map(|t| t.reference()).collect();
     let coordinates = model.regressor().coordinates();
     let mut measured = Vec::new();
@@ -80,7 +80,7 @@ pub fn identify_experiments_in_loop(
     let base = model.regressor().parameters().len();
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics_of(model, start[..base].to_vec()).as_ref());
     setup.drives.gain.fill(1.0);
-    // Instruments hold no noise, and rounding in the loop is one.
+    // Instruments must be free of noise, and so of the rounding of positions in the loop.
     setup.sensing.quantum.fill(0.0);
     let simulator = PlanInLoop { model, references: &references, setup, preparation };
     let mut estimate = identify_closed_loop(model.regressor(), &rows, read.files, &simulator, &options, method)?;

@@ -12,7 +12,7 @@ use crate::model::Model;
 /// Torque noise where no effort limit is known, N m (N).
 const UNKNOWN_NOISE: f64 = 0.1;
 
-/// N m (N) a sample, one a coordinate: a share of the effort limit.
+/// Noise of a torque sample, N m (N), one a coordinate: a share of the effort limit.
 pub(crate) fn torque_noise(model: &Model, share: f64, notes: &mut Vec<String>) -> Vec<f64> {
     let coordinates = &model.robot.coordinates;
     let effort = |c: &robot::Coordinate| c.limits.effort.filter(|x| x.is_finite() && *x > 0.0);
@@ -38,7 +38,7 @@ pub(crate) fn described_friction(model: &Model) -> Vec<DescribedFriction> {
     (0..model.robot.n_coordinates()).map(of).collect()
 }
 
-/// Why torques are not looked at, if so.
+/// A note where torques are not checked, with the reason.
 pub(crate) fn torque_note(is_known: bool, names: &[String], limits: &[CoordinateLimits]) -> Option<String> {
     if !is_known {
         return Some("torques are not looked at: the description has no inertial parameters".into());

@@ -1,4 +1,4 @@
-//! A description as a user gives it: how it is read, what a reader took for meant, what it leaves open.
+//! A description as a user gives it: how it is read, which values the reader rounded, which it lacks.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub struct ModelOptions {
 }
 
 impl ModelOptions {
-    /// Those that an artefact was made with.
+    /// The options that an artefact was made with.
     pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
         ModelOptions {
             values: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
@@ -37,7 +37,7 @@ impl ModelOptions {
         }
     }
 
-    /// The flags of the program that ask for them, each after a space.
+    /// The flags of the program that give these options, each after a space.
     pub fn flags(&self) -> String {
         let mut text: String = self.values.iter().map(|(name, x)| format!(" --value {name}={x}")).collect();
         if self.mimic == Mimic::Independent {
@@ -58,7 +58,7 @@ impl ModelOptions {
         text
     }
 
-    /// For an artefact; `None` where the description is read as it stands.
+    /// The options for an artefact; `None` where the description is read as it stands.
     pub fn description(&self) -> Option<DescriptionOptions> {
         let description = DescriptionOptions {
             values: self.values.iter().cloned().collect(),
@@ -92,10 +92,10 @@ pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Ro
     Ok(if options.floating_base { robot.floating() } else { robot })
 }
 
-/// What a reader took for others among the angles and axes of a file, and what that does to the torque, in a sentence;
+/// A sentence on the angles and axes that the reader took for other values, and on how much this changes the torque;
 /// `None` where everything is as given.
 pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) -> Option<String> {
-    /// Named before they are counted.
+    /// This many are named, and the others counted.
     const NAMED: usize = 4;
     if robot.snapped.is_empty() {
         return None;
@@ -117,7 +117,7 @@ pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) 
     ))
 }
 
-/// Refuses a description in which a symbol has no value: what is to be computed are figures.
+/// Refuses a description in which a symbol has no value, because numbers are to be computed.
 pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     let missing: Vec<&str> = robot.symbols.iter().filter(|s| s.generic).map(|s| s.name.as_str()).collect();
     match missing.first() {

@@ -1,4 +1,4 @@
-//! Whether logs belong to the robot of a description, before anything is fitted.
+//! Checks whether logs belong to the robot of a description, before anything is fitted.
 
 use identification::estimate::options::Options;
 use identification::estimate::passport::passport;
@@ -12,8 +12,9 @@ use crate::model::Model;
 
 /// Looks at logs as an identification with these options would read them.
 ///
-/// Currents count with the drive gains of the options, else of the description; where it has none, as they are, and
-/// the passport says which gains the description implies. Fails where a log cannot be read or does not fit the robot.
+/// Currents become torques by the drive gains of the options, or else by those of the description. Where there are
+/// none, currents are taken as they are, and the passport says which gains the description implies. Fails where a log
+/// cannot be read or does not fit the robot.
 pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport, Error> {
     let mut options = options.clone();
     let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
@@ -30,7 +31,8 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
     Ok(found)
 }
 
-/// The passport of logs and their records; `gains`: those that made torques of currents, where they are known.
+/// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are
+/// known.
 pub(crate) fn passport_of(
     model: &Model,
     logs: &[LogSource],

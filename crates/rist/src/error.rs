@@ -18,7 +18,7 @@ impl Error {
         Error { message: message.to_string(), is_verdict: false, place: None }
     }
 
-    /// Input that was used, and speaks against what was asked.
+    /// Input that was understood, but speaks against what was asked.
     pub fn verdict(message: impl fmt::Display) -> Error {
         Error { message: message.to_string(), is_verdict: true, place: None }
     }

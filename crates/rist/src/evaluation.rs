@@ -1,4 +1,4 @@
-//! What follows from a model at many states: regressors, torques, inertia matrices.
+//! Regressors, torques and inertia matrices of a model at many states.
 //!
 //! ```text
 //! tau = Y(q, dq, ddq) X = A(q) ddq + h(q, dq),    h(q, 0) = g(q)
@@ -30,7 +30,7 @@ pub enum Quantity {
     Gravity,
 }
 
-/// States and parameters, those that the quantity does not depend on may be empty.
+/// States and parameters. An argument that the quantity does not depend on may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ManyStates<'a> {
     /// rad (m), one row a state.
@@ -51,17 +51,17 @@ pub struct Evaluation {
 }
 
 enum Source {
-    /// The model's own base regressor: compiled where this robot is.
+    /// The model's own base regressor, which is compiled if this robot is built in.
     Regressor,
     /// Any function of the states.
     Tape(Box<StateTape>),
 }
 
-/// States that go through a tape or a compiled function together: their inputs and outputs stay in the cache.
+/// States that are evaluated together, so few that their inputs and outputs stay in the cache.
 const TOGETHER: usize = 64;
 
 impl Evaluation {
-    /// Derives what the quantity needs.
+    /// Derives the functions that the quantity needs.
     ///
     /// Fails where a loop of the robot closes nowhere.
     pub fn new(model: &Model, quantity: Quantity) -> Result<Evaluation, Error> {
@@ -153,8 +153,8 @@ mod tests {
     use super::*;
     use identification::algebra::random::Random;
 
-    /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than go through together: a tree, a compiled
-    /// robot, and loops that are closed numerically.
+    /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than are evaluated together. The robots are a
+    /// tree, a compiled robot, and loops that are closed numerically.
     #[test]
     fn the_quantities_of_a_state_agree() {
         for name in ["tree.yaml", "ur5.yaml", "sr400.par"] {

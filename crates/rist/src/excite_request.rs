@@ -10,7 +10,7 @@ use identification::model::friction::terms::FrictionTerm;
 
 use crate::error::Error;
 
-/// What the motion is a sum of.
+/// The functions that the motion is a sum of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Family {
     /// A finite Fourier series between blends: its periods can be averaged, and their spectrum is known.
@@ -20,14 +20,14 @@ pub enum Family {
         /// Number of harmonics.
         harmonics: usize,
     },
-    /// A quintic spline from rest to rest: no time is lost in blends, and it may be quick here and slow there.
+    /// A quintic spline from rest to rest. It loses no time in blends, and its speed may vary along the motion.
     Spline {
         /// Polynomials that a period is divided into; none: by the limits.
         spans: Option<usize>,
     },
 }
 
-/// A motion's words on a command line.
+/// The words for the families on a command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FamilyWord {
     /// See [`Family::Fourier`].
@@ -36,7 +36,7 @@ pub enum FamilyWord {
     Spline,
 }
 
-/// Harmonics of a series where nothing is asked.
+/// Harmonics of a series if no number is asked for.
 pub(crate) const HARMONICS: usize = 5;
 
 impl Family {
@@ -75,7 +75,7 @@ pub struct ExciteRequest {
     pub period: Option<f64>,
     /// Whole periods.
     pub repetitions: usize,
-    /// Of the file that is played and of the log, Hz.
+    /// Sampling rate of the file that is played and of the log, Hz.
     pub rate: f64,
     /// Limits tighter than those of the description.
     pub limits: LimitsFile,
@@ -89,16 +89,16 @@ pub struct ExciteRequest {
     pub noise: f64,
     /// Starting points of the search.
     pub starts: usize,
-    /// Of each descent, at each height of the walls.
+    /// Iterations of each descent, at each height of the walls.
     pub iterations: usize,
-    /// Of the starting points.
+    /// Seed of the starting points.
     pub seed: u64,
-    /// What an earlier motion has told: it is added to what the motion tells, and limits the torque.
+    /// An earlier estimate. Its information is added to that of the motion, and its parameters limit the torque.
     pub after: Option<Estimate>,
 }
 
 impl ExciteRequest {
-    /// How much is searched.
+    /// The options of the search.
     pub(crate) fn search(&self) -> SearchOptions {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
@@ -153,7 +153,7 @@ pub(crate) fn check_request(request: &ExciteRequest) -> Result<(), Error> {
         let share = request.effort_share;
         return Err(Error::new(format_args!("--effort-share is above 0 and at most 1, not {share}")));
     }
-    // Up to about as many coefficients a joint in either family.
+    // Both families may have about equally many coefficients a joint.
     match request.family {
         Family::Fourier { harmonics, .. } if harmonics == 0 || harmonics > 40 => {
             return Err(Error::new(format_args!("--harmonics must be between 1 and 40, not {harmonics}")));

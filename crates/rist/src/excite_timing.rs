@@ -9,20 +9,21 @@ use identification::experiments::ranges::check_samples;
 use crate::error::Error;
 use crate::excite_request::{ExciteRequest, Family, HARMONICS};
 
-/// Instants a period, for each harmonic: products of three harmonics are still told apart.
+/// Instants a period, for each harmonic. They are enough to distinguish products of three harmonics.
 const INSTANTS: usize = 30;
 /// Instants a span of a spline: what its limits do in between costs less than a hundredth.
 const SPAN_INSTANTS: usize = 10;
 
-/// The middle one of what the joints that move have.
+/// The median over the joints that move.
 fn middle(limits: &[CoordinateLimits], of: impl Fn(&CoordinateLimits) -> f64) -> f64 {
     let mut all: Vec<f64> = limits.iter().filter(|l| l.locked.is_none()).map(of).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The period by the limits, s: the fundamental fills the room at the greatest velocity, or the highest harmonic takes
-/// the greatest velocity and acceleration together, whichever is longer; the middle one of the joints, 5 to 20 s.
+/// The period by the limits, s: 5 to 20 s, the longer of two periods, each the median of the joints. In one the
+/// fundamental fills the range of positions at the greatest velocity. In the other the highest harmonic reaches the
+/// greatest velocity and acceleration together.
 pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     let turn = std::f64::consts::TAU;
     let room = middle(limits, |l| turn * 0.5 * (l.position.1 - l.position.0) / l.velocity);
@@ -30,27 +31,31 @@ pub fn default_period(limits: &[CoordinateLimits], harmonics: usize) -> f64 {
     room.max(speed).clamp(5.0, 20.0)
 }
 
-/// Spans of a spline by the limits: each one and a half times as long as the middle joint takes from rest to its greatest
-/// velocity, 8 to 30. More are left nearly idle by the limits, and the time of a search grows with their cube.
+/// Spans of a spline by the limits, 8 to 30. Each is one and a half times as long as the median joint takes from rest
+/// to its greatest velocity. The limits would leave more spans nearly idle, and the time of a search grows with their
+/// cube.
 fn default_spans(limits: &[CoordinateLimits], period: f64) -> usize {
     let rise = middle(limits, |l| l.velocity / l.acceleration);
     (period / (1.5 * rise)).round().clamp(8.0, 30.0) as usize
 }
 
-/// The blend by the limits, s: from rest to the greatest velocity at four tenths of the greatest acceleration.
+/// The blend by the limits, s: the longest time from rest to the greatest velocity at four tenths of the greatest
+/// acceleration.
 fn default_blend(limits: &[CoordinateLimits]) -> f64 {
     let moving = limits.iter().filter(|l| l.locked.is_none());
     moving.map(|l| 2.5 * l.velocity / l.acceleration).fold(0.5, f64::max)
 }
 
-/// The shape, its times whole numbers of samples, and the instants of a period at which the search looks.
+/// The shape, its times rounded to whole numbers of samples, and the number of instants a period that the search looks
+/// at.
 ///
-/// Fails where the rate is too low for the quickest that the shape can be, and where there are more samples than a file holds.
+/// Fails where the rate is too low for the highest frequency of the shape, and where there are more samples than a file
+/// holds.
 pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(Shape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
     let or_default = |harmonics| whole(request.period.unwrap_or_else(|| tenths(default_period(limits, harmonics))));
-    // (shape, instants, what is quickest, Hz).
+    // (shape, instants, name of the fastest part, its frequency in Hz).
     let (shape, samples, quickest, highest) = match request.family {
         Family::Fourier { blend, harmonics } => {
             let period = or_default(harmonics);

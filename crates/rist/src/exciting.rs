@@ -41,14 +41,14 @@ use crate::torque_enclosure::TorqueEnclosure;
 pub use crate::excite_request::{ExciteRequest, Family, FamilyWord};
 pub use crate::excite_timing::default_period;
 
-/// Starts done, starts, criterion (det^(1/p), or cond_fro), and what it comes nearest to.
+/// Arguments: starts done, starts, and a text of the criterion (det^(1/p), or cond_fro) and of the nearest limits.
 pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 
-/// Searches the motion with the greatest determinant of the information (or the least condition number) of the columns
-/// of an identification, and proves its limits; a motion whose proof fails says so.
+/// Searches for the motion with the greatest determinant of the information (or the least condition number) of the
+/// columns of an identification, and proves its limits. The certificate of the motion says so if the proof fails.
 ///
-/// Fails where a number of the request makes no motion, and where the limits leave none. Interrupted while it searches, it
-/// goes on with the best that it has; while it proves, it fails.
+/// Fails where a number of the request makes no motion, and where the limits leave none. If it is interrupted during
+/// the search, it goes on with the best motion found; if during the proof, it fails.
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
     check_request(request)?;
     let regressor = RegressorSlope::new(model)?;
@@ -58,14 +58,14 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let identified = request.after.as_ref().map(|estimate| identified_torque(model, &names, estimate)).transpose()?;
     let noise = noise(model, request, &names, &mut notes);
 
-    // What is known of the torques.
+    // Known torques.
     let known = KnownTorque::new(model, identified.as_ref());
     known.check_power(&names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
     let torque = known.described(request.effort_share, &limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
     notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
 
-    // Where bodies may be.
+    // Places that bodies may reach.
     let surroundings = RobotSurroundings::new(model, &request.space(), &limits)?;
     notes.extend_from_slice(surroundings.notes());
 
@@ -96,7 +96,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
     let found = found.map_err(|why| refused(model, &names, surroundings.gaps(), why))?;
 
-    // The best motion that can be proved; without one the best, which then says so.
+    // The best motion that can be proved, or the best of all if none can; its certificate then says so.
     let obligations =
         Obligations { limits: &limits, names: &names, torque: torque.as_ref(), surroundings: surroundings.some() };
     let motions = found.into_iter().map(|found| request.motion(shape, found.joints));
@@ -110,8 +110,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     Ok(artefact(model, request, shape, joints, identified, noise, notes, certificate, seen))
 }
 
-/// What is to be said of a search that was interrupted: the best that it found is fitted and proved, unless that is
-/// interrupted too. Fails where it found nothing.
+/// A note where the search was interrupted. The best motion found is then fitted and proved, unless that is interrupted
+/// too. Fails where none was found.
 fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     match (Interruption::take(), found) {
         (false, _) => Ok(None),
@@ -120,7 +120,7 @@ fn cut_short(found: usize, starts: usize) -> Result<Option<String>, Error> {
     }
 }
 
-/// motion.yaml: what was asked for, the motion, and what is known of it.
+/// motion.yaml: the request, the motion, and what is known of it.
 fn artefact(
     model: &Model,
     request: &ExciteRequest,
@@ -154,7 +154,7 @@ fn artefact(
     }
 }
 
-/// The limits of the request within those of the description, and what is to be said of them.
+/// The limits of the request within those of the description, and notes on them.
 fn limits_and_notes(
     model: &Model,
     regressor: &RegressorSlope,
@@ -166,9 +166,9 @@ fn limits_and_notes(
         .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))
 }
 
-/// What is known of torques: of the description, or of an identification.
+/// The torques known from the description or from an identification.
 pub(crate) struct KnownTorque<'a> {
-    /// None: nothing.
+    /// `None` where nothing is known.
     pub(crate) enclosure: Option<TorqueEnclosure<'a>>,
     /// Base parameters.
     pub(crate) parameters: Option<Vec<f64>>,
@@ -177,7 +177,7 @@ pub(crate) struct KnownTorque<'a> {
 }
 
 impl<'a> KnownTorque<'a> {
-    /// Those identified, or else those described.
+    /// The identified torques, or else those of the description.
     pub(crate) fn new(model: &'a Model, identified: Option<&IdentifiedTorque>) -> KnownTorque<'a> {
         match identified {
             Some(IdentifiedTorque { parameters, friction }) => KnownTorque {
@@ -193,7 +193,7 @@ impl<'a> KnownTorque<'a> {
         }
     }
 
-    /// Why limits of power cannot be looked at, if so: they need torques.
+    /// Fails where there are limits of power but no known torques, which these limits need.
     pub(crate) fn check_power(&self, names: &[String], limits: &[CoordinateLimits]) -> Result<(), String> {
         let limited = names.iter().zip(limits).find(|(_, l)| l.power.is_some() && self.enclosure.is_none());
         limited.map_or(Ok(()), |(name, _)| {
@@ -204,20 +204,21 @@ impl<'a> KnownTorque<'a> {
         })
     }
 
-    /// Their enclosure, of which a motion may use this share of the limits of effort and power, where there are any.
+    /// The enclosure of the torques, where there are limits of effort or power. A motion may use `share` of these
+    /// limits.
     fn described(&self, share: f64, limits: &[CoordinateLimits]) -> Option<DescribedTorque<'_>> {
         limits.iter().find(|l| l.effort.is_some() || l.power.is_some())?;
         let torque: &dyn EnclosedTorque = self.enclosure.as_ref()?;
         Some(DescribedTorque { torque, friction: self.friction.clone(), share })
     }
 
-    /// The wall that the search keeps off.
+    /// The wall that keeps the search away from the limits of the torque.
     fn wall(&self, share: f64) -> Option<TorqueWall> {
         Some(TorqueWall { parameters: self.parameters.clone()?, friction: self.friction.clone(), share })
     }
 }
 
-/// Fails where the estimate is of another model, or has not its parameters.
+/// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.
 fn identified_torque(model: &Model, names: &[String], estimate: &Estimate) -> Result<IdentifiedTorque, Error> {
     let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
     model.check(Path::new("the earlier estimate"), &made_with)?;
@@ -226,7 +227,7 @@ fn identified_torque(model: &Model, names: &[String], estimate: &Estimate) -> Re
     Ok(IdentifiedTorque { parameters: model.values(estimate)?, friction })
 }
 
-/// N m (N) a sample, one a coordinate: as an estimate's residuals show it, or a share of the effort limit.
+/// Noise of a torque sample, N m (N), one a coordinate: from an estimate's residuals, or a share of the effort limit.
 fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut Vec<String>) -> Vec<f64> {
     let mut assumed = vec![];
     let shares = torque_noise(model, request.noise, &mut assumed);
@@ -239,8 +240,8 @@ fn noise(model: &Model, request: &ExciteRequest, names: &[String], notes: &mut V
     found.into_iter().zip(shares).map(|(residual, share)| residual.unwrap_or(share)).collect()
 }
 
-/// The noise of the torques, with what the encoders that a simulation assumes add to the residuals of the motion. The
-/// residuals of an earlier estimate hold that already.
+/// The noise of the torques, and what encoders as a simulation assumes them add to the residuals of the motion. The
+/// residuals of an earlier estimate already include the encoders.
 fn joint_noise(
     model: &Model,
     request: &ExciteRequest,

@@ -1,4 +1,4 @@
-//! From the logs of a plan to parameters: the paper's rows of Sp, or RIST-MH.
+//! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
 
 use std::path::{Path, PathBuf};
 
@@ -70,8 +70,8 @@ pub fn identify_experiments(model: &Model, logs: &ExperimentLogs, method: Spectr
     Ok(estimate)
 }
 
-/// Scatter of a position over its swing from which on periods are unlike. Those of logs that repeat scatter by less than a
-/// hundredth, of noise; a drive that saturates makes it one.
+/// Scatter of a position, relative to its swing, above which the periods count as unlike. In logs that repeat, noise
+/// makes the periods scatter by less than a hundredth. A drive that saturates makes the scatter one.
 const UNLIKE: f64 = 0.05;
 
 /// A sentence on an experiment whose motion does not repeat.
@@ -126,11 +126,11 @@ impl Reader<'_> {
     }
 }
 
-/// Relative difference of sample times up to which two clocks are one: four periods of a thousand samples then end
-/// within four samples of where they are looked for.
+/// Largest relative difference of sample times at which two clocks count as one. Four periods of a thousand samples
+/// then end within four samples of where they are expected.
 const SAME_CLOCK: f64 = 1e-3;
 
-/// Torques need no gains; currents need those of all drives, or of some, or a load.
+/// The drive gains: none for torques. Currents need the gains of all drives, or of some, or a load.
 fn gains(model: &Model, currents: bool, logs: &ExperimentLogs) -> Result<Vec<Gain>, Error> {
     let coordinates = model.regressor().coordinates();
     let n = coordinates.len();

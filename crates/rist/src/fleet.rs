@@ -21,11 +21,12 @@ pub use identification::estimate::fleet::comparison::{Comparison, compare};
 use crate::error::Error;
 use crate::model::Model;
 
-/// The request for the sums over logs; the default is that of an identification, and a log that fails ends it.
+/// The request for the sums over logs. By default it has the options of an identification, and a log that fails ends
+/// it.
 #[derive(Clone, Debug, Default)]
 pub struct AccumulateRequest {
-    /// Columns, transmission, signals, friction, weights. Without a cut-off all logs are read twice: it follows from
-    /// their motion together, as in an identification.
+    /// Columns, transmission, signals, friction, weights. Without a cut-off all logs are read twice, because it follows
+    /// from the motion of all of them, as in an identification.
     pub options: Options,
     /// Gains of drives by coordinate, over those of the description, N m/A.
     pub gains: Vec<(String, f64)>,
@@ -37,9 +38,9 @@ pub struct AccumulateRequest {
     pub threads: Option<NonZeroUsize>,
 }
 
-/// Sums without a log.
+/// Sums over no logs yet.
 ///
-/// Fails where the options ask for what needs the rows twice, and where a gain is of no coordinate.
+/// Fails where the options need the rows twice, and where a gain is of no coordinate.
 pub fn accumulator(model: &Model, options: &Options, gains: &[(String, f64)]) -> Result<Accumulator, Error> {
     let mut options = options.clone();
     let mut known = model.drive_gains();
@@ -80,13 +81,13 @@ pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
 /// Fails with the first log that cannot be used, or where none can.
 pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
     let mut options = request.options.clone();
-    // One log has its cut-off when it is read.
+    // A single log gets its cut-off when it is read.
     if logs.len() > 1 && options.signal.order > 0 && options.signal.cutoff.is_none() {
         options.signal.cutoff = common_cutoff(model, logs, &options);
     }
     let mut all = accumulator(model, &options, &request.gains)?;
     let options = all.settings().options.clone();
-    // Some logs at a time: each merge looks through all that are there.
+    // Logs are merged in batches, because each merge goes through all logs that are there.
     let mut batch = Accumulator::new(all.settings().clone());
     let threads = request.threads.or(std::thread::available_parallelism().ok()).map_or(1, usize::from);
     let read = |_: usize, path: &PathBuf| {
@@ -139,7 +140,7 @@ fn common_cutoff(model: &Model, logs: &[PathBuf], options: &Options) -> Option<f
     Some(energy.content().cutoff).filter(|hz| *hz > 0.0)
 }
 
-/// One log as triangles, looked at before.
+/// One log as triangles, checked first unless `anyway`.
 fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) -> Result<Replicate, Error> {
     let name = log.name();
     if log.effort_is() == Effort::Current && options.transmission.drive_gains.is_none() {
@@ -153,7 +154,7 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
     if !anyway {
         let described = model.described_parameters();
         let mut found = passport(model.regressor(), &records, &log.report().suspect, described.as_deref())?;
-        // Short logs are what sums are for.
+        // Short logs are accepted, because sums are made for them.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
             return Err(Error::new(format_args!("{name}: {finding} (rist doctor says more; --anyway takes it in)")));

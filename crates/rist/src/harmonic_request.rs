@@ -1,4 +1,5 @@
-//! What RIST-MH is asked for beside the parameters, by names of coordinates: the program and Python ask alike.
+//! The effects that RIST-MH is to estimate besides the parameters, by names of coordinates. The program and Python use
+//! it.
 
 use identification::signals::signal_options::possible_delay;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
@@ -7,10 +8,10 @@ use identification::spectrum::rist_mh::effects::Effect;
 use crate::error::Error;
 use crate::model::Model;
 
-/// Most periods a turn that are taken for ripple: a hundred times those of a motor with a hundred poles.
+/// Largest number of periods a turn that is accepted as ripple: a hundred times that of a motor with a hundred poles.
 const MOST_PERIODS: f64 = 1e4;
 
-/// Whose effect is meant.
+/// The coordinates that an effect is meant for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Whose {
     /// That of every coordinate.
@@ -28,12 +29,12 @@ pub enum Delay {
     Seconds(f64),
 }
 
-/// Band and effects of RIST-MH; what is not asked for is customary.
+/// Band and effects of RIST-MH. A part that is not asked for has its default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HarmonicRequest {
     /// Highest frequency of the equations, Hz.
     pub cutoff: Option<f64>,
-    /// Of the torques.
+    /// Delay of the torques.
     pub delay: Option<Delay>,
     /// Ripple, with so many periods a turn.
     pub ripple: Vec<(Whose, f64)>,
@@ -51,7 +52,7 @@ impl HarmonicRequest {
 
     /// The options of the estimate.
     ///
-    /// Fails where there is no such coordinate, and where a number is none that can be.
+    /// Fails where there is no such coordinate, and where a number is out of range.
     pub fn options(&self, model: &Model) -> Result<HarmonicOptions, Error> {
         let mut options = HarmonicOptions::default().with_effects(self.joint_effects(model)?);
         if let Some(hz) = self.cutoff {

@@ -21,12 +21,12 @@ use crate::model::Model;
 pub struct Load {
     /// The link that carries it.
     pub link: String,
-    /// Whether all of it is known: its parameters are then in the link's frame as the model's file has it, else in the
-    /// link's modified DH frame.
+    /// Whether all its parameters are determined. They are then in the link's frame as the model's file has it, else in
+    /// the link's modified DH frame.
     pub is_whole: bool,
     /// XX XY XZ YY YZ ZZ MX MY MZ M about the frame's origin.
     pub parameters: Ten,
-    /// Standard deviations that allow for residuals that stay the same for a while.
+    /// Standard deviations that take the correlation of residuals in time into account.
     pub sigma: Ten,
     /// Whether the logs tell each of them.
     pub determined: [bool; 10],
@@ -34,7 +34,7 @@ pub struct Load {
 
 /// The load in the loaded logs.
 ///
-/// Fails where the link is not there or not said, or the logs cannot be read.
+/// Fails where the link does not exist or is ambiguous, or the logs cannot be read.
 pub(crate) fn load(
     model: &Model,
     link: Option<&str>,
@@ -59,14 +59,15 @@ pub(crate) fn load(
     let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
     let covariance = &frame * &found.covariance * frame.transpose();
-    // Residuals of logs stay the same for a while: intervals are wider than for white noise.
+    // Residuals of logs are correlated in time, so intervals are wider than for white noise.
     let widening = fit.estimate.discount().sqrt();
     let sigma = std::array::from_fn(|i| widening * covariance[(i, i)].max(0.0).sqrt());
     let determined = std::array::from_fn(|i| found.determined[i]);
     Ok(Load { link: carrier.name.clone(), is_whole, parameters, sigma, determined })
 }
 
-/// The body that carries the load: the one named (or carrying a fixed link of that name), else the only last one.
+/// The body that carries the load: the named one (or one with a fixed link of that name), else the last one, if there
+/// is only one last.
 fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     let (robot, ids) = (&model.robot, model.body_links());
     let name = |id: &LinkId| robot.link(*id).name.as_str();

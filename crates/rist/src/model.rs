@@ -29,7 +29,7 @@ pub struct Model {
     pub robot: Robot,
     /// The base parameters with the rules of their regrouping.
     pub parameters: BaseParameters,
-    /// Y(q, dq, ddq) of the standard parameters: n x 11 links, row by row.
+    /// Y(q, dq, ddq) of the standard parameters: n x p_s, row by row.
     pub standard_regressor: Function,
     /// Y(q, dq, ddq) of the base parameters: n x p, row by row.
     pub base_regressor: Function,
@@ -102,7 +102,7 @@ impl Model {
         self.regressor.as_ref()
     }
 
-    /// Opens a log of the robot, and says what its columns were taken for.
+    /// Opens a log of the robot, and says which column was taken for which signal.
     ///
     /// Fails where it cannot be read, where a column is missing, and where one of a sliding joint is in units of angles.
     pub fn open_log(&self, path: &Path, names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
@@ -236,7 +236,7 @@ impl Model {
     }
 }
 
-/// What predicts torques for a parameter of an estimate.
+/// The value of a parameter of an estimate with which torques are predicted.
 ///
 /// Fails where it is missing.
 pub(crate) fn predicts(estimate: &Estimate, id: &ParameterId) -> Result<f64, Error> {
@@ -255,7 +255,7 @@ pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     robot.coordinates.iter().enumerate().map(coordinate).collect()
 }
 
-/// The columns of the base regressor: names, and what the joints of their links move with.
+/// The columns of the base regressor: their names, and the coordinates that the joints of their links follow.
 pub fn base_columns(robot: &Robot, parameters: &BaseParameters) -> Vec<BaseParameter> {
     let column = |base: &modeling::BaseParameter| {
         let standard = parameters.standard[base.column];

@@ -1,4 +1,4 @@
-//! What a page draws of an exciting motion.
+//! The data that a page draws of an exciting motion.
 
 use std::path::Path;
 
@@ -13,16 +13,17 @@ use crate::error::Error;
 use crate::exciting::{ExcitingMotion, KnownTorque};
 use crate::model::Model;
 
-/// The motion as its file says it is: without torques and places of links, which only a model tells; `file` stands in messages.
+/// The motion according to its file alone. It lacks torques and positions of links, which need a model. `file` stands
+/// in messages.
 ///
-/// Fails where it is no motion.
+/// Fails where the file is of no motion.
 pub fn motion_of_file(file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
     Ok(MotionPortrait::of_file(artefact, &artefact.motion(&file.display().to_string())?))
 }
 
-/// The motion within the limits that a check of it finds, which are proved anew; `file` stands in messages.
+/// The motion within the limits that a check of it finds and proves anew. `file` stands in messages.
 ///
-/// Fails where the motion was made with another model or is none.
+/// Fails where the motion was made with another model or is invalid.
 pub fn checked_motion(model: &Model, file: &Path, artefact: &ExcitingMotion) -> Result<MotionPortrait, Error> {
     let checked = check(model, file, artefact, None)?;
     let portrait = drawn(model, artefact, checked.limits)?;

@@ -1,8 +1,8 @@
-//! Files that a step writes: whole or not at all, and never over what it reads.
+//! Writes the files of a step: whole or not at all, and never over its inputs.
 //!
-//! A text goes into a new file of a random name beside its place and is then moved there; it is removed where that
-//! fails. A link is followed, so that it stays one. What is no regular file (a terminal, a pipe, /dev/null) is written
-//! to and not replaced.
+//! A text goes into a new file of a random name beside its place and is then moved there. If that fails, the new file
+//! is removed. A link is followed, so that it stays a link. A path that is no regular file (a terminal, a pipe,
+//! /dev/null) is written to and not replaced.
 
 use std::fs::{self, File, OpenOptions};
 use std::hash::{BuildHasher, Hasher, RandomState};
@@ -35,7 +35,7 @@ pub fn check_output(out: &Path, inputs: &[&Path]) -> Result<(), Error> {
     }
 }
 
-/// Writes a whole file or nothing; refused as `check_output` does.
+/// Writes a whole file or nothing; refuses what `check_output` refuses.
 pub fn write_file(out: &Path, content: impl AsRef<[u8]>, inputs: &[&Path]) -> Result<(), Error> {
     check_output(out, inputs)?;
     write(out, content.as_ref()).map_err(|e| Error::new(format_args!("{}: {e}", out.display())))
@@ -50,7 +50,7 @@ fn write(out: &Path, content: &[u8]) -> io::Result<()> {
     let (neighbour, file) = new_neighbour(&place)?;
     let written = fill(file, &place, content).and_then(|()| fs::rename(&neighbour, &place));
     if written.is_err() {
-        // What failed is said; a file that is left behind beside it would be one more failure to say.
+        // The error of writing is reported. That the new file could not be removed either is not worth another message.
         let _ = fs::remove_file(&neighbour);
     }
     written
@@ -64,12 +64,12 @@ fn fill(mut file: File, place: &Path, content: &[u8]) -> io::Result<()> {
     file.sync_all()
 }
 
-/// A file that was not there before: no other is opened, and no link followed.
+/// Creates a file that was not there before, so that no other file is opened and no link followed.
 fn new_neighbour(place: &Path) -> io::Result<(PathBuf, File)> {
     let name = place.file_name().ok_or_else(|| io::Error::other("this is no name of a file"))?.to_string_lossy();
     let mut tries = 0;
     loop {
-        // Keys of a hasher are random, and new for each.
+        // Every hasher has new random keys.
         let random = RandomState::new().build_hasher().finish();
         let neighbour = place.with_file_name(format!(".{name}.{random:016x}.part"));
         match OpenOptions::new().write(true).create_new(true).open(&neighbour) {
@@ -84,7 +84,8 @@ fn directory_of(out: &Path) -> &Path {
     out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether two paths lead to one file: over links of both kinds, and for a file that is still to be written.
+/// Whether two paths lead to one file. It sees through hard and symbolic links, and compares files that do not exist
+/// yet.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let name = path.file_name()?;

@@ -1,4 +1,4 @@
-//! The page of an identification: whatever there is of it, as one file of HTML.
+//! The page of an identification, with all parts that are given, as one file of HTML.
 
 use report::identification::{Page, Subject};
 
@@ -11,7 +11,7 @@ use crate::planning::ExperimentPlan;
 use crate::validation::{Portrait, Validation};
 use crate::verdict::Verdict;
 
-/// What the page tells; each part is left out where it is not given.
+/// The content of the page. A part that is not given is left out.
 #[derive(Clone, Copy, Default)]
 pub struct PageRequest<'a> {
     /// The robot, for rules, meanings, limits and the values of the description.
@@ -22,9 +22,9 @@ pub struct PageRequest<'a> {
     pub motion: Option<ShownMotion<'a>>,
     /// The parameters.
     pub estimate: Option<&'a Estimate>,
-    /// What they make of logs: [`crate::validation::portrait`].
+    /// What they predict for logs: [`crate::validation::portrait`].
     pub portrait: Option<&'a Portrait>,
-    /// How well they predict others.
+    /// How well they predict other logs.
     pub validation: Option<&'a Validation>,
     /// Whether to trust them.
     pub verdict: Option<&'a Verdict>,

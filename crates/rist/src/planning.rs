@@ -13,7 +13,7 @@ pub use identification::experiments::experiment_plan::ExperimentPlan;
 use crate::error::Error;
 use crate::model::Model;
 
-/// Which experiments are looked for.
+/// The request for a plan.
 #[derive(Clone, Debug)]
 pub struct PlanRequest {
     /// Number of experiments.
@@ -55,9 +55,9 @@ impl Default for PlanRequest {
     }
 }
 
-/// A plan, and what had to be assumed for it.
+/// A plan, and the assumptions behind it.
 pub struct Planned {
-    /// The chosen experiments with what they promise.
+    /// The chosen experiments with their expected information.
     pub plan: ExperimentPlan,
     /// Sentences on what the description does not say.
     pub notes: Vec<String>,
@@ -67,7 +67,7 @@ pub struct Planned {
 /// `progress`: starts done, starts, best value.
 ///
 /// Fails where a number of the request or a limit of the description is out of range, and where the limits leave no
-/// motion. Interrupted while it searches, it gives the best plan that it has.
+/// motion. If it is interrupted during the search, it gives the best plan found.
 pub fn plan(
     model: &Model,
     request: &PlanRequest,
@@ -96,7 +96,7 @@ pub fn plan(
     Ok(Planned { plan, notes })
 }
 
-/// The motions that a plan of this request chooses from, in the order of its proof, and what had to be assumed for them.
+/// The motions that a plan of this request chooses from, in the order of its proof, and the assumptions behind them.
 ///
 /// Fails as [`plan`] does.
 pub fn plan_candidates(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>), Error> {
@@ -106,9 +106,9 @@ pub fn plan_candidates(model: &Model, request: &PlanRequest) -> Result<(Vec<Cand
 /// The motions to choose from.
 struct Candidates {
     candidates: Vec<Candidate>,
-    /// What had to be assumed for them.
+    /// The assumptions behind them.
     notes: Vec<String>,
-    /// Of a torque sample, N m (N), one a coordinate.
+    /// Noise of a torque sample, N m (N), one a coordinate.
     noise: Vec<f64>,
 }
 
@@ -144,7 +144,7 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Err
     Ok(Candidates { candidates, notes, noise })
 }
 
-/// What a plan can have: more experiments than anybody runs, more candidates than a machine holds.
+/// Refuses more experiments than anybody runs, and more candidates than a machine holds.
 fn check(request: &PlanRequest) -> Result<(), Error> {
     for (what, x, range) in [("--rate", request.rate, 1.0..=2e4), ("--duration", request.duration, 0.1..=3600.0)] {
         if !range.contains(&x) {

@@ -10,16 +10,16 @@ use identification::model::regressor::Regressor;
 use crate::error::Error;
 use crate::model::Model;
 
-/// The regressor of a model, compiled or not, beside the reverse of its function.
+/// The regressor of a model, compiled or not, together with the reverse mode of its function.
 pub struct RegressorSlope<'a> {
     regressor: &'a dyn Regressor,
     adjoint: Adjoint,
-    /// Memory of evaluations that are over, for the next ones: one a thread at most.
+    /// Workspaces of finished evaluations, to be used again: one a thread at most.
     idle: Mutex<Vec<AdjointWorkspace>>,
 }
 
 impl<'a> RegressorSlope<'a> {
-    /// Fails where joints are found numerically: the function does not know how they follow the coordinates.
+    /// Fails where joints are found numerically, because the function does not know how they follow the coordinates.
     pub fn new(model: &'a Model) -> Result<RegressorSlope<'a>, Error> {
         match model.robot.passive.first() {
             None => Ok(RegressorSlope {
@@ -68,7 +68,7 @@ impl DifferentiableRegressor for RegressorSlope<'_> {
         let idle = self.idle.lock().ok().and_then(|mut idle| idle.pop());
         let mut work = idle.unwrap_or_else(|| self.adjoint.workspace());
         self.adjoint.pull_back(states, weights, &mut work, gradient);
-        // A lock that a panic spoiled costs memory alone.
+        // If a panic poisoned the lock, the workspace is just not kept.
         if let Ok(mut idle) = self.idle.lock() {
             idle.push(work);
         }

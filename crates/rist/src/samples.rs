@@ -1,4 +1,4 @@
-//! From logs to parameters, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
+//! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
 use std::fmt::Write as _;
 
@@ -40,11 +40,11 @@ pub struct IdentifyRequest<'a> {
     pub gains: Vec<(String, Gain)>,
     /// Find the delay of the torques instead of taking that of the options.
     pub find_delay: bool,
-    /// Choose the friction by prediction of what was left out.
+    /// Choose the friction model by its prediction of data that were left out.
     pub find_friction: bool,
-    /// Only the parameters that the data need; the others are zero. Not with `consistent`, whose bodies have all.
+    /// Keep only the parameters that the data need; the others are zero. Excludes `consistent`, whose bodies have all.
     pub essential: bool,
-    /// Only bodies that can exist, held by the description where the logs are silent.
+    /// Only bodies that can exist. Where the logs do not determine them, the description does.
     pub consistent: bool,
     /// Logs of the same robot with a load, and the link that carries it (the last, without a name).
     pub loaded: &'a [LogSource],
@@ -70,13 +70,13 @@ pub struct Identification {
     pub described: Option<f64>,
     /// |tau - W X| / |tau| of least squares on parts of the logs, each predicted from the others.
     pub held_out: Option<f64>,
-    /// What speaks for the bodies, or against them.
+    /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
 }
 
 impl Identification {
-    /// Whether to trust the estimate, which from now on says so where the answer is no; `predicted`: its error on logs that
-    /// were not fitted, where there are some.
+    /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `predicted`: its error on
+    /// logs that were not fitted, where there are some.
     pub fn judge(&mut self, predicted: Option<f64>) -> Verdict {
         self.estimate.refusal = Vec::new();
         let verdict = Verdict::of(&Evidence {
@@ -101,14 +101,14 @@ pub struct Bodies {
     pub links: Vec<(LinkId, Ten)>,
     /// Rotor inertia of each coordinate, kg m^2 (kg); zero where the model has none.
     pub armatures: Vec<f64>,
-    /// Why they are not to be used; nothing is written into a simulator's file while it says so.
+    /// Why they must not be used. Nothing is written into a simulator's file while there is a reason.
     pub refusal: Option<String>,
 }
 
 const ESSENTIAL_BODIES: &str =
     "ask for essential parameters or for bodies that can exist, not both: a body needs all of its parameters";
 
-/// The fit, and the rows that tell of rotor inertias too where the model has none.
+/// The fit, and, where the model has no rotor inertias, the rows that could determine them too.
 fn fit_of(
     model: &Model,
     logs: &[LogSource],
@@ -129,9 +129,9 @@ fn fit_of(
 
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
-/// Fails where the logs do not fit the robot, where essential parameters and bodies are both asked for, and with a verdict
-/// where the data leave a gain or the delay open.
-/// Parameters that the data do not determine are a status of theirs.
+/// Fails where the logs do not fit the robot, where essential parameters and bodies are both asked for, and with a
+/// verdict where the data leave a gain or the delay open. A parameter that the data do not determine is no failure: its
+/// status says so.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
     if request.essential && request.consistent {
         return Err(Error::new(ESSENTIAL_BODIES));
@@ -140,11 +140,11 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     let mut options = request.options.clone();
     options.model = model.robot.name.clone();
 
-    // Currents to torques, and the clock of the torques.
+    // Convert currents to torques, and correct the delay of the torques.
     let gains = drive_gains(model, logs, &request.gains, &mut options)?;
     let delay = request.find_delay.then(|| found_delay(model, logs, &mut options)).transpose()?;
 
-    // The rows, once more with each friction model where that is to be chosen.
+    // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.find_friction.then(|| found_friction(model, logs, &mut options)).transpose()?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
@@ -189,7 +189,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     })
 }
 
-/// |tau - W X| / |tau| with these base parameters, and friction fitted to what they leave.
+/// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.
 fn described_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
@@ -201,11 +201,11 @@ struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,
     evidence: Option<BodiesEvidence>,
-    /// Remarks on bodies that outgrow their description.
+    /// Remarks on bodies whose mass differs much from that of the description.
     outgrown: Vec<String>,
 }
 
-/// The estimate whose bodies can exist, held by the description where the logs are silent.
+/// The estimate whose bodies can exist. Where the logs do not determine them, the description does.
 fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBodies, Error> {
     let (map, known) = (model.standard_map(), model.reference_bodies());
     let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
@@ -320,7 +320,7 @@ fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> S
     for (((coordinate, gain), sigma), known) in
         coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)
     {
-        // A String never fails to grow.
+        // Writing to a String cannot fail.
         let _ = match known {
             Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
             Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
@@ -329,9 +329,9 @@ fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> S
     text + "; all results rest on those that were given"
 }
 
-/// Deviations and covariance with the uncertainty of the gains in them: parameters follow from the gains.
+/// Includes the uncertainty of the gains in deviations and covariance, because the parameters follow from the gains.
 fn widen(estimate: &mut Estimate, gains: &DriveGains) {
-    // Another friction chosen since has other columns: it keeps its own deviations.
+    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its own deviations.
     if gains.deviation.len() != estimate.parameters.len() {
         return;
     }

@@ -1,4 +1,4 @@
-//! Simulates the experiments of a plan, or an exciting motion: the logs that they would give.
+//! Simulates the experiments of a plan, or an exciting motion, and gives the logs that they would leave.
 
 use identification::algebra::in_order::in_order;
 use identification::algebra::interruption::Interruption;
@@ -47,7 +47,7 @@ impl<'a> From<&'a ExcitingMotion> for Motions<'a> {
 }
 
 impl Motions<'_> {
-    /// s.
+    /// Sample time, s.
     fn sample_time(&self) -> f64 {
         match self {
             Motions::Planned(plan) => plan.sample_time_s,
@@ -55,7 +55,7 @@ impl Motions<'_> {
         }
     }
 
-    /// Each with its name.
+    /// The motions, each with its name.
     fn ways(&self) -> Result<Vec<(&str, Way)>, Error> {
         match self {
             Motions::Planned(plan) => {
@@ -74,7 +74,7 @@ impl Motions<'_> {
 /// How motions are simulated.
 #[derive(Clone, Debug)]
 pub struct SimulateRequest {
-    /// Number of motions for validation, which are not among those that are simulated.
+    /// Number of motions for validation, simulated in addition to the others.
     pub validation_motions: usize,
     /// Drive gains, by coordinate, N m/A; others as the description says, or 1.
     pub gains: Vec<(String, f64)>,
@@ -89,8 +89,8 @@ pub struct SimulateRequest {
 }
 
 impl SimulateRequest {
-    /// What the logs are to hold: torques where neither the description nor the request knows a drive gain, so that they can
-    /// be identified as they are.
+    /// Whether the logs hold torques or currents. They hold torques where neither the description nor the request knows
+    /// a drive gain, so that they can be identified as they are.
     pub fn effort(&self, model: &Model) -> Effort {
         let is_without_gains = self.gains.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
@@ -149,7 +149,7 @@ pub fn simulate<'a>(
     if let Some(load) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
-        // The load is known: the feedforward carries it.
+        // The load is known, so the feedforward includes it.
         let feedforward = feedforward.as_ref().map(|f| Feedforward { parameters: plus(&f.parameters), ..f.clone() });
         loaded = Some(Run { model, setup: &setup, request, dynamics: dynamics_of(model, plus(&truth)), feedforward });
         motions.extend(ways.iter().map(|(name, way)| motion(format!("{name}_loaded"), way, true)));
@@ -173,7 +173,7 @@ pub fn simulate<'a>(
     Ok(Simulated { truth: truth_of(model, &setup, &truth, request.effort(model)), notes })
 }
 
-/// What was assumed of the drive gains.
+/// The assumptions on the drive gains.
 fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     if request.effort(model) == Effort::Torque {
         return vec!["no drive gain is known: the logs hold torques (--gain makes currents of them)".into()];
@@ -186,7 +186,7 @@ fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
 /// Motions for validation are at most this many.
 const MOST_MOTIONS: usize = 1000;
 
-/// Refuses motions for validation that nobody waits for.
+/// Refuses motions for validation that are too many or too long.
 fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
     if motions > MOST_MOTIONS {
         return Err(format!("{motions} motions for validation are asked for, at most {MOST_MOTIONS} are made"));
@@ -199,7 +199,7 @@ fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 
-/// A motion from point to point at the limits, one a number.
+/// A motion from point to point at the limits, a different one for each number.
 fn validation_motion(limits: &[MotionLimits], sample_time: f64, seed: u64, number: usize) -> Reference {
     let of = |f: &dyn Fn(&MotionLimits) -> f64| limits.iter().map(f).collect::<Vec<f64>>();
     let position: Vec<(f64, f64)> = limits.iter().map(|l| l.position).collect();
@@ -216,7 +216,7 @@ struct Motion<'a> {
     is_loaded: bool,
 }
 
-/// Where a motion goes.
+/// The course of a motion.
 enum Way {
     Planned(ExcitingTrajectory),
     Exciting(motion::Motion),
@@ -254,7 +254,8 @@ impl Run<'_> {
 struct Feedforward {
     /// Base parameters of the estimate.
     parameters: Vec<f64>,
-    /// True gain over estimated gain, one a coordinate: the controller commands currents, torque over estimated gain.
+    /// True gain over estimated gain, one a coordinate. The controller commands currents, torque over estimated gain,
+    /// and the true gain turns these into torques.
     factor: Vec<f64>,
 }
 

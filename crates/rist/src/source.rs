@@ -39,8 +39,8 @@ pub fn function_names() -> String {
     format!("{} and {last}", names.join(", "))
 }
 
-/// A function by its name: `inertia-matrix`, `pose=5`; a link is named by its name, its joint or its label, a
-/// URDF's also where it is fixed to a moving one; functions of it are in the frame that the file gives it.
+/// A function by its name: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label. A link of a
+/// URDF may also be fixed to a moving one. Functions of a link are in the frame that its file gives it.
 ///
 /// Fails with the names there are.
 pub fn function_named(robot: &Robot, text: &str) -> Result<RobotFunction, Error> {

@@ -55,7 +55,7 @@ impl StateTape {
 
     /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
     ///
-    /// Where the loops do not close no output is known: they are not numbers, which is refused later.
+    /// Where the loops do not close, the outputs are NaN, which is refused later.
     pub fn fill<'a>(&self, states: impl Iterator<Item = [&'a [f64]; 3]>, parameters: &[f64], outputs: &mut [f64]) {
         let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut count, mut open) = (0, Vec::new());

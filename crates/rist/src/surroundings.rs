@@ -55,7 +55,7 @@ impl RobotSurroundings {
         &self.gaps
     }
 
-    /// Itself, if there is anything to keep off.
+    /// The surroundings; `None` where there are no gaps.
     pub fn some(&self) -> Option<&dyn Surroundings> {
         (!self.gaps.is_empty()).then_some(self as &dyn Surroundings)
     }

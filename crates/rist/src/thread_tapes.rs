@@ -8,7 +8,7 @@ use expr::{Tape, Workspace};
 /// Tapes that are evaluated together.
 pub struct ThreadTapes {
     tapes: Vec<Tape>,
-    /// Tells their memory from that of others on the same thread.
+    /// Distinguishes their memory from that of other sets on the same thread.
     number: usize,
 }
 
@@ -23,12 +23,12 @@ struct Memory {
 }
 
 thread_local! {
-    /// That of the set last evaluated on this thread.
+    /// Memory of the set that was evaluated last on this thread.
     static MEMORY: RefCell<Memory> = const { RefCell::new(Memory { number: usize::MAX, work: Vec::new(), inputs: Vec::new() }) };
 }
 
 impl ThreadTapes {
-    /// Gives them a number of their own.
+    /// Makes a set of these tapes, with a number of its own.
     pub fn new(tapes: Vec<Tape>) -> ThreadTapes {
         ThreadTapes { tapes, number: MADE.fetch_add(1, Ordering::Relaxed) }
     }

@@ -1,10 +1,10 @@
-//! How far the torques of two descriptions of one robot are apart.
+//! The difference of the torques of two descriptions of one robot.
 //!
 //! ```text
 //! max over states of  |tau_a - tau_b|_inf / |tau_a|_inf
 //! ```
-//! at a few random states, each with the inertial parameters of its own description; a body that neither describes is
-//! one kilogram in the frame of its file. What a reader rounds and what a writer drops shows here.
+//! at a few random states, each with the inertial parameters of its own description. A body that neither describes is
+//! one kilogram in the frame of its file. The difference shows what a reader rounds and what a writer drops.
 
 use expr::Tape;
 use modeling::{Closure, Derivation};
@@ -16,14 +16,14 @@ const N_STATES: usize = 5;
 /// A body of one kilogram about the frame of its file: XX XY XZ YY YZ ZZ MX MY MZ M.
 const UNIT_BODY: [f64; 10] = [0.06, 0.01, -0.01, 0.05, 0.01, 0.07, 0.1, -0.05, 0.08, 1.0];
 
-/// Relative to the torques of `a`; `None` where the robots have not the same coordinates, where a loop stays open, and
-/// where a symbol has no value.
+/// The difference relative to the torques of `a`; `None` where the robots do not have the same coordinates, where a
+/// loop stays open, and where a symbol has no value.
 pub fn torque_difference(a: &Robot, b: &Robot) -> Option<f64> {
     let n = a.n_coordinates();
     if n == 0 || n != b.n_coordinates() || a.symbols.iter().chain(&b.symbols).any(|s| s.generic) {
         return None;
     }
-    // By name where both have the names, else in order: a writer may have to rename.
+    // Coordinates are paired by name where all names agree, else in order, because a writer may have to rename them.
     let place = |k: usize| b.coordinates.iter().position(|c| c.name == a.coordinates[k].name);
     let order: Vec<usize> = (0..n).map(place).collect::<Option<_>>().unwrap_or_else(|| (0..n).collect());
     let (mut of_a, mut of_b) = (Torque::new(a)?, Torque::new(b)?);

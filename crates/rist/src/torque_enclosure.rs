@@ -1,4 +1,4 @@
-//! The torque of a robot on jets of its motion: a function of the model, node by node, in interval arithmetic.
+//! The torque of a robot on jets of its motion: each node of the model's function is evaluated in interval arithmetic.
 //!
 //! tau(q, dq, ddq, X) of the described standard parameters; or Y(q, dq, ddq) X of identified base parameters.
 
@@ -14,7 +14,7 @@ pub struct TorqueEnclosure<'a> {
     function: &'a Function,
     /// The standard parameters, inputs of the function.
     values: Vec<f64>,
-    /// Base parameters, by which outputs of the function are multiplied; empty: its outputs are the torques.
+    /// Base parameters, by which the outputs of the function are multiplied. If empty, the outputs are the torques.
     multiples: Vec<f64>,
 }
 
@@ -119,7 +119,7 @@ mod tests {
                 let tau = identification::simulate::dynamics::torque(model.regressor(), described, &q, &dq, &ddq);
                 for k in 0..n {
                     let held = Jet::over_interval(thin[k], wide[k], part - Interval::point(middle));
-                    // Another formula: rounding of some hundred operations at 100 N m.
+                    // The two formulas differ by the rounding of some hundred operations at 100 N m.
                     assert!(held.low <= tau[k] + 1e-10 && held.high >= tau[k] - 1e-10, "{t} {k}: {held:?} {}", tau[k]);
                     // Slopes of 1000 N m/s over 4 ms.
                     assert!(held.width() < 8.0, "{held:?}");

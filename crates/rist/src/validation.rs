@@ -1,4 +1,4 @@
-//! How well an estimate predicts logs it was not made from.
+//! Tests how well an estimate predicts logs it was not made from.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -21,13 +21,13 @@ use crate::Estimate;
 use crate::error::Error;
 use crate::model::{Model, predicts};
 
-/// Hz, of the low-pass on position and torque of motions of a plan, where none is given: twice the cut-off of the
-/// equations is where the paper's figure 2 looks.
+/// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
+/// where the paper's figure 2 looks.
 pub const MOTION_CUTOFF: f64 = 20.0;
 
-/// Predicts logs as those of the estimate were fitted, with its signals and its friction, log by log.
+/// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
 ///
-/// Empty for an estimate of experiments: [`validate_experiments`] is for that. Fails where a log cannot be read, and
+/// Empty for an estimate of experiments, which [`validate_experiments`] predicts. Fails where a log cannot be read, and
 /// where the estimate lacks a parameter.
 pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<(String, Residuals)>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
@@ -41,7 +41,7 @@ pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Re
     logs.iter().map(predict).collect()
 }
 
-/// What the estimate makes of logs, joint by joint, ready to be drawn; `None` for an estimate of experiments.
+/// What the estimate predicts for logs, joint by joint, ready to be drawn; `None` for an estimate of experiments.
 ///
 /// Fails where a log cannot be read, and where the estimate lacks a parameter.
 pub fn portrait(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Option<Portrait>, Error> {
@@ -65,12 +65,13 @@ pub fn predicted_torques(model: &Model, estimate: &Estimate, logs: &[LogSource])
     Ok(series(&linear, &x, options, logs)?)
 }
 
-/// What predicts torques for each column.
+/// For each column the value that predicts torques.
 fn values_of(linear: &LinearModel, estimate: &Estimate) -> Result<Vec<f64>, Error> {
     linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect()
 }
 
-/// Whether the estimate was made from this log: a file of its that is the same one, or has the same bytes where it still is.
+/// Whether the estimate was made from this log: whether one of its files is the same file, or still exists and has the
+/// same bytes.
 pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
     let place = |name: &Path| std::fs::canonicalize(name).unwrap_or_else(|_| name.to_path_buf());
     let is_log = |fitted: &Path| place(fitted) == place(log) || is_copy(fitted, log).unwrap_or(false);
@@ -80,7 +81,7 @@ pub fn is_fitted(estimate: &Estimate, log: &Path) -> bool {
 /// Whether two files have the same bytes.
 fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     let (of_a, of_b) = (std::fs::metadata(a)?, std::fs::metadata(b)?);
-    // A pipe must not be opened: it is read once.
+    // A pipe must not be opened, because it can be read only once.
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }
@@ -105,8 +106,8 @@ pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resul
     Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }
 
-/// Predicts motions with an estimate of experiments; friction is fitted to the motions, since the paper's rows
-/// estimate none. `gains`: of drives, by coordinate, over those of the estimate, N m/A. `cutoff`: Hz.
+/// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate
+/// none. `gains`: of drives, by coordinate, N m/A; they replace those of the estimate. `cutoff`: Hz.
 ///
 /// Fails where a log cannot be read, or is too short or too slow for the low-pass.
 pub fn validate_experiments(

@@ -1,4 +1,4 @@
-//! Whether to trust an estimate: of experiments by itself, of logs by others that it was not made from.
+//! Whether to trust an estimate: one of experiments by itself, one of logs by other logs.
 
 use identification::estimate::described::described_residuals;
 use identification::estimate::options::Options;
@@ -16,7 +16,7 @@ use crate::doctor::examine;
 use crate::error::Error;
 use crate::model::Model;
 
-/// Whether to trust an estimate by what it says of itself; [`crate::samples::Identification::judge`] knows more.
+/// Whether to trust an estimate by its own evidence alone. [`crate::samples::Identification::judge`] has more evidence.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }
@@ -61,8 +61,8 @@ fn described(model: &Model, options: &Options, logs: &[LogSource]) -> Result<Opt
     Ok(Some(described_residuals(&linear, &joints, &vec![1.0; joints.len()], &described).total))
 }
 
-/// Whether to trust an estimate, by how well it predicts logs; none for one of experiments, whose `total` says all there
-/// is. `are_new`: it was not made from any of them, as [`crate::validation::is_fitted`] tells.
+/// Whether to trust an estimate, by how well it predicts logs, `total`. For an estimate of experiments `total` is the
+/// only evidence. `are_new`: it was not made from any of them, as [`crate::validation::is_fitted`] tells.
 ///
 /// Fails where a log cannot be read.
 pub fn validation_verdict(
@@ -83,7 +83,7 @@ pub fn validation_verdict(
     };
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let mut passport = examine(model, logs, options)?;
-    // A short log is enough to be predicted.
+    // A short log is long enough for a prediction.
     passport.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
     evidence.passport = Some(&passport);
     evidence.described = described(model, options, logs)?;

@@ -12,8 +12,8 @@ use crate::error::Error;
 use crate::model::Model;
 use crate::samples::Bodies;
 
-/// A URDF with the identified bodies, joint damping and friction; the rest of the text as it was. Its notes say what a
-/// URDF has no place for.
+/// A URDF with the identified bodies, joint damping and friction; the rest of the text is unchanged. Its notes say what
+/// a URDF cannot express.
 ///
 /// Fails where the text is no URDF, and with a verdict where the bodies are not to be used.
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
@@ -29,8 +29,8 @@ pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimat
     Ok(WrittenBack { notes, ..written })
 }
 
-/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature: one of its own without shapes, or
-/// `into`, the name and the text of one that is there.
+/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without
+/// shapes, or `into`: the name and the text of an existing one.
 ///
 /// Fails where the friction of the estimate has no damping and friction loss, where the robot floats or has loops and
 /// there is no `into`, where the frames of `into` are others, and with a verdict where the bodies are not to be used.
@@ -67,7 +67,7 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
         let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
-        // Simulators refuse friction that drives.
+        // Simulators refuse negative friction.
         let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
         let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
         Some(JointDynamics { joint: coordinate.clone(), damping, friction, armature: *armature })
@@ -75,7 +75,7 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
     model.regressor().coordinates().iter().zip(&bodies.armatures).map(friction).collect()
 }
 
-/// Sentences on what a URDF has no place for.
+/// Sentences on what a URDF cannot express.
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, bodies, estimate).is_none() {

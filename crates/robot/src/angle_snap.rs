@@ -1,11 +1,11 @@
 //! Angles and lengths as they were meant: 1.5707 is pi/2.
 //!
-//! Taken for a multiple of pi/2, pi/4 or pi/6 is an angle within [`ROUND`] of it: no calibration measures
-//! so little. Taken for a multiple of pi/2 is also an angle that is this multiple rounded or cut off where
-//! its decimals end, down to four of them ([`CUT`]): 1.5707 and 1.5708 are pi/2. An angle of the same size
-//! with more digits says what it means: 1.57065 is not pi/2, and neither 0.0001 nor 0.00015 is zero, since
-//! zero has no digits to leave out. Sine and cosine of what is taken are exact, and no base parameter is
-//! born from the digits somebody left out.
+//! An angle within [`ROUND`] of a multiple of pi/2, pi/4 or pi/6 is taken for that multiple, because no calibration
+//! measures so little. An angle is also taken for a multiple of pi/2 if it is that multiple rounded or cut off at its
+//! last decimal, down to four decimals ([`CUT`]): 1.5707 and 1.5708 are pi/2. An angle of the same size with more
+//! digits is kept: 1.57065 is not pi/2. Neither 0.0001 nor 0.00015 is zero, since zero has no digits to leave out. Sine
+//! and cosine of a multiple so found are exact, so the digits that somebody left out do not make additional base
+//! parameters.
 
 use std::f64::consts::PI;
 
@@ -22,14 +22,15 @@ const ROUND: f64 = 5e-6;
 const AXIS: f64 = 1e-6;
 /// m: the rounding noise of exporters.
 const LENGTH: f64 = 1e-9;
-/// rad: what a double of pi/2 misses is nobody's business.
+/// rad: a smaller difference is that of pi/2 as a double. It is removed without a note, even where angles stay as
+/// given.
 const SILENT: f64 = 1e-9;
-/// An entry of a rotation this near to a known value is that value: products of three sines or cosines
-/// carry a few units of the last place, 2e-16.
+/// An entry of a rotation this near to a known value is set to it, because products of three sines or cosines carry an
+/// error of a few units of the last place, 2e-16.
 const LAST_DIGITS: f64 = 1e-14;
 /// An axis whose largest component is smaller names no direction: files write unit vectors.
 const NO_AXIS: f64 = 1e-9;
-/// Rounding of what this program computes from snapped values: some operations on numbers below 10.
+/// Rounding error of values that this program computes from snapped ones, in some operations on numbers below 10.
 const ROUNDING: f64 = 1e-12;
 
 /// What a rounded angle is taken for.
@@ -61,7 +62,7 @@ pub(crate) fn given_angle(angle: f64, angles: Angles) -> Value {
 fn last_decimal(angle: f64) -> f64 {
     let text = angle.to_string();
     let decimals = text.split_once('.').map_or(0, |(_, after)| after.len());
-    // A unit of the last place, since 10^-4 itself is rounded.
+    // The factor makes it one unit of the last place smaller, since 10^-4 itself is rounded.
     10f64.powi(-(decimals.min(300) as i32)) * (1.0 - f64::EPSILON)
 }
 
@@ -118,7 +119,7 @@ pub(crate) fn rotation(rpy: &[Value; 3]) -> Matrix3 {
     exact(&product(&product(&z, &y), &x))
 }
 
-/// Entries that are 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 but for rounding, made so.
+/// Sets entries that are 0, 1/2, sqrt(1/2), sqrt(3)/2 or 1 but for rounding to these values.
 pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
     m.map(|row| row.map(exact_entry))
 }
@@ -145,7 +146,7 @@ pub(crate) fn unit_axis(axis: Vector3, angles: Angles) -> Option<Vector3> {
     })
 }
 
-/// Takes the angles that the user rounded for what they were meant to be, and says so.
+/// Replaces the angles that the user rounded by the multiples of pi they were meant to be, and notes it.
 pub(crate) fn snap_angles(robot: &mut Robot, angles: Angles) {
     let symbols = &robot.symbols;
     let mut notes = Vec::new();
@@ -182,7 +183,7 @@ mod tests {
 
     #[test]
     fn angles_are_taken_for_what_was_meant() {
-        // As texts: the digits are what is tested.
+        // The angles are texts, because the test is about their digits.
         for (angle, multiple) in [
             ("1.5707", (1, 2)),
             ("-1.57079632679", (-1, 2)),

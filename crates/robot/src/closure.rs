@@ -31,7 +31,7 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
         let poses = robot.link_poses(&q);
         let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
         let twin = robot.loop_frame_pose(&one.twin, &poses, &q);
-        // A description may overflow f64; that is no closed loop either.
+        // The values of a description may overflow f64; a loop with such a gap is not closed either.
         let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         let (position, orientation) = distance(&cut, &twin);
         let (position, orientation) = (known(position), known(orientation));

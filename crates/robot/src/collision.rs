@@ -50,9 +50,9 @@ pub enum CollisionShape {
         /// Factors along x, y, z of the mesh.
         scale: [f64; 3],
     },
-    /// None that could be read, and why.
+    /// A shape that could not be read.
     Unread {
-        /// Where it stands, what was found and what was expected.
+        /// Why: where it stands, what was found and what was expected.
         reason: String,
     },
 }

@@ -1,10 +1,9 @@
 //! Inertial parameters of a link in the conventions of others: by name, with their point and axes.
 //!
-//! Everywhere the off-diagonal entries are those of the inertia matrix, ixy = -sum m x y. The
-//! conventions differ in the point (the origin of a frame, or the centre of mass), in the order, in
-//! what stands for the centre (first moment m c, or c), and in whether the inertia is divided by the
-//! mass. Two traps: Pinocchio's Iyy stands before its Ixz; a URDF's inertia is about the centre of
-//! mass, in the axes of its own inertial frame.
+//! Everywhere the off-diagonal entries are those of the inertia matrix, ixy = -sum m x y. The conventions differ in the
+//! point (the origin of a frame, or the centre of mass), in the order, in how they give the centre (first moment m c,
+//! or c), and in whether the inertia is divided by the mass. There are two traps. Pinocchio's Iyy stands before its
+//! Ixz. A URDF's inertia is about the centre of mass, in the axes of its own inertial frame.
 //!
 //! ```text
 //! I_O = I_C + m (c . c E - c c^T)

@@ -20,7 +20,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// b is a.
+    /// The placement of a frame in itself.
     pub const IDENTITY: Pose =
         Pose { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], position: [0.0; 3] };
 

@@ -1,10 +1,9 @@
-//! Finds classic mistakes in a description's inertial parameters by what no body can have.
+//! Finds classic mistakes in a description's inertial parameters: values that no body can have.
 //!
-//! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia
-//! S = (tr(I_C)/2) E - I_C must be positive definite [Wensing, Kim, Slotine 2018]: its eigenvalues
-//! are the halves of the slacks of the triangle inequality of the principal moments. Where it is
-//! not, the mistakes that would explain it are tried: exchanged entries, an inertia about the other
-//! point. A mistake that still gives a possible body cannot be found.
+//! For a body of mass m with inertia I_C about its centre of mass, the pseudo-inertia S = (tr(I_C)/2) E - I_C must be
+//! positive definite [Wensing, Kim, Slotine 2018]. Its eigenvalues are half the slacks of the triangle inequalities of
+//! the principal moments. Where it is not positive definite, the mistakes that would explain it are tried: exchanged
+//! entries, an inertia about the other point. A mistake that still gives a possible body cannot be found.
 //!
 //! Not here: whether the figures are those of the robot; that is identification's.
 
@@ -39,13 +38,13 @@ pub enum Mistake {
     SwappedOrder,
     /// About the centre of mass where the origin is meant, or the other way round.
     WrongPoint,
-    /// The inertial frame is turned: who ignores rpy reads another inertia.
+    /// The inertial frame is turned, and a program that ignores rpy reads another inertia.
     TurnedInertialFrame,
     /// g or mm where kg or m are meant.
     Units,
 }
 
-/// Smallest eigenvalue of S allowed below zero, relative to the trace of I: the digits of a file.
+/// Smallest eigenvalue of S allowed below zero, relative to the trace of I. It covers the rounded digits of a file.
 const SLACK: f64 = 1e-4;
 /// kg; m; m: beyond, grams or millimetres are likelier.
 const LARGE_MASS: f64 = 3000.0;
@@ -122,7 +121,7 @@ fn about_centre(part: &Part, file_frame: &Pose, findings: &mut Vec<Finding>) {
     }
     impossible(&part.inertia, &mut find);
     swaps(&part.inertia, |six| possible(&six), &mut find);
-    // Moved from the centre to the origin with the wrong sign: adding what was taken off.
+    // Tests a shift from the origin to the centre of mass made once too often, by adding back what it took off.
     let c = part.pose.position;
     let mut x = [0.0; 10];
     x[..6].copy_from_slice(&part.inertia);
@@ -143,7 +142,7 @@ fn with_inertia(x: &[f64; 10], six: [f64; 6]) -> [f64; 10] {
     changed
 }
 
-/// Exchanges of entries that would make a body of it.
+/// Finds exchanges of entries after which the body would be possible.
 fn swaps(given: &[f64], makes_sense: impl Fn([f64; 6]) -> bool, find: &mut impl FnMut(Mistake, String)) {
     let exchanged = |i: usize, j: usize| {
         let mut six = [0.0; 6];
@@ -197,11 +196,11 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
     }
 }
 
-/// Part of the largest principal moment by which a turn may change an entry and be that of a rounded
-/// angle: files give six digits.
+/// A turn that changes no entry by more than this part of the largest principal moment counts as a rounded angle,
+/// because files give six digits.
 const SAME_AXES: f64 = 1e-6;
 
-/// An inertial frame turned against its link, with an inertia to which that matters.
+/// Finds an inertial frame that is turned against its link in a way that changes the inertia.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     if part.name != link.name || part.mass <= 0.0 {
         return;

@@ -1,17 +1,16 @@
 //! The passive joints of closed loops as affine functions of the coordinates, where they are affine.
 //!
-//! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation, and two more by
-//! its polygon where, with what other loops have settled already, the sides that keep their angle to
-//! each other add up to
+//! A planar loop ([`crate::polygon`]) gives one linear equation by its orientation. Its polygon may give more. With
+//! what other loops have settled already, some sides keep their angle to each other. Each group of such sides is added
+//! up to one vector. Equations follow where this leaves
 //!
 //! - two vectors: they are opposite;
-//! - four vectors, of equal lengths across: a parallelogram, v_1 = -v_3 and v_2 = -v_4. The crossed
-//!   four-bar with the same sides is the other solution of the closure, and is not meant.
+//! - four vectors, of equal lengths across: a parallelogram, v_1 = -v_3 and v_2 = -v_4. The crossed four-bar with the
+//!   same sides is the other solution of the closure, and is not meant.
 //!
-//! The pass over the loops is repeated as long as one of them settles something: parallelograms that
-//! share links settle one after the other. The constants of the relations are exact: their change with
-//! each symbol shows them to be integer combinations of symbols and a multiple of pi/12. A joint that
-//! is not settled stays a passive coordinate.
+//! The pass over the loops is repeated as long as one of them settles something, since parallelograms that share links
+//! settle one after the other. The constants of the relations are exact: how they change with each symbol shows them to
+//! be integer combinations of symbols and a multiple of pi/12. A joint that is not settled stays a passive coordinate.
 //!
 //! Not here: general four-bars, slider-cranks and spatial loops, which no affine relation describes.
 
@@ -59,7 +58,7 @@ struct Relation {
 /// An equation or an angle: coefficients of the variables, and a constant.
 type Linear = (Vec<f64>, f64);
 
-/// With what the relations say put in.
+/// Substitutes the relations into an equation or an angle.
 fn reduced(relations: &[Relation], (mut coefficients, mut constant): Linear) -> Linear {
     for relation in relations {
         let factor = coefficients[relation.pivot];
@@ -169,10 +168,10 @@ fn equation(polygons: &[Option<Polygon>], relations: &[Relation], step: &Step) -
     }
 }
 
-/// Adds an equation; false when it says nothing new.
+/// Adds an equation; returns false when it follows from the relations already there.
 fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, step: &Step) -> Result<bool, String> {
     let Some((coefficients, constant)) = equation else { return Ok(false) };
-    // Sum c x = constant; put in, the constant of the relations changes sides.
+    // The equation is sum c x = constant, so the constant that the substitution yields changes sides.
     let (coefficients, moved) = reduced(relations, (coefficients, 0.0));
     let constant = constant - moved;
     let (Step::Turn(l) | Step::Opposite(l, ..)) = step;
@@ -213,8 +212,8 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
     Ok(true)
 }
 
-/// rad/rad: a slope this near to an integer is one. Differences of angles accurate to 1e-15 over a step
-/// of 0.01 leave 1e-13; a slope that is no integer is one of lengths, and those are not this round.
+/// rad/rad: a slope this near to an integer is one. Differences of angles accurate to 1e-15 over a step of 0.01 leave
+/// 1e-13. A slope that is no integer comes from lengths, and such slopes are not this close to an integer.
 const INTEGER: f64 = 1e-9;
 
 /// The constants of the relations as values: exact, or a number that holds at these lengths.

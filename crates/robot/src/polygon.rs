@@ -19,7 +19,7 @@ pub(crate) const ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    /// In the order of the loop: the common link, the way to the cut, the way back from the twin.
+    /// In the order of the loop: from the common link to the cut, then from the twin back.
     pub sides: Vec<Side>,
     /// Coefficients of Phi_cut - Phi_twin, one a variable of the robot.
     pub turn: Vec<f64>,
@@ -102,7 +102,7 @@ impl<'a> Way<'a> {
         Way { links, frame, joints: Vec::new(), end: Pose::IDENTITY }
     }
 
-    /// Without its first `common` links, in the frame of the last of them.
+    /// The way without its first `common` links, in the frame of the last of them.
     fn after(mut self, common: usize, robot: &Robot, symbols: &[Symbol]) -> Way<'a> {
         self.links.drain(..common);
         let mut pose = Pose::IDENTITY;

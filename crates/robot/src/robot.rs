@@ -26,7 +26,7 @@ pub struct Robot {
     pub passive: Vec<PassiveCoordinate>,
     /// Antecedents come before what they carry.
     pub links: Vec<Link>,
-    /// The body that the links hang on, where the file describes one: it has no say while it stands still, and becomes
+    /// The body that the links hang on, where the file describes one. It has no effect while it is at rest, and becomes
     /// a link when it floats.
     pub base: Base,
     /// How many of the first links only carry others: they have no inertial parameters.
@@ -37,7 +37,8 @@ pub struct Robot {
     pub gravity: [Value; 3],
     /// What the reader of the file guessed, to be told to the user.
     pub notes: Vec<Note>,
-    /// The angles and axes that the reader took for others: the robot is not the file's to the last digit.
+    /// Notes on the angles and axes that the reader took for others, where the robot differs from its file in the last
+    /// digits.
     pub snapped: Vec<Note>,
 }
 
@@ -77,7 +78,7 @@ pub struct Limits {
 pub struct Link {
     /// Its name in the file.
     pub name: String,
-    /// What stands behind the letters of its parameters: the `4` of `XX4`.
+    /// The part of its parameters' names behind the letters: the `4` of `XX4`.
     pub label: String,
     /// `None`: the fixed base.
     pub antecedent: Option<LinkId>,

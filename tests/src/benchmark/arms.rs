@@ -41,7 +41,7 @@ pub fn race_arm(robot: &TapeRobot) -> BenchmarkArm<'_> {
     arm
 }
 
-/// The PUMA 560 with figures of its size.
+/// The PUMA 560 with drives, friction and sensors of its size.
 pub fn puma_arm(robot: &TapeRobot) -> BenchmarkArm<'_> {
     let law = |f: [f64; 4]| FrictionLaw { smoothing: 0.01, ..FrictionLaw::asymmetric(f[0], f[1], f[2], f[3]) };
     let friction = [

@@ -18,7 +18,7 @@ pub fn bang_bang(kind: MotionKind, fast: usize, slow: &[usize], centre: [f64; 3]
     ExcitingTrajectory::swing(kind, fast, slow, &centre, Profile::BangBang, period, acceleration, &SLOW, 4.0, 1e-3)
 }
 
-/// All experiments of R3G, 384, or without gravity of R3B, 372.
+/// All experiments: 384 of R3G, or 372 of R3B, without gravity.
 pub fn r3_candidates(robot: &TapeRobot, gravity: bool) -> Vec<Candidate> {
     r3_trajectories(gravity).into_iter().map(|t| Candidate::new(t, robot, &NOISE)).collect()
 }

@@ -1,4 +1,4 @@
-//! Measured robots and the figures to reach on them: recipes, and the scoreboard of running them.
+//! Measured robots and the residuals to reach on them: recipes, and a scoreboard of their results.
 //!
 //! A recipe names the logs of a folder, how to read them, what to fit and what to predict, and the
 //! residual that an independent baseline reached with the same columns and split. The recipes stand in
@@ -65,7 +65,7 @@ pub struct LogFile {
     pub window: Option<Window>,
 }
 
-/// What one run reached.
+/// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Score {
     pub dataset: String,
@@ -144,7 +144,7 @@ impl Dataset {
         let seconds = start.elapsed().as_secs_f64();
         let couplings = run.options.transmission.coupled();
         let model = Model::new(robot, &run.options.friction, &couplings);
-        // Baselines are scored on every row, also where a joint stands still, unless they say otherwise.
+        // Baselines are scored on every row, also at standstill, unless the recipe says otherwise.
         let mut scored = run.options.clone();
         scored.signal.standstill.get_or_insert(0.0);
         let names = |logs: &[LogFile]| logs.iter().map(|l| l.file.as_str()).collect::<Vec<_>>().join(" + ");

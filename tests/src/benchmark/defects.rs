@@ -1,9 +1,9 @@
-//! R3G and its like with what their models do not have: drives that ripple, joints that bend or have play, late torques.
+//! Defects that the models of R3G and its like lack: drives that ripple, joints that bend or have play, late torques.
 //!
 //! Joints that bend are simulated in closed loop as two masses each,
 //!   J theta'' = kt I - G(theta') - tau,   M(q) q'' + h(q, q') = tau,   tau = K s + D s',
-//! s = theta - q less the gap where there is play, zero within it. The encoder is at the motor. The torque J theta'' of the
-//! rotor is given: it is taken off the record.
+//! where s is theta - q less the gap where there is play, and zero within the gap. The encoder is at the motor. The
+//! torque J theta'' of the rotor is known and is subtracted from the record.
 
 use identification::algebra::fourier::circular_differences;
 use identification::algebra::random::Random;
@@ -17,14 +17,14 @@ use identification::spectrum::experiment::SpectralExperiment;
 
 use crate::benchmark::scenario::BenchmarkArm;
 
-/// What all joints have, or only one of them.
+/// A defect of all joints, or of one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Defect {
     /// The torques are logged so many s late.
     Late(f64),
-    /// The gain goes up and down by this share, so often a turn.
+    /// The gain varies by this share, this many times a turn.
     GainRipple(f64, f64),
-    /// A torque of this share of the greatest torque goes up and down so often a turn.
+    /// A torque of this share of the greatest torque is added, which varies this many times a turn.
     Ripple(f64, f64),
     /// The links swing at so many Hz when the motors are held.
     Elastic(f64),
@@ -32,13 +32,14 @@ pub enum Defect {
     Play(f64),
 }
 
-/// Hz.
+/// Frequency of a stiff joint, Hz.
 const STIFF: f64 = 100.0;
-/// Damping of springs, and of what is stiff, a share of the critical one. With that of springs a stiff joint swings in its
-/// loop until the drive saturates (17 N m of scatter in q1 and q3 where q2 alone bends), and what meets behind a gap rattles.
+/// Damping of elastic joints, and of stiff ones, as shares of the critical damping. With the damping of an elastic
+/// joint, a stiff joint oscillates in its loop until the drive saturates (17 N m of scatter in q1 and q3 where q2 alone
+/// bends), and a joint with play rattles.
 const DAMPING: f64 = 0.02;
 const STIFF_DAMPING: f64 = 0.1;
-/// Of the inertia that the motor sees.
+/// Inertia of the rotor, as a share of the inertia that the motor sees.
 const ROTOR: f64 = 0.2;
 
 /// Joints as two masses: motors, then links.
@@ -76,7 +77,7 @@ impl Dynamics for TwoMass<'_> {
 }
 
 impl Defect {
-    /// Noise-free experiments of a plan; `joint`: the one that has the defect, `None`: all.
+    /// Noise-free experiments of a plan. `joint`: the joint with the defect; `None`: all have it.
     pub fn experiments(
         self,
         arm: &BenchmarkArm,
@@ -102,14 +103,15 @@ impl Defect {
         Ok(found)
     }
 
-    /// What is in the record of a joint that was simulated without it.
+    /// Puts a defect that is not simulated into the record of a joint.
     fn log(self, arm: &BenchmarkArm, experiment: &mut SpectralExperiment, k: usize) {
         let current = experiment.current[k].clone();
         let n = current.len();
         for i in 0..n {
             let wave = |periods: f64| (periods * experiment.q[k][i] + 0.4 + k as f64).sin();
             experiment.current[k][i] = match self {
-                // Whole periods: what comes in at the start went out at the end.
+                // The record has whole periods, so the samples shifted out at the end are those that come in at the
+                // start.
                 Defect::Late(seconds) => {
                     let at = (i as f64 - seconds / arm.sample_time).rem_euclid(n as f64);
                     let (low, share) = (at.floor() as usize % n, at.fract());
@@ -216,7 +218,7 @@ fn rigid(arm: &BenchmarkArm, reference: &Reference, feedforward: &[Vec<f64>]) ->
     }
 }
 
-/// The experiments with the noise of the sensors, that of one draw.
+/// The experiments with the sensor noise of one draw.
 pub fn measured(
     experiments: &[SpectralExperiment],
     arm: &BenchmarkArm,

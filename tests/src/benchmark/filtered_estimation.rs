@@ -1,7 +1,7 @@
-//! Filtered least squares on the records of a plan: what RIST-MH is compared with.
+//! Filtered least squares on the records of a plan, with which RIST-MH is compared.
 //!
-//! The estimator of `identify` is for logs of any motion; this one is fixed, so that a benchmark means the
-//! same next year. tau = D X + equation (5), four friction columns a joint.
+//! The estimator of `identify` is for logs of any motion and may change. This one is fixed, so that a benchmark stays
+//! comparable over the years. tau = D X + equation (5), four friction columns a joint.
 
 use identification::algebra::least_squares::solve;
 use identification::algebra::triangle::TriangleBuilder;

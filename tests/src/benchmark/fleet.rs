@@ -1,12 +1,12 @@
-//! A fleet of simulated robots, of which some carry a load or rub more: how many `rist compare` finds, and how many of
-//! those that it names are as they were.
+//! Simulates a fleet of robots, some of which carry a load or have more friction. It counts how many of these `rist
+//! compare` finds, and how many of the robots that it names are unchanged.
 //!
-//! Every robot has logs of its own motions, two sines a joint. Torques have noise, half of it white, half with a memory of
-//! a tenth of a second, 1 % of the joint's torque; and friction differs from log to log by 2 %, as it does with
-//! temperature. A changed robot has a load on its last link, or viscous and Coulomb friction of one joint that moved.
+//! Every robot has logs of its own motions, two sines a joint. Torques have noise of 1 % of the joint's torque, half of
+//! it white, half correlated over a tenth of a second. Friction differs from log to log by 2 %, as it does with
+//! temperature. A changed robot has a load on its last link, or other viscous and Coulomb friction in one joint.
 //!
-//! The size of a change is that of the parameter which moves most, in standard deviations of the difference from the
-//! reference; over the root of the number of logs it is in those of one log.
+//! The size of a change is that of the parameter which changes most, in standard deviations of the difference from the
+//! reference. Divided by the root of the number of logs, it is in the standard deviations of one log.
 
 use std::f64::consts::TAU;
 
@@ -35,7 +35,7 @@ pub struct Fleet {
     pub seed: u64,
 }
 
-/// What is true of one machine.
+/// The true parameters of one robot.
 #[derive(Clone)]
 struct Machine {
     base: Vec<f64>,
@@ -43,7 +43,7 @@ struct Machine {
     coulomb: Vec<f64>,
 }
 
-/// What was found among the robots of a fleet.
+/// The findings among the robots of a fleet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Found {
     /// Robots that are said to have changed, and those of them that did.
@@ -75,7 +75,7 @@ impl Found {
         share(self.right_robots, self.changed)
     }
 
-    /// Share named of the parameters that moved by the full size.
+    /// Share of the parameters moved by the full size that are named.
     pub fn parameter_power(&self) -> f64 {
         share(self.named, self.moved)
     }
@@ -85,7 +85,7 @@ fn share(some: usize, of: usize) -> f64 {
     if of > 0 { some as f64 / of as f64 } else { 1.0 }
 }
 
-/// The workshop that makes the robots: a model, the options, and what a healthy robot is.
+/// The workshop that makes the robots: a model, the options, and the parameters of a healthy robot.
 pub struct Workshop<'a> {
     model: &'a Model,
     options: Options,
@@ -97,7 +97,7 @@ pub struct Workshop<'a> {
 }
 
 impl<'a> Workshop<'a> {
-    /// Every base parameter by the description; friction from the torques of a motion.
+    /// A workshop with the base parameters of the description, and friction in proportion to the torques of a motion.
     pub fn new(model: &'a Model) -> Workshop<'a> {
         let n = model.regressor().coordinates().len();
         let standard = StandardParameter::all(&model.robot);
@@ -196,7 +196,8 @@ impl<'a> Workshop<'a> {
         machine.base.iter().copied().chain((0..machine.viscous.len()).flat_map(friction)).collect()
     }
 
-    /// Changes of a robot: with a load, or with another friction of a joint; `sigma` are the deviations of differences.
+    /// A changed robot: with a load for even `k`, with other friction of a joint for odd. `sigma`: deviations of
+    /// differences.
     fn changed(&self, k: usize, size: f64, sigma: &[f64]) -> Machine {
         let mut machine = self.healthy.clone();
         let (n, p) = (machine.viscous.len(), machine.base.len());
@@ -236,7 +237,7 @@ pub fn simulate(model: &Model, fleet: Fleet, sizes: &[f64], rate: f64) -> Vec<(f
         let named: Vec<(&str, &Accumulator)> = robots.iter().map(|sums| ("robot", *sums)).collect();
         compare(("reference", &reference), &named, rate).unwrap_or_else(|e| panic!("{e}"))
     };
-    // The deviations of differences, a mean over some robots: each is uncertain by a fifth.
+    // The deviations of differences, each the mean over some robots, because a single one is uncertain by a fifth.
     let some = compared(&healthy.iter().take(16).collect::<Vec<_>>());
     let columns = some.robots[0].parameters.len();
     let mean = |c: usize| some.robots.iter().map(|r| r.parameters[c].sigma.powi(2)).sum::<f64>();

@@ -1,14 +1,14 @@
-//! Logs of a UR5 that the fitted model explains but for one thing, and the parameters behind them.
+//! Logs of a UR5 that differ from the fitted model in one respect, and the parameters behind them.
 //!
 //! The robot repeats a motion of five harmonics of 0.1 Hz three times. The fit has viscous and Coulomb friction and an
-//! offset; the truth has what [`Truth`] says. Encoders read 2e-5 rad of noise in steps of 1e-5 rad, velocities 2e-3 rad/s,
-//! torques 0.02 N m and 0.5 % of their root mean square. Where friction is no function of the velocity's sign, the robot
-//! follows its reference in closed loop, because a joint sticks where it turns:
+//! offset. The truth differs as [`Truth`] says. Encoders have 2e-5 rad of noise in steps of 1e-5 rad, velocities 2e-3
+//! rad/s, torques 0.02 N m and 0.5 % of their root mean square. Where friction does not depend on the sign of the
+//! velocity alone, the robot follows its reference in closed loop, because a joint sticks where it reverses:
 //!
 //! u = A_n (ddq_r + Kp (q_r - q) + Kd (dq_r - dq)) + h_n + friction of the reference, held for 1 ms,
 //!
-//! A_n, h_n: of a robot whose links are wrong by 10 %. The torque of a row is the mean of what was held before and after.
-//! Elsewhere the motion is the reference, and the torque is that of inverse dynamics.
+//! A_n, h_n: those of a robot whose links are wrong by 10 %. The torque of a row is the mean of the torques held before
+//! and after. In the other cases the motion is the reference, and the torque is that of inverse dynamics.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,14 +22,14 @@ use robot::RotorInertia;
 
 use crate::tape_robot::TapeRobot;
 
-/// What the fit does not know of.
+/// The respect in which the truth differs from the fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     /// Nothing: the model is exact but for white noise.
     WhiteNoise,
-    /// Torque noise that stays the same for 0.3 s, as strong as the white one beside it.
+    /// Torque noise that is correlated over 0.3 s, as strong as the white one beside it.
     SlowNoise,
-    /// Coulomb friction that turns over 0.005 rad/s.
+    /// Coulomb friction that changes its sign smoothly, within 0.005 rad/s.
     Tanh,
     /// The same, 30 % more below 0.1 rad/s.
     Stribeck,
@@ -39,7 +39,7 @@ pub enum Truth {
     LuGre,
     /// 2 % of the torque's root mean square, fifty times a turn and more.
     Ripple,
-    /// 1 mrad between motor, where the encoder is, and link.
+    /// Play of 1 mrad between the motor, where the encoder is, and the link.
     Backlash,
 }
 
@@ -68,7 +68,7 @@ const COULOMB: [f64; 6] = [5.2, 7.4, 6.6, 0.8, 1.3, 1.1];
 const OFFSET: [f64; 6] = [0.3, -0.4, 0.1, 0.05, -0.08, 0.02];
 const ROTOR: [f64; 6] = [1.2, 0.9, 0.7, 0.2, 0.15, 0.22];
 
-/// s between rows, rows of the controller between them, steps of the simulation in one of those.
+/// s between rows, controller samples in that time, steps of the simulation in one controller sample.
 const PERIOD: f64 = 2e-3;
 const HELD: usize = 2;
 const STEPS: usize = 4;
@@ -77,7 +77,7 @@ const STEPS: usize = 4;
 const MOTION: f64 = 10.0;
 const REPEATED: usize = 3;
 
-/// The robot with its rotors, and the same as its controller knows it.
+/// The robot with its rotors, and the wrong model of it in its controller.
 pub struct LackOfFit {
     /// Derived once.
     pub robot: TapeRobot,
@@ -129,7 +129,8 @@ impl LackOfFit {
         let mut y = vec![0.0; 6 * base];
         for i in 0..rows() {
             let [q, dq, ddq] = motion.at(i as f64 * PERIOD);
-            // A drive logs the mean of its torque: the share of the time that the joint moved forward.
+            // A drive logs the mean of its torque over a row, so the sign is averaged over the times of both
+            // directions.
             const PARTS: usize = 16;
             let parts =
                 (0..PARTS).map(|part| motion.at((i as f64 + (part as f64 + 0.5) / PARTS as f64 - 0.5) * PERIOD)[1]);
@@ -163,12 +164,12 @@ impl LackOfFit {
                 clean.push(&q, &dq, &mean);
             }
             before = Some(u);
-            // Inertia and bias in the middle of what is to come; only friction changes faster.
+            // Inertia and bias are those at the middle of the coming interval. Only friction changes faster.
             let middle = |x: &[f64; 6], dx: &[f64; 6]| std::array::from_fn(|k| x[k] + 0.5 * held * dx[k]);
             let held = Held::new(&self.robot, &middle(&q, &dq), &middle(&dq, &ddq), u);
             let start = dq;
             for _ in 0..STEPS {
-                // The midpoint rule; a bristle follows the velocity of the step exactly.
+                // The midpoint rule. A bristle is integrated exactly at the velocity of the step.
                 let first = held.acceleration(&dq, truth, &mut bristle, 0.5 * h);
                 let half: [f64; 6] = std::array::from_fn(|k| dq[k] + 0.5 * h * first[k]);
                 let second = held.acceleration(&half, truth, &mut bristle, 0.5 * h);
@@ -198,7 +199,7 @@ impl Held {
         Held { inertia, net: std::array::from_fn(|k| u[k] - bias[k] - OFFSET[k]) }
     }
 
-    /// A^-1 (u - h - friction), the bristles moved on by `step` s.
+    /// A^-1 (u - h - friction); also advances the bristles by `step` s.
     fn acceleration(&self, dq: &[f64; 6], truth: Truth, bristle: &mut [f64; 6], step: f64) -> [f64; 6] {
         let net = SVector::from_fn(|k, _| self.net[k] - friction(truth, k, dq[k], &mut bristle[k], step));
         self.inertia.solve(&net).into()
@@ -265,7 +266,7 @@ fn root_mean_square(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
 }
 
-/// Torque that goes with the angle of the rotor.
+/// Adds a torque that depends on the angle of the rotor.
 fn add_ripple(clean: &mut Clean, random: &mut Random) {
     for k in 0..6 {
         let (size, phase) = (0.02 * 2f64.sqrt() * root_mean_square(&clean.tau[k]), random.between(0.0, TAU));
@@ -275,7 +276,7 @@ fn add_ripple(clean: &mut Clean, random: &mut Random) {
     }
 }
 
-/// The motor is half the gap ahead of the link on the side that pushes; it crosses within some 10 ms.
+/// Adds play: the motor is half the gap ahead of the link on the side that pushes, and crosses within some 10 ms.
 fn add_backlash(clean: &mut Clean) {
     for k in 0..6 {
         let share = 1.0 - (-PERIOD / 5e-3f64).exp();
@@ -295,7 +296,7 @@ fn add_backlash(clean: &mut Clean) {
     }
 }
 
-/// What the sensors make of it.
+/// The signals as the sensors measure them.
 fn measured(clean: &Clean, slow: bool, names: &[String], random: &mut Random) -> Log {
     let mut of = |x: &Vec<Vec<f64>>, noise: &dyn Fn(&[f64]) -> f64, slow: bool| -> Vec<Vec<f64>> {
         let series = |x: &Vec<f64>| {

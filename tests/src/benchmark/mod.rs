@@ -1,4 +1,4 @@
-//! Robots, experiments and estimators held side by side: what the benches measure and the tests hold to their bounds.
+//! Robots, experiments and estimators to compare. Benches measure them, and tests check their bounds.
 //!
 //! A recipe of `dataset` runs on measured logs; everything else is simulated.
 

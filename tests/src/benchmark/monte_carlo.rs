@@ -10,8 +10,8 @@
 //! | X | median over draws of norm(X^ - X) / norm(X), % |
 //! | tau | mean of norm(D (X^ - X)) / norm(D X) over draws and validation motions, % |
 //!
-//! sigma is the Cramer-Rao bound of white torque noise alone: exact motion, every sample of every
-//! moving joint, four friction coefficients a joint unknown and the same in all experiments.
+//! sigma is the Cramer-Rao bound for white torque noise alone. It assumes exact motion, every sample of every moving
+//! joint, and four unknown friction coefficients a joint, the same in all experiments.
 
 use std::fmt;
 
@@ -82,7 +82,7 @@ pub struct Fixture<'a> {
     pub tracking: f64,
 }
 
-/// How one estimator did.
+/// The results of one estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
     pub bias: f64,
@@ -140,8 +140,8 @@ impl<'a> Fixture<'a> {
         Ok(fixture)
     }
 
-    /// The same with the experiments of `plan` again, under a known load that adds `load` to the base parameters;
-    /// `dynamics` are those of the loaded robot. The feedforward does not know of it.
+    /// The same fixture with the experiments of `plan` done again under a known load, which adds `load` to the base
+    /// parameters. `dynamics` are those of the loaded robot. The feedforward does not include the load.
     pub fn with_load(
         mut self,
         dynamics: &dyn Dynamics,
@@ -246,7 +246,7 @@ impl<'a> Fixture<'a> {
         }
     }
 
-    /// What `one` makes of the experiments of each draw, in the order of the draws.
+    /// The results of `one` for the experiments of each draw, in the order of the draws.
     pub(crate) fn each_draw<T: Send>(
         &self,
         draws: usize,
@@ -299,7 +299,7 @@ impl fmt::Display for Comparison {
     }
 }
 
-/// What `one` makes of each draw, in the order of the draws, whatever the number of threads.
+/// The results of `one` for each draw, in the order of the draws, whatever the number of threads.
 pub fn each_draw<T: Send>(draws: usize, threads: usize, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let threads = threads.clamp(1, draws.max(1));
     let of_draw = |d: usize| (d, one(d as u64));
@@ -337,7 +337,7 @@ fn add_information(
     let p = arm.truth.len();
     let mut windows = trajectory.windows();
     let last = record.q[0].len() - 1;
-    // The differences wrap around at the two ends of the record.
+    // The last sample is left out, because the differences wrap around at the ends of the record.
     windows.iter_mut().for_each(|w| w.end = w.end.min(last));
     let motion = cut_motion(record, &windows);
     let columns = motion.regressor_columns(arm.regressor);

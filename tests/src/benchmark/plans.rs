@@ -9,8 +9,8 @@ use identification::experiments::motion_kind::MotionKind;
 
 use crate::benchmark::candidates::bang_bang;
 
-/// A plan of eight for R3G whose determinant is within one per cent of the best known. The last is a slow sweep,
-/// which tells gravity alone.
+/// A plan of eight for R3G whose determinant is within one per cent of the best known. The last experiment is a slow
+/// sweep, which shows only gravity.
 pub fn golden_plan() -> Vec<ExcitingTrajectory> {
     let third = |i: f64| 2.2 * i / 6.0;
     let one = |q2, i| bang_bang(MotionKind::Mixed, 0, &[1, 2], [0.0, q2, third(i)], 500);

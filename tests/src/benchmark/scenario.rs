@@ -23,7 +23,7 @@ pub struct BenchmarkArm<'a> {
     pub sample_time: f64,
 }
 
-/// What is made worse.
+/// The conditions that are worse than those of the arm.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub name: &'static str,

@@ -3,7 +3,7 @@
 //! Bias and RMSE are in Cramer-Rao sigmas, sigma_i = sigma (W'W)^-1/2_ii at noise-free states; the coverage is the
 //! share of the 95 % intervals x +- 1.96 sigma that hold the truth.
 
-/// Errors parameter by parameter, in Cramer-Rao sigmas, and what the intervals held.
+/// Errors parameter by parameter, in Cramer-Rao sigmas, and how many intervals held the truth.
 #[derive(Default)]
 pub struct Tally {
     errors: Vec<Vec<f64>>,

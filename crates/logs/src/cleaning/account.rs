@@ -40,7 +40,7 @@ pub struct LogReport {
     pub gaps: usize,
     /// Jumps by a turn in the positions, taken back.
     pub wrapped: usize,
-    /// What no robot does, a coordinate.
+    /// What each coordinate's signals hold that no robot does.
     pub suspect: Vec<Suspect>,
     /// s at rest at the start.
     pub rest_before: f64,
@@ -53,13 +53,13 @@ pub struct LogReport {
 /// A step of the clock this many times the median is a gap: nothing is interpolated across it.
 pub const GAP: f64 = 10.0;
 
-/// A log runs backwards in more rows than this share: two runs in one file, not a clock's jitter.
+/// If the clock runs backwards in a larger share of the rows, that is no jitter: the file holds two runs.
 const BACKWARDS: f64 = 0.01;
 
-/// s: a clock that steps by more is in another unit, unless it says that it is not.
+/// s: a clock with a larger step is taken to be in another unit, unless its header says seconds.
 const SLOW: f64 = 0.5;
 
-/// s: no robot is sampled in shorter steps; a clock that does is in another unit.
+/// s: a clock with a smaller step is in another unit, because no robot is sampled that fast.
 const FAST: f64 = 1e-6;
 
 /// Fewer samples than this cannot be filtered and differentiated.
@@ -87,7 +87,7 @@ impl LogReport {
         self.count(next);
     }
 
-    /// Adds the rows of a part that follows, and nothing of its clock.
+    /// Adds the counts of another part, but nothing of its clock.
     pub(crate) fn count(&mut self, other: &LogReport) {
         self.rows += other.rows;
         self.kept += other.kept;

@@ -1,4 +1,4 @@
-//! What is wrong with a log, counted and said.
+//! Counts and reports what is wrong with a log.
 
 pub mod account;
 pub mod suspects;

@@ -1,4 +1,4 @@
-//! What a log holds that no robot does: wrapped angles, jumps, torques that are none.
+//! Finds what a log holds that no robot does: wrapped angles, jumps, torques that were not measured.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -19,14 +19,14 @@ pub struct Suspect {
 }
 
 impl Suspect {
-    /// Of the samples of one coordinate.
+    /// Examines the samples of one coordinate.
     pub fn of(coordinate: &str, t: &[f64], q: &[f64], effort: &[f64]) -> Suspect {
-        // Adding zero makes zero of minus zero.
+        // Adding zero turns -0 into 0.
         let constant = effort.first().filter(|first| effort.iter().all(|x| x == *first)).map(|x| x + 0.0);
         Suspect { coordinate: coordinate.into(), jumps: jumps(t, q), constant, saturated: saturated(effort) }
     }
 
-    /// Takes in a later part of the same log.
+    /// Adds the findings of a later part of the same log.
     pub fn append(&mut self, next: &Suspect) {
         self.jumps += next.jumps;
         self.constant = self.constant.filter(|x| next.constant == Some(*x));
@@ -57,12 +57,13 @@ impl fmt::Display for Suspect {
 
 /// Takes back the jumps by a turn of an angle that is logged between -pi and pi (or 0 and 2 pi); returns how many.
 ///
-/// A step within 0.5 rad of a whole turn is one: no joint turns so far from one sample to the next.
+/// A step within 0.5 rad of a whole turn counts as such a jump, because no joint turns so far from one sample to the
+/// next.
 pub fn unwrap(q: &mut [f64]) -> usize {
     let (mut turns, mut count) = (0.0, 0);
     for i in 1..q.len() {
         let step = q[i] + turns * TAU - q[i - 1];
-        // Most steps are far from a turn.
+        // Avoids the division for most steps, which are far from a turn.
         let back = if step.abs() < 3.0 { 0.0 } else { (step / TAU).round() };
         if back != 0.0 && back.abs() < 1.5 && (step - back * TAU).abs() < 0.5 {
             turns -= back;
@@ -73,7 +74,7 @@ pub fn unwrap(q: &mut [f64]) -> usize {
     count
 }
 
-/// A jump is so many times faster than the fastest hundredth of the steps..
+/// A jump is this many times faster than all but the fastest hundredth of the steps..
 const FAST: f64 = 20.0;
 /// .. and faster than this, rad/s.
 const LEAST: f64 = 1.0;
@@ -85,7 +86,8 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
     if rates.len() < 100 {
         return 0;
     }
-    // A log of poses at rest has hardly any step but jumps: its fastest hundredth may be those.
+    // In a log of poses at rest nearly every moving step is a jump, so the fastest hundredth of the steps may all be
+    // jumps.
     let at = rates.len() - 1 - rates.len() / 100;
     let usual = *rates.select_nth_unstable_by(at, f64::total_cmp).1;
     let limit = (FAST * usual).max(LEAST);
@@ -100,7 +102,7 @@ fn saturated(effort: &[f64]) -> Option<f64> {
     (low < high && share > SATURATED).then_some(share)
 }
 
-/// Of the samples.
+/// A larger share of the samples at the limits is no accident.
 const SATURATED: f64 = 0.01;
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Which column of a table is which quantity of which joint, and in which unit.
 //!
-//! Columns are found by what their headers can mean (`header`) or named by the user. Two columns for
-//! one quantity of one joint are refused, not chosen from; the mapping is a value that can be printed.
+//! Columns are found by what their headers can mean (`header`), or the user names them. Two columns for one quantity of
+//! one joint are refused: none is chosen. The mapping is a value that can be printed.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ pub struct Source {
     pub column: usize,
     /// As the file has it.
     pub header: String,
-    /// What its numbers are in; empty for SI without a word.
+    /// Unit of its numbers; empty where the header names none and SI is assumed.
     pub unit: &'static str,
     /// SI per unit of the file.
     pub factor: f64,
@@ -59,10 +59,10 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// The columns of the coordinates that slide, by their place: lengths and forces, in m and N where the headers say
-    /// nothing else.
+    /// Reads the columns of the coordinates that slide (`slides`, by place) as lengths and forces, in m and N where the
+    /// headers name no unit.
     ///
-    /// Fails where a header says deg, rpm or N m with a factor: that is no length or force.
+    /// Fails where a header says deg, rpm or N m with a factor, because that is no unit of a length or force.
     pub fn with_sliding(mut self, slides: &[bool]) -> Result<Columns, Error> {
         let groups =
             [Some(&mut self.position), self.velocity.as_mut(), self.acceleration.as_mut(), Some(&mut self.effort)];
@@ -105,7 +105,7 @@ impl Columns {
         let position = quantity(Position, &names.position)?.ok_or_else(|| finder.missing(Position))?;
         let velocity = quantity(Velocity, &names.velocity)?;
         let acceleration = quantity(Acceleration, &names.acceleration)?;
-        // A given current is meant, even where torques stand beside it.
+        // A user who names the current wants the current, even where there are torques too.
         let torque = if names.current.is_some() { None } else { quantity(Torque, &names.torque)? };
         let (effort, effort_is) = match torque {
             Some(torque) => (torque, Torque),
@@ -164,7 +164,7 @@ impl fmt::Display for Columns {
     }
 }
 
-/// The unit of a clock that counts from 1970: nobody's log is from before 1990 or after 2100.
+/// The unit of a clock that counts from 1970, found by the assumption that no log is from before 1990 or after 2100.
 fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
     const SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
     let first = clock.iter().find(|t| t.is_finite())?;
@@ -330,7 +330,7 @@ mod tests {
         (table.texts[1], table.texts[2]) = (Some((2, "elbow".into())), Some((2, "shoulder".into())));
         let columns = find(&table);
         assert_eq!((columns.position[0].column, columns.effort[1].column), (4, 5));
-        // 1.6e18 s after 1970 nobody logs; ns it is.
+        // 1.6e18 as s, ms or us after 1970 is beyond 2100, so the unit is ns.
         assert_eq!((columns.time.unit, columns.time.factor), ("ns", 1e-9));
     }
 

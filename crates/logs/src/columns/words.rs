@@ -1,9 +1,8 @@
 //! What the header of a column can mean.
 //!
-//! A header is stem, joint and unit in one of the orders `q1`, `q_1`, `q[1]`, `q_elbow`,
-//! `elbow.position`, `q1_deg`, `q_deg1`. The stems are the words that drivers and tools write for
-//! measured quantities; set points (`target_`, `_ref`, `_des`) are not among them: they are taken
-//! only when the user names them.
+//! A header is stem, joint and unit in one of the orders `q1`, `q_1`, `q[1]`, `q_elbow`, `elbow.position`, `q1_deg`,
+//! `q_deg1`. The stems are the words that drivers and tools write for measured quantities. Set points (`target_`,
+//! `_ref`, `_des`) are not among them and are used only when the user names them.
 
 use crate::Error;
 use crate::table::Table;
@@ -170,8 +169,8 @@ pub fn written(unit: &str) -> &str {
     }
 }
 
-/// The unit of a sliding joint where headers of turning ones have `unit`; `None` where that is no unit of a length or
-/// a force. The first units of a quantity stand for headers without one.
+/// The unit of a sliding joint where the header of a turning one would have `unit`; `None` where `unit` is of neither a
+/// length nor a force. The default unit of a turning joint stands for a header without a unit.
 pub fn of_sliding(unit: &'static str) -> Option<&'static str> {
     match written(unit) {
         "rad" => Some("m"),
@@ -195,7 +194,7 @@ pub struct Reading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Designator {
     None,
-    /// A number, counted from 0 or from 1: the group decides.
+    /// A number, counted from 0 or from 1. The other headers of the quantity decide which.
     Number(usize),
     Coordinate(usize),
 }
@@ -231,7 +230,7 @@ pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, E
     Ok(all)
 }
 
-/// Words that say of a quantity that it is the measured one, and of what it is part.
+/// Words that mark a quantity as measured, or name what it is part of.
 const QUALIFIERS: [&str; 13] = [
     "actual",
     "act",
@@ -266,8 +265,8 @@ fn unqualified(header: &str) -> String {
     header
 }
 
-/// The coordinates that columns `name0`, `name1`, .. (`field.name0`) say stand behind the numbers of the others, as
-/// (number, coordinate).
+/// Joint numbers and their coordinates, as (number, coordinate), from columns `name0`, `name1`, .. (`field.name0`),
+/// whose cells hold the names of the joints.
 fn joint_names(table: &Table, coordinates: &[String]) -> Vec<(usize, usize)> {
     let name = |(header, text): (&String, &Option<(usize, String)>)| {
         let header = unqualified(&header.to_lowercase());
@@ -300,7 +299,7 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     out
 }
 
-/// The header as it is, in the default unit, and with each unit it ends in cut off.
+/// The header as it is, with the default unit, and the header without each unit that it ends in.
 fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     let mut out = vec![(header, units[0])];
     for unit in units {
@@ -311,7 +310,7 @@ fn without_unit<'a>(header: &'a str, units: &[Unit]) -> Vec<(&'a str, Unit)> {
     out
 }
 
-/// What stands beside the stem when it is nothing, or a joint, or a unit and a joint.
+/// Reads the text beside the stem: nothing, a joint, or a unit and a joint.
 fn joint_beside(
     rest: &str,
     stem: &str,

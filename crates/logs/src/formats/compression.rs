@@ -1,7 +1,7 @@
-//! Compressed blocks of recordings and of Parquet: the bytes a block stands for, within a bound.
+//! Unpacks compressed blocks of recordings and of Parquet, within a bound.
 //!
-//! A length that the file claims is not believed: nothing is allocated by it beyond what the compressed bytes can unfold
-//! to. Decoders only, all of Rust.
+//! A length that the file claims is not trusted: no more is allocated for it than the compressed bytes can unfold to.
+//! Only decoders are used, all written in Rust.
 
 use std::io::Read;
 
@@ -27,10 +27,11 @@ pub enum Compression {
     Lz4Hadoop,
 }
 
-/// One block unfolds to no more than this; writers make blocks of some megabytes.
+/// Largest size of an unpacked block. Writers make blocks of some megabytes.
 pub const MAX_UNPACKED: usize = 1 << 30;
 
-/// Nor to more than so many times its bytes and so many bytes more: numbers that a robot measured do not.
+/// Nor may a block unfold to more than this many times its bytes, plus `SMALL`. Measured numbers do not compress so
+/// far.
 const MAX_RATIO: usize = 64;
 const SMALL: usize = 1 << 26;
 

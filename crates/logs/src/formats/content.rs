@@ -1,4 +1,4 @@
-//! What a file is, by its first bytes, and which feature of this package reads it.
+//! The kind of a file by its first bytes, and the feature of this package that reads it.
 
 /// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum Content {
 
 use Content::*;
 
-/// First bytes, what they stand for, its name, the feature that reads it and whether it is built in.
+/// First bytes, the kind they mark, its name, the feature that reads it, and whether the feature is built in.
 const KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
     (b"\x1f\x8b", Gzip, "", "", true),
     (b"\x28\xb5\x2f\xfd", Zstd, "a zstd stream", "zstd", cfg!(feature = "zstd")),
@@ -32,7 +32,7 @@ const KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
     (b"#ROSBAG V", Bag, "", "", true),
 ];
 
-/// Bytes that tell the kind of a file.
+/// Number of first bytes that tell the kind of a file.
 pub const HEAD: usize = 16;
 
 impl Content {

@@ -1,9 +1,9 @@
-//! Delimited text, some rows at a time: comma, semicolon, tab or blanks; `#` starts a comment line; one
-//! header line.
+//! Delimited text, read some rows at a time. Cells are divided by comma, semicolon, tab or blanks; `#` starts a comment
+//! line; there is one header line.
 //!
-//! The text is read in windows, which are cut into blocks of whole rows; the processor's threads read the blocks, and what
-//! they read is put together in order, so that it does not depend on their number. Memory is that of a window and of the
-//! rows handed out: a row has at most [`ROW`] bytes, and a table at most `MAX_CELLS` numbers. What a row is, is for `rows`.
+//! The text is read in windows, which are cut into blocks of whole rows. The processor's threads read the blocks. The
+//! results are joined in order and do not depend on the number of threads. Memory is that of a window and of the rows
+//! handed out: a row has at most [`ROW`] bytes, a table at most `MAX_CELLS` numbers. `rows` decides what a row is.
 
 use std::io::{BufReader, Cursor, Error as IoError, ErrorKind, Read};
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::table::{MAX_CELLS, Table, check_header};
 /// Bytes in which the header must stand.
 const HEAD: u64 = 1 << 20;
 
-/// Bytes from one row to the next, and of a block; ten thousand numbers with all their digits take a quarter of it.
+/// Most bytes of a row with the lines before it, and of a block. Ten thousand numbers in full take a quarter of it.
 const ROW: usize = 1 << 20;
 
 /// Blocks of a window.
@@ -28,10 +28,10 @@ const BLOCKS: usize = 8;
 /// Numbers of a block, however short its rows are.
 const BLOCK_CELLS: usize = 1 << 18;
 
-/// Fewer bytes are read by one thread: to start another takes as long.
+/// Fewer bytes are read by one thread, because starting another takes as long.
 const ALONE: usize = 1 << 18;
 
-/// Cells that are not there, up to which a file of ragged rows is read on.
+/// A file in which most rows are ragged is refused once its ragged rows have more cells than this.
 const MISSING: usize = 1 << 21;
 
 /// Rows of a text on their way into tables.
@@ -191,7 +191,7 @@ impl<'a> TableReader<'a> {
         Ok(table)
     }
 
-    /// Rows of units under the header, which are part of it.
+    /// Takes rows of units below the header into the header.
     fn units(&mut self) -> Result<(), Error> {
         while self.rows == 0 && self.waiting.is_none() {
             self.fill(ROW)?;
@@ -208,7 +208,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    /// Sees to it that the window holds so many unread bytes, unless the text ends.
+    /// Fills the window until it holds this many unread bytes, or the text ends.
     fn fill(&mut self, bytes: usize) -> Result<(), Error> {
         let unread = self.window.len() - self.at;
         if self.is_last || unread >= bytes {
@@ -225,7 +225,7 @@ impl<'a> TableReader<'a> {
         Ok(())
     }
 
-    /// Bytes, and a bound of the rows, of blocks of whole rows, one after the other, of at most `most` rows; none at the end.
+    /// Cuts the window into blocks of at most `most` whole rows together: the bytes and a bound of the rows of each.
     fn cuts(&mut self, most: usize) -> Result<Vec<(usize, usize)>, Error> {
         self.fill(ROW + 1)?;
         let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
@@ -271,7 +271,7 @@ impl<'a> TableReader<'a> {
             let workers: Vec<_> = (1..threads).map(|t| (t, scope.spawn(move || share(part(t))))).collect();
             let mut blocks = share(part(0));
             for (t, worker) in workers {
-                // A worker that died has read nothing; its share is read again here.
+                // The share of a worker that panicked is read again here.
                 blocks.extend(worker.join().unwrap_or_else(|_| share(part(t))));
             }
             blocks
@@ -310,7 +310,7 @@ impl<'a> TableReader<'a> {
     }
 }
 
-/// Cells as a row of text that reads as they do.
+/// Cells as a row of text that gives the same cells when it is read.
 fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
     let quoted = |cell: &Vec<u8>| {
         let doubled = cell.iter().flat_map(|&b| if b == b'"' { vec![b, b] } else { vec![b] });
@@ -321,7 +321,7 @@ fn quoted(cells: &[Vec<u8>], delimiter: u8) -> Vec<u8> {
 
 fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
     match e.kind() {
-        // The ways in which a decoder says that its input is none.
+        // The kinds of error by which a decoder reports damaged input.
         ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof => {
             Error::at(file, line, format!("the gzip stream is damaged or cut short: {e}"))
         }
@@ -421,7 +421,7 @@ mod tests {
         }
     }
 
-    /// Rows with everything that a dialect knows, over several windows: what is read depends neither on where blocks end,
+    /// Rows with everything that a dialect knows, over several windows. The result depends neither on where blocks end,
     /// nor on how many rows are asked for, nor on the number of threads.
     #[test]
     fn blocks_and_threads_change_nothing() {

@@ -1,7 +1,8 @@
 //! Arrays of NumPy (.npz, .npy) as a table of named columns.
 //!
-//! How arrays become columns stands in `arrays`. A .npz is a zip of .npy files, stored or deflated; only what NumPy writes of either is read here. What the zip claims
-//! is not believed: its files must not overlap, and all arrays together hold at most [`MAX_CELLS`] numbers.
+//! `arrays` says how arrays become columns. A .npz is a zip of .npy files, stored or deflated. Only the variants of
+//! both that NumPy writes are read here. The sizes in the zip are not trusted: its files must not overlap, and all
+//! arrays together hold at most [`MAX_CELLS`] numbers.
 
 use std::borrow::Cow;
 use std::io::Read;

@@ -1,8 +1,9 @@
-//! What a cell of text says: a number, none, a date, or a word.
+//! The meaning of a cell of text: a number, a missing number, a date, or a word.
 
-/// A number, or NaN for the ways in which files say that there is none; `None` for other text.
+/// A number, or NaN for the ways in which files mark a missing number; `None` for other text.
 ///
-/// Between semicolons, tabs and blanks a comma is a decimal one. A date with its time is in s since 1970.
+/// Where cells are divided by semicolons, tabs or blanks, a comma is a decimal one. A date with its time is in s since
+/// 1970.
 pub fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
     if cell.is_empty() {
         return Some(f64::NAN);
@@ -24,13 +25,13 @@ pub fn number(cell: &[u8], delimiter: Option<u8>) -> Option<f64> {
 
 /// The number that bytes begin with, and its length.
 ///
-/// m 10^-k of integers is one division away where both are floating-point numbers themselves, m <= 2^53 and k <= 22,
-/// [Clinger 1990]: what controllers write. Other numbers are read by `fast_float2`.
+/// m 10^-k with integers needs one division if m and 10^k are floating-point numbers themselves, m <= 2^53 and k <= 22
+/// [Clinger 1990]. Controllers write such numbers. Other numbers are read by `fast_float2`.
 pub fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     let is_negative = bytes.first() == Some(&b'-');
     let start = usize::from(is_negative);
     let (mut integer, mut at) = (0u64, start);
-    // Few digits stand before the point, mostly as many as in the cell above.
+    // One digit at a time, since there are few before the point, and mostly as many as in the cell above.
     while let Some(digit) = bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
         integer = integer.wrapping_mul(10).wrapping_add(u64::from(digit));
         at += 1;
@@ -59,7 +60,7 @@ pub fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     Some((if is_negative { -x } else { x }, at))
 }
 
-/// The number of the digits at the start, at most eight, and how many they are.
+/// The value of the digits at the start, at most eight, and their count.
 ///
 /// Eight bytes at once: the digits are moved to the end, behind zeros, and weighed in pairs, fours and eights [Lemire 2021].
 fn some_digits(bytes: &[u8]) -> (u64, usize) {
@@ -68,7 +69,7 @@ fn some_digits(bytes: &[u8]) -> (u64, usize) {
         return bytes.iter().map_while(digit).fold((0, 0), |(value, count), digit| (10 * value + digit, count + 1));
     };
     let values = u64::from_le_bytes(*eight) ^ 0x3030_3030_3030_3030;
-    // The upper bit of each byte above nine; a carry reaches only bytes behind one.
+    // Sets the upper bit of each byte above nine. A carry reaches only bytes behind such a byte.
     let others = (values.wrapping_add(0x7676_7676_7676_7676) | values) & 0x8080_8080_8080_8080;
     let count = others.trailing_zeros() as usize / 8;
     if count == 0 {

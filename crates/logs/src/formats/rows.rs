@@ -1,8 +1,9 @@
 //! Rows of delimited text, cut at their ends and read into columns.
 //!
-//! A block of whole rows is read by itself, so that several are read at once. A number is read where it stands: only a
-//! cell that is no plain number up to its delimiter is cut out first. A quotation mark at the start of a cell encloses
-//! delimiters and ends of lines, and two are one; `#` at the start of a line makes it a comment; blank lines are no rows.
+//! A block of whole rows is read by itself, so that several are read at once. A number is parsed in place. Only a cell
+//! that is no plain number up to its delimiter is cut out first. A quotation mark at the start of a cell encloses
+//! delimiters and ends of lines, and inside it two marks are one. `#` at the start of a line makes it a comment. Blank
+//! lines are no rows.
 
 use std::borrow::Cow;
 
@@ -11,7 +12,7 @@ use memchr::{memchr, memchr_iter, memchr2, memchr3, memchr3_iter};
 use crate::formats::number::{leading, number};
 use crate::table::Lines;
 
-/// What stands between cells, and which cells are wanted.
+/// The delimiter of cells, and which columns are wanted.
 #[derive(Clone, Debug)]
 pub struct Dialect {
     /// `None`: runs of blanks.
@@ -54,7 +55,7 @@ impl Dialect {
         byte == b'\n' || byte == b'\r' || self.delimiter.map_or_else(|| byte.is_ascii_whitespace(), |d| byte == d)
     }
 
-    /// Where the bytes that are no blanks between cells begin.
+    /// The place behind the blanks at `at` where blanks delimit cells, else `at` itself.
     fn behind_blanks(&self, bytes: &[u8], at: usize) -> usize {
         if self.delimiter.is_some() {
             return at;
@@ -62,7 +63,7 @@ impl Dialect {
         at + bytes[at..].iter().take_while(|b| self.is_blank(**b)).count()
     }
 
-    /// The first byte behind a line that is no row (blank, or a comment), where there is one at `at`.
+    /// If a line that is no row (blank, or a comment) begins at `at`, the place behind it.
     fn behind_no_row(&self, bytes: &[u8], at: usize) -> Option<usize> {
         let first = self.behind_blanks(bytes, at);
         match bytes.get(first) {
@@ -133,7 +134,7 @@ impl Dialect {
         Some(FirstRow { cells, bytes: end, ends: above + inside + usize::from(end > at) })
     }
 
-    /// Where the next cell of the row begins, if `at` is not its end.
+    /// Where the next cell of the row begins; `None` if `at` is the end of the row.
     fn behind_cell(&self, bytes: &[u8], at: usize) -> Option<usize> {
         match self.delimiter {
             Some(d) => (bytes.get(at) == Some(&d)).then_some(at + 1),
@@ -144,8 +145,8 @@ impl Dialect {
         }
     }
 
-    /// The bytes of whole rows at the start, at most `most` of them: where they end, and a number that they do not
-    /// exceed. `last`: the text ends with these bytes.
+    /// The whole rows at the start, at most `most` of them: the place behind them, and a bound of their number. `last`:
+    /// whether the text ends with these bytes.
     pub fn whole_rows(&self, bytes: &[u8], most: usize, last: bool) -> (usize, usize) {
         let is_lone = |at: usize| bytes.get(at + 1).is_some_and(|next| *next != b'\n');
         let (mut end, mut count) = (0, 0);
@@ -181,7 +182,7 @@ impl Dialect {
                     (at, behind_end(bytes, self.behind_blanks(bytes, at)))
                 }
             };
-            // At the last byte nobody knows whether a cell, or the two bytes of the end of a line, go on.
+            // Unless the text ends here, a cell or an end of line of two bytes may go on behind the last byte.
             let is_whole = next < bytes.len() || last || (next > text && bytes[next - 1] == b'\n');
             if !is_whole {
                 break;
@@ -225,7 +226,7 @@ impl Dialect {
         block
     }
 
-    /// Reads the row that begins at `at`; where the next line begins.
+    /// Reads the row that begins at `at`; returns where the next line begins.
     #[inline]
     fn read_row(&self, bytes: &[u8], at: usize, places: &[Option<usize>], block: &mut Block) -> usize {
         let (row, line, width) = (block.rows, block.ends, places.len());
@@ -264,7 +265,7 @@ impl Dialect {
                 None => break,
             }
         }
-        // A delimiter at the end of each row is a habit, not a cell.
+        // An empty cell behind a delimiter at the end of a row does not count.
         if column < width || more {
             block.ragged.push(row);
         }

@@ -8,9 +8,9 @@
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
 //! ```
-//! The numbers choose columns and no more: the beta are exact in the robot's symbols
-//! ([`crate::base::regrouping`]) and are then held against the numeric ones ([`crate::base::evidence`]). Their text is
-//! made when it is asked for ([`crate::base::written_rules`]).
+//! The numbers only choose the columns. The beta are exact in the robot's symbols ([`crate::base::regrouping`]) and are
+//! checked against the numeric ones ([`crate::base::evidence`]). Their text is written only on request
+//! ([`crate::base::written_rules`]).
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;
@@ -33,14 +33,14 @@ pub struct BaseParameters {
     pub standard: Vec<StandardParameter>,
     /// In the order of the columns of D_base.
     pub base: Vec<BaseParameter>,
-    /// Indices of the standard parameters that move nothing.
+    /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
     /// Indices of the standard parameters that would be base parameters for robots of this structure in
     /// general, but are not at these numbers: two lengths or angles agree, or gravity is along an axis.
     pub coincident: Vec<usize>,
-    /// Why this number of them is believed.
+    /// The evidence for the number of base parameters.
     pub rank: Rank,
-    /// What their rules are written from: [`BaseParameters::rules`].
+    /// The data from which [`BaseParameters::rules`] writes the rules.
     pub(crate) sources: RuleSources,
 }
 
@@ -94,8 +94,8 @@ impl BaseParameters {
         self.sources.expanded(&self.columns())
     }
 
-    /// The rules as lines to print, a name alone where nothing is absorbed; nested ones with those of the regrouped
-    /// parameters behind them.
+    /// The rules as lines to print. A base parameter that absorbs nothing is printed as its name alone. Nested rules
+    /// are followed by the rules of the regrouped parameters that they name.
     pub fn rule_lines(&self) -> Vec<String> {
         let rules = self.rules();
         let line = |(b, rule): (&BaseParameter, String)| if b.terms.len() > 1 { rule } else { b.name.clone() };
@@ -137,7 +137,7 @@ pub(crate) fn base_parameters(
     let mut rank = Rank::of(&scan);
     clear_cut(&scan, &rank, name)?;
 
-    // Passive coordinates are solved numerically: they are no free elements of a field.
+    // Passive coordinates are solved numerically, so they cannot be drawn freely in a finite field.
     let exact = robot.passive.is_empty().then(|| independent_columns(regressor));
     let mut coincident = Vec::new();
     if let Some(exact) = exact {
@@ -180,11 +180,11 @@ fn base_parameter(
     BaseParameter { name, column, terms, share: scan.share[column] }
 }
 
-/// D at random states, one below the other; loops closed.
+/// D at random states with closed loops, stacked state by state.
 fn sampled(regressor: &Function, closure: Option<Closure>) -> DMatrix<f64> {
     let tape = Tape::new(regressor);
     let (n, p) = (regressor.outputs[0].rows, regressor.outputs[0].columns);
-    // Three times as many rows as columns, counting for a joint only its own row.
+    // Three times as many rows as columns, even where a link's columns are non-zero only in the row of its own joint.
     let n_states = if n == 0 { 0 } else { 3 * p.div_ceil(n) + 8 };
     let mut random = SplitMix(1995);
     let closed = closure.map(|mut closure| closure.sample(n, n_states, &mut random));

@@ -10,9 +10,9 @@ use crate::base::rank::{CLEAR_GAP, Scan};
 use crate::base::regrouping::Shares;
 use crate::derivation::NeverCloses;
 
-/// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest
-/// kept column amplifies rounding by the inverse of its distance, 1e-16 / 1e-7 = 1e-9 at worst
-/// ([`crate::base::rank::INDEPENDENT`]); a wrong coefficient is off by its own size.
+/// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest kept column
+/// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
+/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient differs by its own size.
 const ROUNDING: f64 = 1e-6;
 
 /// The evidence for a rank.
@@ -28,14 +28,14 @@ pub struct Rank {
     /// Largest relative distance of a dropped one; zero columns count with their norm relative to
     /// the largest column's.
     pub largest_dropped: f64,
-    /// How many relations are proven in the symbols, and how many are only numeric.
+    /// How many relations are proven in the symbols.
     pub exact_relations: usize,
     /// How many relations are only numeric.
     pub numeric_relations: usize,
 }
 
 impl Rank {
-    /// The evidence of the scan alone; what is exact is added by who finds it.
+    /// The evidence of the scan alone. The caller adds the exact evidence.
     pub(crate) fn of(scan: &Scan) -> Rank {
         let smallest_kept = scan.kept.iter().map(|&c| scan.distance[c]).fold(1.0, f64::min);
         let dropped = scan.zero.iter().copied().chain(scan.dependent.iter().map(|d| d.0));
@@ -151,7 +151,7 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses more columns than are independent in the field: those too many are there by rounding.
+/// Refuses more columns than are independent in the field, because rounding alone makes the surplus independent.
 pub(crate) fn no_more_than_exact(
     scan: &Scan,
     exact: &[usize],
@@ -164,7 +164,7 @@ pub(crate) fn no_more_than_exact(
     Ok(())
 }
 
-/// The exact coefficients must be the numeric ones, to the accuracy of the latter.
+/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter.
 pub(crate) fn held_against_numbers(
     scan: &Scan,
     shares: &Shares,

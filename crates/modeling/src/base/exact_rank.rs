@@ -30,7 +30,7 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     if n == 0 || p == 0 {
         return Vec::new();
     }
-    // A link's eleven columns may live in one row a state.
+    // A link's eleven columns may be non-zero in only one row of each state.
     let n_states = (p.div_ceil(n) + 2).max(14);
     let mut rows: Vec<Vec<Residue>> = Vec::with_capacity(n_states * n);
     for _ in 0..n_states {

@@ -26,11 +26,11 @@ pub(crate) struct Relation {
 /// The x_k of each relation in the field; `None` where no x or more than one satisfies it.
 type Solutions = Vec<Option<Vec<Residue>>>;
 
-/// What the constants were, and the solutions there.
+/// Values of the constants, and the solutions at these values.
 type Point = (Vec<Assignment>, Solutions);
 
-/// Numerator and denominator of a rational in a coefficient are at most this: what lengths and angles
-/// leave behind are halves, doubles and small counts of links.
+/// Bound on numerator and denominator of a rational in a coefficient. Lengths and angles give rise only to halves,
+/// doubles and small counts of links.
 const MAX_RATIO: i64 = 64;
 
 /// Unknowns of a fit at most. The monomials of k angles at size s are (2 s + 2)^k and each takes an evaluation of the
@@ -54,7 +54,7 @@ pub(crate) fn interpolate(regressor: &Function, relations: &[Relation]) -> Vec<O
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
         let coefficients = points[0].1[r].clone().and_then(|x| {
-            // The first coefficient without an answer ends the relation: all are exact, or none is used.
+            // The first coefficient without an answer ends the relation, since either all are exact or none is used.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
                     // A number needs no fit.
@@ -69,7 +69,7 @@ pub(crate) fn interpolate(regressor: &Function, relations: &[Relation]) -> Vec<O
     fitted
 }
 
-/// The columns that the relations speak of, and the relations among them: a fit evaluates nothing else.
+/// The columns that the relations name, and the relations renumbered to them. A fit evaluates no other column.
 fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Relation>) {
     let named = |r: &Relation| r.support.iter().copied().chain([r.column]).collect::<Vec<_>>();
     let columns: BTreeSet<usize> = relations.iter().flat_map(named).collect();
@@ -83,7 +83,7 @@ fn restricted(regressor: &Function, relations: &[Relation]) -> (Function, Vec<Re
     (regressor.with_columns("related", 0, &columns), relations.iter().map(moved).collect())
 }
 
-/// Per relation and x_k, the symbols it depends on: one is moved at a time.
+/// Per relation and x_k, the symbols it depends on, found by changing one symbol at a time.
 fn dependencies(
     samples: &mut FieldSamples,
     relations: &[Relation],
@@ -110,7 +110,7 @@ fn dependencies(
     depends
 }
 
-/// x_k of relation r as a polynomial in the symbols it depends on: monomials of growing size are tried.
+/// x_k of relation r as a polynomial in the symbols it depends on. Sets of monomials of growing size are tried.
 fn fit(
     samples: &mut FieldSamples,
     points: &mut Vec<Point>,
@@ -127,7 +127,7 @@ fn fit(
         if monomials.is_empty() {
             continue;
         }
-        // Two points more than unknowns: a fit that is not exact fails there.
+        // Two points more than unknowns, so that a fit that is not exact fails.
         while points.len() < monomials.len() + 2 {
             let constants = samples.draw(None);
             let solutions = samples.solve_at(&constants);
@@ -193,7 +193,7 @@ fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32
     for &s in symbols {
         let mut next: BTreeMap<i32, usize> = BTreeMap::new();
         for (&power, &count) in &by_power {
-            // An angle has no length; each of its factors leaves the power as it is.
+            // An angle has no length, so its cosines and sines leave the power of lengths as it is.
             let (powers, times) =
                 if samples.is_angle[s] { (0..=0, 2 * (size + 1) as usize) } else { (-size..=size + 1, 1) };
             for more in powers {
@@ -255,11 +255,12 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation at these constants, over enough random states to leave rows over.
+    /// Solves every relation at these constants. It takes more random states than unknowns, which leaves rows to check
+    /// with.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
         let output = &self.function.outputs[0];
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
-        // A column may live in one row only.
+        // A column may be non-zero in only one row of each state.
         let n_states = largest + 3;
         let mut rows = Vec::new();
         for _ in 0..n_states {
@@ -282,7 +283,7 @@ mod tests {
 
     use super::*;
 
-    /// The count that bounds the work is the count of what would be made.
+    /// `n_monomials`, which bounds the work, agrees with the number of monomials that are made.
     #[test]
     fn monomials_are_counted_before_they_are_made() {
         let mut g = Graph::new();

@@ -1,8 +1,8 @@
 //! What a base parameter means, in words, as far as its rule says it: `first moment of forearm along x, with what wrist_1
 //! to tool add to it`.
 //!
-//! A base parameter is its own standard parameter and multiples of others. Those of its own link are named one by one;
-//! of other links only which they are: how much of each is what the rule says.
+//! A base parameter is its own standard parameter plus multiples of others. Those of its own link are named one by one.
+//! Of the parameters of other links only the links are named; the rule has the amounts.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 

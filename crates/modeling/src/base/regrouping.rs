@@ -9,8 +9,8 @@
 //!   field ([`crate::base::interpolation`]), exact too;
 //! - where that finds no closed form, the numbers of the scan.
 //!
-//! The rules are kept as they were found, each leading to the columns next to its own. Multiplied out they are only
-//! numbers here; as text they are [`crate::base::written_rules`].
+//! The rules are kept as they were found: each leads to the columns next to its own. Here they are multiplied out only
+//! as numbers; [`crate::base::written_rules`] writes them as text.
 
 use std::collections::BTreeMap;
 
@@ -144,7 +144,7 @@ fn solved(
     relations: &[Relation],
     numeric: &BTreeMap<usize, &Vec<f64>>,
 ) -> BTreeMap<usize, Vec<(usize, Beta)>> {
-    // Where loops are closed numerically only a column that is not there is a fact of the field.
+    // Where loops are closed numerically, the field proves only that a column is identically zero.
     let exact: Vec<Option<Vec<Coefficient>>> = if robot.passive.is_empty() {
         interpolate(regressor, relations)
     } else {
@@ -189,7 +189,7 @@ fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &Rules, graph: &G
     shares
 }
 
-/// Whether nothing stands in a column, whatever the state.
+/// Whether a column is zero at every state.
 fn column_is_zero(regressor: &Function, column: usize) -> bool {
     let output = &regressor.outputs[0];
     (0..output.rows).all(|r| output.entries[r * output.columns + column].is_zero())

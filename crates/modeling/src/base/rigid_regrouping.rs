@@ -1,4 +1,4 @@
-//! The regrouping rules of trees: the part of a link that its antecedent carries just as well.
+//! The regrouping rules of trees: which parts of a link's inertia act as if they belonged to its antecedent.
 //!
 //! A body that is symmetric about the axis of its joint moves as if it were part of the antecedent:
 //! turning it costs nothing. For a revolute joint these are the directions XX = YY, MZ and M, for
@@ -59,7 +59,7 @@ pub(crate) fn tree_rules(robot: &Robot, g: &mut Graph, constants: &mut Constants
 /// Ten parameters in the order of [`Inertial::BODY`], 1 where set.
 type Body = [bool; 10];
 
-/// The parameter that a free direction drops, those of the same link it takes along, and the body.
+/// Per free direction: the parameter it drops, the parameters of the same link that absorb it too, and the body it is.
 fn free_directions(kind: JointKind) -> Vec<(Inertial, Vec<Inertial>, Body)> {
     use Inertial::*;
     let body = |set: &[Inertial]| Inertial::BODY.map(|i| set.contains(&i));

@@ -34,7 +34,7 @@ impl Factor {
     }
 }
 
-/// The decimal of eleven digits nearest to x: what the scan of a numeric relation is good for.
+/// The decimal of eleven digits nearest to x. A numeric relation of the scan has no more valid digits.
 pub(crate) fn rounded(x: f64) -> f64 {
     format!("{x:.10e}").parse().unwrap_or(x)
 }

@@ -1,9 +1,9 @@
 //! The triangle R of a matrix's QR, joint by joint.
 //!
-//! R'R = A'A. The rows of one joint go into R together, by Householder reflections of a row of R and the column beneath it
-//! [Golub, Van Loan, 5.1]: memory is that of R and of one joint's rows. The row of a joint is zero in the columns of bodies
-//! that it does not carry, and what is zero on both sides of a reflection stays so: such columns cost nothing, which is
-//! most of the work for a tree.
+//! R'R = A'A. The rows of one joint go into R together, by Householder reflections of a row of R and the column beneath
+//! it [Golub, Van Loan, 5.1]. Memory is that of R and of one joint's rows. The row of a joint is zero in the columns of
+//! bodies that it does not carry, and a column that is zero on both sides of a reflection stays zero. Such columns are
+//! skipped, which saves most of the work for a tree.
 
 use nalgebra::DMatrix;
 
@@ -45,7 +45,7 @@ fn absorb(r: &mut [f64], block: &mut [f64], p: usize, rows: usize) {
     }
 }
 
-/// Four sums abreast: one alone waits for itself.
+/// Dot product with four independent sums, because each addition to a single sum would wait for the one before it.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];
     let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));

@@ -19,10 +19,10 @@ use crate::base::coefficient::Coefficient;
 use crate::base::regrouping::{Beta, Regrouping};
 use crate::base::{names, rule};
 
-/// Rules are expanded while all of them together stay below this many characters: three times what a humanoid of
-/// 44 joints needs.
+/// The rules are expanded while all of them together stay below this many characters. A humanoid of 44 joints needs a
+/// third of it.
 const SHORT: usize = 200_000;
-/// Summands that the rules may have when they are to be expanded whatever their length: some 30 MB of text.
+/// Most summands of rules that are to be expanded whatever their length: some 30 MB of text.
 const MOST_SUMMANDS: usize = 1_000_000;
 
 /// The rules of the base parameters as text.
@@ -31,7 +31,7 @@ pub struct Rules {
     /// Of each base parameter, in the order of [`crate::BaseParameters::base`]:
     /// `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`, and `XY2 = XY2` where nothing is absorbed.
     pub base: Vec<String>,
-    /// Nested rules only: the regrouped parameters that these rules name and that are no base parameters.
+    /// Nested rules only: the rules of the regrouped parameters that these rules name and that are no base parameters.
     pub regrouped: Vec<String>,
     /// The coefficient of each term of each base parameter in the robot's symbols, a number where no closed form was
     /// found; empty where the rules are nested.
@@ -45,14 +45,14 @@ impl Rules {
     }
 }
 
-/// What rules are written from.
+/// The data from which rules are written.
 #[derive(Clone, Debug)]
 pub(crate) struct RuleSources {
     regrouping: Regrouping,
-    /// Names of the standard parameters, and what they are of their links.
+    /// Name of each standard parameter, and which inertial parameter of its link it is.
     names: Vec<String>,
     inertials: Vec<Inertial>,
-    /// The constants, by which coefficients name them.
+    /// The constants of the robot's graph, for their names in coefficients.
     symbols: Graph,
 }
 
@@ -71,7 +71,7 @@ impl RuleSources {
 
     /// Expanded where they are short, else nested. `kept`: the columns of the base parameters.
     pub fn short(&self, kept: &[usize]) -> Rules {
-        // A summand takes at least five characters, ` + M3`; two may join to a double angle.
+        // A summand takes at least five characters, ` + M3`, and two summands may merge into a double angle.
         let expanded = self.expand(SHORT / 2).map(|expanded| self.written(&expanded, kept));
         expanded
             .filter(|rules| rules.base.iter().map(String::len).sum::<usize>() <= SHORT)
@@ -83,7 +83,7 @@ impl RuleSources {
         self.expand(MOST_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
-    /// Every rule put into those that name it, while all together have at most `most` summands.
+    /// Substitutes every rule into those that name it; `None` once all together have more than `most` summands.
     fn expand(&self, most: usize) -> Option<Expanded> {
         let mut all = self.regrouping.solved.clone();
         let mut n_summands = 0;
@@ -128,7 +128,7 @@ impl RuleSources {
         rules
     }
 
-    /// Each naming what the next link has gathered.
+    /// Nested rules, each naming the regrouped parameters of the next link.
     pub fn nested(&self, kept: &[usize]) -> Rules {
         let direct: Vec<(usize, usize, Beta)> = {
             let tree = self
@@ -151,7 +151,7 @@ impl RuleSources {
             let terms = absorbed.get(c).map_or(&[][..], Vec::as_slice);
             self.text(&name(*c), *c, terms, &|d| if d == *c { self.names[d].clone() } else { name(d) })
         };
-        // What a base parameter leads to, link after link.
+        // The regrouped parameters that the base rules name, directly or through others.
         let mut wanted: BTreeSet<usize> = BTreeSet::new();
         let mut open: Vec<usize> = kept.to_vec();
         while let Some(c) = open.pop() {

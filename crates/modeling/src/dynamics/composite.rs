@@ -60,7 +60,7 @@ impl Body {
         }
     }
 
-    /// The same body in axes turned back about x: the turn about z, letters moved on.
+    /// The same body in axes turned back about x: the turn about z after a cyclic permutation of the axes.
     fn unturned_about_x(self, g: &mut Graph, turn: Turn) -> Body {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
         let [x, y, z] = self.first_moment;

@@ -20,7 +20,7 @@ pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs)
     let tau: Vec<Expr> = (0..n).map(|k| g.symbol(&format!("tau[{k}]"), SymbolKind::Input)).collect();
     let mut y: Vec<Expr> = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
 
-    // Column by column: below the diagonal L, on it D; y = L^-1 (tau - h) on the way.
+    // Column by column, L^T takes the place of A above the diagonal, and D on it. On the way, y = L^-1 (tau - h).
     for c in 0..n {
         for r in c + 1..n {
             let scaled = a[r * n + c];

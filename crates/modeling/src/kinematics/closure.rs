@@ -21,21 +21,22 @@ const CLOSED: f64 = 1e-11;
 const SINGULAR: f64 = 1e-6;
 /// Samples keep away from singular configurations by this ratio.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
-/// Newton doubles its digits a step near the solution; halved steps towards it are not this many.
+/// Most steps of a search. Near the solution each step doubles the correct digits, and fewer halved steps than this
+/// lead there.
 const MAX_STEPS: usize = 60;
-/// A step is halved until |e| shrinks or this fraction of it is left: then it is taken all the same, to
-/// get out of where |e| has a minimum above zero.
+/// A step is halved until |e| shrinks or until this fraction is left. The smallest step is then taken in any case, to
+/// leave a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
 /// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal
 /// itself where lengths are many meters.
 const ALMOST: f64 = 100.0;
-/// Way of a coordinate between two solutions when an assembly is followed, rad or m: small against the
-/// distance between assemblies, which meet only in singular configurations.
+/// Largest step of a coordinate when an assembly is followed, rad or m. It is small against the distance between
+/// assemblies, which meet only in singular configurations.
 const STRIDE: f64 = 0.05;
-/// Random configurations tried for one that closes; a mechanism whose loops close at less than one
-/// place in a thousand is not found.
+/// Random configurations tried until one closes. A mechanism whose loops close at less than one place in a thousand may
+/// not be found.
 const ORIGINS: usize = 2000;
-/// Ways tried for each sample wanted: many end at once, where the assembly does.
+/// Paths tried for each sample wanted. Many paths end at once, where the assembly ends.
 const WAYS_A_SAMPLE: usize = 20;
 
 /// Solves for the passive coordinates of one robot.
@@ -51,14 +52,14 @@ pub struct Closure {
 /// Why there are no passive coordinates at these coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Open {
-    /// The loops cannot be closed here, or the search did not find how: what is left of e.
+    /// The loops cannot be closed here, or the search did not find how.
     NotClosed {
         /// |e| where the search ended, m and rad.
         gap: f64,
     },
-    /// The passive coordinates are not determined here: smallest over largest singular value of J_p.
+    /// The passive coordinates are not determined here.
     Singular {
-        /// Zero in a singular configuration, one far from any.
+        /// Smallest over largest singular value of J_p: zero in a singular configuration, one far from any.
         ratio: f64,
     },
 }
@@ -122,15 +123,15 @@ impl Closure {
         Ok(passive.iter().copied().collect())
     }
 
-    /// The passive coordinates at `q` of the assembly that the robot's start chooses: followed from where
-    /// the search begins in small steps, so that the answer depends on nothing but `q`.
+    /// The passive coordinates at `q` of the assembly that the robot's start chooses. The assembly is followed in small
+    /// steps from a fixed origin, so that the answer depends on nothing but `q`.
     pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, Open> {
         if self.origin.is_none() {
             self.origin = self.find_origin(q.len(), &mut SplitMix(7));
         }
         let Some(origin) = self.origin.clone() else { return Err(Open::NotClosed { gap: f64::INFINITY }) };
         let reached = self.follow(&origin, q);
-        // The last step says what is wrong when the way ends before q.
+        // If the path ends before q, this last search reports the reason.
         self.solve(q, Some(&reached.1))
     }
 
@@ -143,9 +144,9 @@ impl Closure {
         (DVector::from_column_slice(e), DMatrix::from_row_slice(self.n_equations, passive.len(), j))
     }
 
-    /// Closed configurations of one assembly, q and q_p each: q is led from where the search begins to
-    /// random places in small steps, and away from singular configurations, where assemblies meet.
-    /// Fewer than asked when the loops hardly ever close.
+    /// Closed configurations of one assembly, q and q_p each. From the origin, q moves in small steps to random places.
+    /// It stays away from singular configurations, where assemblies meet. There are fewer than asked when the loops
+    /// hardly ever close.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
         let Some(origin) = self.find_origin(n, random) else { return found };
@@ -176,7 +177,7 @@ impl Closure {
         })
     }
 
-    /// As far towards `goal` as the same assembly goes.
+    /// The configuration nearest to `goal` on the straight path to it that the same assembly reaches.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let steps = (length / STRIDE).ceil().max(1.0) as usize;

@@ -32,7 +32,7 @@ pub(crate) struct Implicit {
     pub function: Function,
 }
 
-/// What the loops make of `motion`: the rates of its passive coordinates filled in.
+/// Fills in the rates of the passive coordinates of `motion`, which the loops determine.
 ///
 /// `None` when no configuration could be found that closes the loops.
 pub(crate) fn implicit(
@@ -231,11 +231,11 @@ fn gap(g: &mut Graph, robot: &Robot, links: &[LinkMotion], cut: LinkId, twin: Li
     [position[0], position[1], position[2], rotation[0], rotation[1], rotation[2]]
 }
 
-/// Closed configurations at which an order of elimination is held against the others.
+/// Number of closed configurations at which orders of elimination are compared.
 const CONFIGURATIONS: usize = 5;
 
-/// Pivots (equation, passive coordinate) by complete pivoting at a closed configuration, confirmed
-/// at others.
+/// Pivots (equation, passive coordinate) by complete pivoting at one closed configuration, the best of several. Each
+/// order is judged by its smallest pivot at all of them.
 fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(usize, usize)>> {
     let samples = closure.sample(n, CONFIGURATIONS, &mut SplitMix(7));
     let mut best: Option<(f64, Vec<(usize, usize)>)> = None;
@@ -243,7 +243,7 @@ fn elimination_order(closure: &mut Closure, n: usize, m: usize) -> Option<Vec<(u
         samples.iter().map(|(q, p)| closure.at(q, &nalgebra::DVector::from_column_slice(p)).1).collect();
     for chosen_at in &jacobians {
         let order = complete_pivots(chosen_at.clone(), m)?;
-        // The worst pivot over all samples speaks for an order.
+        // An order is judged by its worst pivot over all samples.
         let worst = jacobians.iter().map(|j| smallest_pivot(j, &order)).fold(f64::INFINITY, f64::min);
         if best.as_ref().is_none_or(|b| worst > b.0) {
             best = Some((worst, order));

@@ -11,9 +11,9 @@
 //! [Khalil, Dombre 2002, recursive Newton-Euler for modified DH], and for each coordinate k, the
 //! twist of frame j per unit of dq_k: z_jk (angular), d_jk (linear, at O_j).
 //!
-//! Links on parallel axes share one orientation but for a turn about the common axis: their turns
-//! are added up before a vector is turned, once. A chain of passive joints that turn back (a
-//! parallelogram) thereby turns by nothing, exactly.
+//! Links on parallel axes share one orientation but for a turn about the common axis. Their turns are added up first,
+//! and a vector is turned once. A chain of passive joints that turn back (a parallelogram) thereby turns by exactly
+//! nothing.
 
 use expr::{Expr, Graph, Input, SymbolKind};
 use robot::{JointKind, Link, Robot};
@@ -33,7 +33,7 @@ pub(crate) struct Motion {
     pub n: usize,
 }
 
-/// What of a motion a function takes as an input, under the name of the variant in small letters.
+/// A part of the motion that a function takes as an input, named after the variant in small letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionInput {
     Q,

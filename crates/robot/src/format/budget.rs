@@ -2,11 +2,11 @@
 
 use serde_yaml::{Budget, Error};
 
-/// Said of a text beyond its bound.
+/// The message about a text beyond its bound.
 pub const REPEATS_TOO_MUCH: &str = "its anchors repeat more than it holds; write out what they stand for";
 
-/// As many values as the text has room for: what anchors repeat counts as if it were written out, and without anchors a
-/// text is read however long it is.
+/// At most as many values as the text has room for. A value that an anchor repeats counts each time, as if it were
+/// written out. A text without anchors is read however long it is.
 pub fn budget(text: &str) -> Option<Budget> {
     let most = 2 * text.len() + 1000;
     serde_yaml::budget! { max_nodes: most, max_events: most, max_total_scalar_bytes: most }

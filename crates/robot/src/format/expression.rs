@@ -8,10 +8,10 @@ use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 /// Larger numbers, in SI units, are no robot's: products of a few of them would drown all other terms.
 pub(in crate::format) const LARGEST: f64 = 1e15;
 
-/// A longer expression is not a robot; the bound also keeps recursion over values shallow.
+/// A longer expression is not of a robot. The bound also limits the depth of recursion over values.
 const MAX_LENGTH: usize = 1000;
-/// Operations of a value with its symbols written out: a chain of symbols, each twice the one
-/// before it, would take for ever to evaluate.
+/// Most operations of a value with its symbols written out. A chain of symbols, each twice the one before it, would
+/// take for ever to evaluate.
 const MAX_COST: usize = 4000;
 
 /// The names an expression may use.

@@ -66,7 +66,8 @@ impl Source<'_> {
             budget: budget(text),
             strict_booleans: true,
             with_snippet: false,
-            // Refused where the number is used, with the name of what it stands for.
+            // A number that is not finite is refused where it is used, since the message there can name what it stands
+            // for.
             non_finite_float_policy: serde_yaml::NonFiniteFloatPolicy::PassThrough,
         };
         serde_yaml::from_str_with_options(text, options).map_err(|e| {
@@ -87,7 +88,7 @@ fn place(n: u64) -> usize {
     usize::try_from(n).unwrap_or(0)
 }
 
-/// The library ends its messages with a place of its own; ours stands in front already.
+/// The message without its end, where the library puts a place of its own. Our messages begin with the place.
 fn without_place(message: &str) -> &str {
     let first = message.lines().next().unwrap_or("");
     first.find(" at line ").map_or(first, |at| &first[..at])

@@ -16,9 +16,9 @@ pub struct ReadOptions {
 /// How the joints that mimic another are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mimic {
-    /// They follow it: passive joints, affine in its coordinate. A mimic joint has no motor, so a
-    /// torque of its own is nobody's, and the parameters of what it carries show in the torque of
-    /// the joint it follows: what somebody who measures torques needs.
+    /// They follow it: passive joints, affine in its coordinate. A mimic joint has no motor and no torque of its own.
+    /// The parameters of what it carries appear in the torque of the joint it follows. Choose this when torques are
+    /// measured.
     #[default]
     Constraint,
     /// They are coordinates like any other, as in libraries that read past the tag (Pinocchio's

@@ -1,4 +1,4 @@
-//! Reading a file of any format: its extension tells which; of standard input (`-`) how the text starts.
+//! Reads a file of any format. Its extension tells the format; for standard input (`-`) the start of the text tells it.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -45,7 +45,7 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
 ///
 /// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
-    // That of standard input shows once it is read.
+    // The format of standard input shows only after it is read.
     decoded(path, is_standard_input(path) || Format::of(path, "")? == Format::Par)
 }
 
@@ -62,7 +62,8 @@ enum Format {
 }
 
 impl Format {
-    /// By the extension; of standard input by how the text starts: an XML tag, or the comment of a .par file.
+    /// The format by the extension. That of standard input is told by its start: an XML tag, or the comment of a .par
+    /// file.
     fn of(path: &Path, text: &str) -> Result<Format, Error> {
         if is_standard_input(path) {
             let start = text.trim_start_matches('\u{feff}').trim_start();
@@ -113,7 +114,7 @@ fn begun(source: impl Read) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What came in by standard input; it comes once, and a description may be looked at twice.
+/// The bytes of standard input, kept because it can be read only once and a description may be read twice.
 fn standard_input() -> io::Result<&'static [u8]> {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
     if let Some(bytes) = BYTES.get() {

@@ -21,8 +21,8 @@ pub struct Symbol {
     pub name: String,
     /// Its value, free of coordinates; may name symbols that stand before it.
     pub value: Value,
-    /// The file gives no value and this one only keeps apart what the symbols keep apart: ranks and
-    /// rules are right, figures mean nothing.
+    /// Whether the value is a stand-in, since the file gives none. Ranks and rules are right with it, numerical results
+    /// have no meaning.
     pub generic: bool,
 }
 

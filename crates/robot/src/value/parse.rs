@@ -89,7 +89,7 @@ impl Parser<'_> {
 
     fn unnested_factor(&mut self) -> Result<Value, String> {
         if self.take('-') {
-            // Two signs are none. As they would be written, in parentheses, they nest twice as deep as they are read.
+            // Two signs cancel. Written out they would stand in parentheses, and nest twice as deep as they are read.
             return Ok(match self.factor()? {
                 Value::Neg(value) => *value,
                 value => Value::Neg(Box::new(value)),

@@ -1,9 +1,9 @@
 //! A Parquet file as a table of named columns.
 //!
-//! The crate `parquet` reads the index and decodes the pages; this module names the columns and bounds them. Null is NaN.
-//! A list column `q` becomes q_1 .. q_k, as an array of a .npz does, if all its lists are of one length; a field of a
-//! struct is `struct.field`. What numbers a type holds says `number`; a column of another type is a column of text:
-//! refused when it is used.
+//! The crate `parquet` reads the index and decodes the pages. This module names the columns and bounds their size. Null
+//! is NaN. A list column `q` becomes q_1 .. q_k, as an array of a .npz does, if all its lists are of one length. A
+//! field of a struct is `struct.field`. `number` defines the numbers of each type. A column of another type is a column
+//! of text: it is refused when it is used.
 //!
 //! Not here: encryption, columns in other files.
 
@@ -65,7 +65,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
         }
     }
     check_header(file, 0, &table.header)?;
-    // A column without numbers has no length of its own.
+    // A column without numbers is empty, so the rows are those of the longest column.
     let Some(rows) = table.columns.iter().map(Vec::len).max().filter(|&n| n > 0) else {
         let what = if rows.iter().all(|&n| n == 0) { "the file has no row" } else { "no column holds numbers" };
         return Err(at(format!("{what}; the columns are: {}", table.header.join(", "))));
@@ -118,12 +118,12 @@ fn leaves<'a>(field: &'a Type, path: &mut Vec<&'a str>, in_list: bool, out: &mut
     }
 }
 
-/// Times are seconds, whatever unit the name of the column has.
+/// The name without its unit, since times are converted to seconds.
 fn without_unit(name: &str) -> &str {
     ["_ms", "_us", "_ns"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name)
 }
 
-/// What became of a column: one series, or one for each element of its lists.
+/// The result of reading a column: one series, or one for each element of its lists.
 #[derive(Default)]
 struct Column {
     series: Vec<Vec<f64>>,
@@ -166,8 +166,8 @@ fn column(
         if chunk.column_type() != leaf.physical_type() {
             return Err(format!("its type is {} in a row group and {name} in the schema", chunk.column_type()));
         }
-        // The library is not written for damage. What it is known to panic on, `pages` refuses, so no panic is known to
-        // be caught here; what it was reading into is dropped with the error.
+        // The library may panic on damaged pages. `pages` refuses all damage that is known to cause this, so the catch
+        // is for unknown cases. The series it was writing to are dropped with the error.
         let decode = || cells(get_column_reader(leaf.clone(), pages), leaf, rows, &mut numbers, &mut series);
         let found = catch_unwind(AssertUnwindSafe(decode));
         let found = found.unwrap_or_else(|_| Err("its pages are damaged".into()))?;
@@ -195,12 +195,12 @@ struct Series {
     rows: usize,
     lists: bool,
     room: usize,
-    /// Lists that are no row of a table: how they are.
+    /// Why lists are not the rows of a table, where they are not.
     odd: Option<String>,
 }
 
 impl Series {
-    /// Appends rows: their cells with the repetition level of each, which is 0 where a row begins; an element that a
+    /// Appends rows. Each cell has its repetition level in `starts`, which is 0 where a row begins. An element that a
     /// list lacks is `None`.
     fn push(&mut self, cells: &[Option<f64>], starts: &[i16]) {
         if !self.lists {

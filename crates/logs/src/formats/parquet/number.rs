@@ -1,7 +1,7 @@
-//! The numbers of a Parquet column: what the bits of each type stand for.
+//! The numbers of a Parquet column, from the bits of each type.
 //!
-//! Whole and real numbers; decimals, scaled; times with a unit, dates and INT96, in s from the first: nanoseconds since
-//! 1970 have more digits than a number keeps.
+//! These are whole and real numbers; decimals, scaled; and times with a unit, dates and INT96. Times are in s from the
+//! first, because nanoseconds since 1970 have more digits than an f64 keeps.
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::schema::types::ColumnDescriptor;
@@ -84,12 +84,12 @@ impl Numbers {
         Numbers { kind, origin: None }
     }
 
-    /// Of a whole number of `bits` bits.
+    /// The number of a value that is stored as a whole number of `bits` bits.
     pub fn integer(&mut self, value: i64, bits: u32) -> f64 {
         match self.kind {
             Kind::Time { per_second } => {
                 let first = *self.origin.get_or_insert(value);
-                // In whole numbers, divided once: the nearest number to the decimals.
+                // The difference of whole numbers is exact, so that one division gives the nearest f64.
                 (i128::from(value) - i128::from(first)) as f64 / per_second
             }
             Kind::Decimal { scale } => value as f64 / 10f64.powi(scale),
@@ -99,7 +99,7 @@ impl Numbers {
         }
     }
 
-    /// Of the bytes of a decimal, the highest first, or of a number of half precision.
+    /// The number of the bytes of a decimal, the highest first, or of a number of half precision.
     pub fn bytes(&self, bytes: &[u8]) -> f64 {
         match (&self.kind, bytes) {
             (Kind::Half, [low, high]) => half(u16::from_le_bytes([*low, *high])),

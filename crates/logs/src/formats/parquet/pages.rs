@@ -1,9 +1,10 @@
 //! The pages of one column chunk, unpacked within bounds, for the column readers of the crate `parquet`.
 //!
-//! The library is told that the pages are not compressed and hands over their packed bytes; they are unpacked here. So
-//! every codec is one of Rust, and no length that a page claims is believed: the library itself fills what a page of lz4
-//! or snappy claims, up to 4 GiB, before it unpacks a byte, and makes a dictionary of as many entries as are claimed.
-//! Pages that it panics on where they are cut short are refused, or handed over in an encoding that it checks.
+//! The library is told that the pages are not compressed and hands over their packed bytes, which are unpacked here. So
+//! every codec is written in Rust, and no length that a page claims is trusted. The library itself would allocate what
+//! a page of lz4 or snappy claims, up to 4 GiB, before it unpacks a byte, and would make a dictionary of as many
+//! entries as are claimed. Pages on which it panics when they are cut short are refused, or handed over in an encoding
+//! that it checks.
 
 use std::sync::Arc;
 
@@ -26,7 +27,7 @@ pub struct UnpackedPages {
     left: u64,
     /// The least number of bytes of a value.
     width: usize,
-    /// Whether every value has as many.
+    /// Whether every value has exactly `width` bytes.
     one_width: bool,
     /// The largest levels of repetition and definition.
     levels: [i16; 2],
@@ -161,8 +162,8 @@ impl UnpackedPages {
         Ok((Bytes::from([head, &plain].concat()), Encoding::PLAIN))
     }
 
-    /// Encodings of texts reserve by what they claim, and the numbers of a log are in none of them; places in a
-    /// dictionary that is not there make the library panic.
+    /// Refuses two kinds of encodings. For those of texts the library allocates what they claim, and the numbers of a
+    /// log never use them. On places in a dictionary that is missing, it panics.
     fn check_encoding(&self, encoding: Encoding) -> Result<()> {
         let message = match encoding {
             Encoding::DELTA_LENGTH_BYTE_ARRAY | Encoding::DELTA_BYTE_ARRAY => {

@@ -1,9 +1,9 @@
-//! The schema of a Parquet file is held against its bounds before the library builds a tree of it.
+//! Checks the schema of a Parquet file against its bounds before the library builds a tree of it.
 //!
-//! The crate `parquet` (60.1) descends into the schema by recursion and reserves room for as many children as an element
-//! claims: a footer of 100 kB that nests without end exhausts the stack, and one claim of 2^31 children asks for 16 GiB.
-//! Neither can be caught. So the number of children of every element is read here, of nothing else, in Thrift's compact
-//! protocol: FileMetaData {2: list of SchemaElement {5: num_children}}.
+//! The crate `parquet` (60.1) descends into the schema by recursion and reserves room for as many children as an
+//! element claims. A footer of 100 kB that nests without end exhausts the stack, and one claim of 2^31 children asks
+//! for 16 GiB. Neither can be caught. So this module reads the number of children of every element and nothing else, in
+//! Thrift's compact protocol: FileMetaData {2: list of SchemaElement {5: num_children}}.
 
 use crate::table::MAX_COLUMNS;
 
@@ -22,7 +22,7 @@ pub fn check(footer: &[u8]) -> Result<(), String> {
     bytes.fields(&mut |bytes, id, kind| match (id, kind) {
         (2, 9) => {
             let (count, _) = bytes.list()?;
-            // As many groups as columns, at the most.
+            // A schema has at most as many groups as columns.
             if count > 2 * MAX_COLUMNS {
                 return Err(format!("its schema claims {count} elements; at most {MAX_COLUMNS} columns are expected"));
             }

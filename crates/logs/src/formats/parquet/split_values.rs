@@ -1,10 +1,10 @@
-//! Values whose bytes stand apart, put together: the page in BYTE_STREAM_SPLIT as one in PLAIN.
+//! Puts together values whose bytes are stored apart: a page in BYTE_STREAM_SPLIT becomes one in PLAIN.
 //!
 //! ```text
 //! byte b of value i of n:  split[b n + i] -> plain[i w + b],    w bytes a value
 //! ```
-//! Encodings.md of the Parquet format: all first bytes, then all second ones. The crate `parquet` 60.1 takes more values out of
-//! such a page than it has, and panics; out of one in PLAIN it does not.
+//! Encodings.md of the Parquet format defines it: all first bytes, then all second ones. The crate `parquet` 60.1 takes
+//! more values out of such a page than it has, and panics. From a page in PLAIN it does not.
 //!
 //! Not here: which of a page's values are null.
 
@@ -16,10 +16,10 @@ pub fn joined(split: &[u8], width: usize) -> Option<Vec<u8>> {
     Some((0..split.len()).map(|k| split[k % width * count + k / width]).collect())
 }
 
-/// Where the values of a data page of version 1 begin, behind its levels of repetition and of definition; `None` where it
-/// ends within them. `levels`: the largest, and how they are written.
+/// Where the values of a data page of version 1 begin, behind its levels of repetition and of definition; `None` where
+/// the page ends within them. `levels`: the largest level of each, and its encoding.
 ///
-/// Encodings.md of the Parquet format: the length of levels in RLE stands before them in four bytes, and in BIT_PACKED each
+/// By Encodings.md of the Parquet format, levels in RLE have their length before them in four bytes. In BIT_PACKED each
 /// level takes the bits of the largest.
 pub fn values_begin(page: &[u8], values: u32, levels: [(i16, Encoding); 2]) -> Option<usize> {
     let mut begin = 0_usize;

@@ -1,4 +1,4 @@
-//! Columns -> the bytes of a Parquet file: one row group, not compressed, a number that is none as a null.
+//! Columns -> the bytes of a Parquet file: one row group, not compressed. A number that is not finite is a null.
 
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
 //! One message sensor_msgs/JointState, as CDR (ROS 2) or as ROS 1 wrote it.
 //!
 //! stamp (s, ns), frame_id, name[], position[], velocity[], effort[]; rad, rad/s, N m (m, m/s, N).
-//! CDR aligns every number to its own size, counted from behind the four bytes that say which end
-//! comes first, and ends its strings with a zero; ROS 1 does neither, is little-endian and begins with a
-//! sequence number. Nothing is allocated by a length before the bytes are there.
+//! CDR aligns every number to its own size, counted from behind the first four bytes, which give the byte order, and
+//! ends its strings with a zero. ROS 1 does neither, is little-endian and begins with a sequence number. No length
+//! leads to an allocation before its bytes are there.
 
 /// How a message is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

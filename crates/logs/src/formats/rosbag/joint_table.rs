@@ -1,11 +1,11 @@
 //! The joint states of one topic become a table.
 //!
 //! A message is a row: `time`, then `position_<joint>`, `velocity_<joint>` and `effort_<joint>` of every joint that was
-//! named. Messages may name other joints or order them otherwise; what a message does not hold is NaN. Time counts from
-//! the first message (s): nanoseconds since 1970 have more digits than a number keeps.
+//! named. Messages may name other joints or order them otherwise. A value that a message does not hold is NaN. Time
+//! counts from the first message (s), because nanoseconds since 1970 have more digits than an f64 keeps.
 //!
-//! A joint that hardly any message names would be a column of nothing: it is left out, and said. So the table is at most
-//! [`SPARSE`] times what the messages hold.
+//! A joint that few messages name would be a nearly empty column. It is left out with a note. So the table has at most
+//! [`SPARSE`] times as many numbers as the messages.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +23,7 @@ const SPARSE: usize = 64;
 /// The messages of one topic.
 #[derive(Default)]
 pub struct JointTable {
-    /// ns, of the header and of the recorder.
+    /// Times of the messages by their headers and by the recorder, ns.
     stamps: Vec<i64>,
     log_times: Vec<i64>,
     /// In the order of their first naming.
@@ -102,7 +102,7 @@ impl JointTable {
     pub fn table(mut self, name: &str, file: &str, notes: Vec<String>) -> Result<Table, String> {
         let rows = self.stamps.len();
         let stamped = self.stamps.iter().any(|&s| s != 0);
-        // The difference is taken in whole numbers and divided once: the nearest number to its decimals.
+        // The difference of whole numbers is exact, so that one division gives the nearest f64.
         let times = if stamped { &self.stamps } else { &self.log_times };
         // A driver's first messages may be without a stamp.
         let first = i128::from(times.iter().copied().find(|&t| t != 0).unwrap_or(0));

@@ -1,8 +1,8 @@
 //! The messages of an MCAP file (mcap.dev, version 0), in file order.
 //!
-//! The crate `mcap` takes records apart; chunks are unpacked here, within bounds, and a record is fed to it only when the
-//! file is long enough to hold it. The index at the end is not used, so that the file of a recorder that was killed is
-//! read as far as it is whole. Attachments and metadata are passed over: what they hold is not parsed.
+//! The crate `mcap` takes records apart. Chunks are unpacked here, within bounds, and a record is passed to the crate
+//! only if the file is long enough to hold it. The index at the end is not used. So the file of a recorder that was
+//! killed is read as far as it is whole. Attachments and metadata are skipped unparsed.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -17,7 +17,7 @@ use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 /// Bytes handed over at a time.
 const PIECE: usize = 1 << 16;
 
-/// What takes records: opcode and content.
+/// Receiver of records: opcode and content.
 type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 
 /// Hands every message of a file of `length` bytes to `each`.
@@ -37,7 +37,7 @@ pub fn read(source: impl Read, length: u64, each: &mut Receiver) -> Result<Outco
     Ok(Outcome { channels: reader.channels.into_values().collect(), cut: (!whole).then_some(cut) })
 }
 
-/// Hands over the records in `length` bytes up to the one that says that the data end; `false` when the bytes end before.
+/// Hands over the records in `length` bytes up to the record that ends the data; `false` when the bytes end before it.
 fn records(
     mut source: impl Read,
     length: u64,
@@ -49,7 +49,7 @@ fn records(
     while let Some(event) = reader.next_event() {
         match event {
             Ok(LinearReadEvent::ReadRequest(need)) => {
-                // What a length claims is held against what is left before anything is made of it.
+                // A claimed length is checked against the bytes left before anything is allocated for it.
                 if need as u64 > left {
                     return Ok(false);
                 }
@@ -119,7 +119,7 @@ impl Reader<'_, '_> {
         let unpacked = compression.unpack(packed, size).map_err(damaged)?;
         let (mut found, claimed) = (flate2::Crc::new(), header.uncompressed_crc);
         found.update(&unpacked);
-        // Zero: the writer made none.
+        // A checksum of zero says that the writer made none.
         if claimed != 0 && claimed != found.sum() {
             return Err(damaged(format!("its checksum is {:08x} instead of {claimed:08x}", found.sum())));
         }
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!((outcome.channels, outcome.cut), (vec![channel], None));
     }
 
-    /// Cut anywhere before its end, a file says up to where it is whole, which is where a record ends.
+    /// A file cut anywhere before its end reports up to where it is whole, which is where a record ends.
     #[test]
     fn the_place_of_a_cut() {
         let whole = file();
@@ -188,7 +188,7 @@ mod tests {
             let (found, outcome) = messages(&whole[..cut]);
             let told = outcome.unwrap().cut;
             let expected = *ends.iter().rfind(|&&end| end <= cut as u64).unwrap();
-            // The head of the last record says that the data end; its content is not needed.
+            // The head of the last record marks the end of the data, so its content is not needed.
             let expected = format!("is cut short: whole up to byte {expected} of {cut}; what is behind is not read");
             assert_eq!(told, (cut < 125).then_some(expected), "{cut}");
             assert_eq!(found.len(), usize::from(cut >= 116), "{cut}");

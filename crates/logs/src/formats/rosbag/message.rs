@@ -1,6 +1,6 @@
-//! What every kind of recording holds: messages of channels.
+//! The parts that every kind of recording has: messages of channels.
 
-/// What a recording says of one topic.
+/// A topic as a recording describes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
     pub topic: String,
@@ -17,13 +17,13 @@ pub struct Message<'a> {
     pub data: &'a [u8],
 }
 
-/// What takes the messages of a recording; what it refuses ends the reading.
+/// Receiver of the messages of a recording. Its error ends the reading.
 pub type Receiver<'a> = dyn FnMut(&Message) -> Result<(), String> + 'a;
 
-/// What became of a file.
+/// The result of reading a file.
 #[derive(Debug, Default)]
 pub struct Outcome {
     pub channels: Vec<Channel>,
-    /// How far the file is read, where that is not its end.
+    /// Up to where the file was read, if not to its end.
     pub cut: Option<String>,
 }

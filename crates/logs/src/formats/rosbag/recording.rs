@@ -1,8 +1,8 @@
 //! Joint states of a ROS recording as a table: an MCAP file, a rosbag2 file in sqlite3, or the directory of a rosbag2.
 //!
-//! Several topics of joint states are refused; `log.mcap#/arm/joint_states` says which one is meant. The parts of a
-//! directory are read in the order of their numbers, whatever their storage; one packed as a whole (`.db3.zstd`) is
-//! unpacked in memory.
+//! If a recording has several topics of joint states, it is refused until `log.mcap#/arm/joint_states` names one. The
+//! parts of a directory are read in the order of their numbers, whatever their storage. A part packed as a whole
+//! (`.db3.zstd`) is unpacked in memory.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ const TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"
 pub fn read(path: &Path) -> Result<Option<Table>, Error> {
     let (place, topic) = address(path);
     let name = path.display().to_string();
-    // What is read from a pipe is gone: only files are looked into.
+    // Reading a pipe would consume it, so the first bytes are read from regular files only.
     let content = if place.is_file() { head(&place).unwrap_or(Content::Text) } else { Content::Text };
     if !place.is_dir() && !matches!(content, Content::Mcap | Content::Sqlite) {
         let message = "only a recording (MCAP, rosbag2) has topics; name the file alone";
@@ -45,7 +45,7 @@ pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Table, Error> {
     recording.table(file, file)
 }
 
-/// The path and the topic behind it; a file of the whole name goes first.
+/// The path and the topic behind it. A file that is called like the whole text takes precedence.
 fn address(path: &Path) -> (PathBuf, Option<String>) {
     let split = path.to_str().filter(|_| !path.exists()).and_then(|p| p.rsplit_once('#'));
     match split {

@@ -23,7 +23,7 @@ use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 /// Bytes of one message; 500 joints take 30 000.
 const MAX_MESSAGE: i32 = 1 << 24;
 
-/// SQLite without locks: nothing is written, and a folder that cannot be written to is no hindrance.
+/// SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
 const UNLOCKED: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
 /// Opens a file, which must not be written by another program meanwhile.
@@ -34,7 +34,8 @@ pub fn open(path: &Path) -> Result<Connection, String> {
 
 /// Opens the content of a file.
 pub fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
-    // In memory there is no write-ahead log beside the file; its mode, bytes 18 and 19, is taken for that of a plain one.
+    // In memory there is no write-ahead log beside the file. So its mode, bytes 18 and 19, is set to that of a plain
+    // file.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
     let head: Vec<u8> = head.iter().enumerate().map(|(at, b)| if at < 18 { *b } else { 1 }).collect();
     let mut database = Connection::open_in_memory().map_err(|e| refused(&e))?;
@@ -59,7 +60,7 @@ fn refused(e: &rusqlite::Error) -> String {
 pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut Receiver) -> Result<Outcome, String> {
     guard(database).map_err(|e| refused(&e))?;
     for table in ["topics", "messages"] {
-        // Views, virtual tables and tables that compute columns are another's program: they are not run.
+        // Views, virtual tables and computed columns would run code of the file, so they are refused.
         let plain = "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
         let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
         let count = |query: &str| database.query_row(query, [table], |row| row.get::<_, i64>(0));
@@ -69,7 +70,8 @@ pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut
     }
     let channels = channels(database).map_err(|e| refused(&e))?;
     let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
-    // All rows are looked at: of a page that is missing SQLite makes rows of nothing, which must be seen.
+    // All rows are selected, not only those of wanted topics: SQLite makes empty rows of a missing page, and these must
+    // be noticed.
     let query = format!(
         "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
          rowid",
@@ -98,7 +100,7 @@ pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut
             Err(e) => break e.to_string(),
         };
         let at = |e: String| format!("message {id} of {}: {e}", channel.topic);
-        // Messages packed one by one; CDR begins with 00 00 or 00 01.
+        // Messages may be packed one by one. An unpacked one is no zstd stream, because CDR begins with 00 00 or 00 01.
         let unpacked;
         let data = if Content::of(data) == Content::Zstd {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE as usize).map_err(at)?;
@@ -114,7 +116,7 @@ pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut
     Ok(outcome)
 }
 
-/// What SQLite shall not do for a file that it reads.
+/// Turns off what SQLite must not do for a file that it reads.
 fn guard(database: &Connection) -> rusqlite::Result<()> {
     for (option, on) in [
         (DbConfig::SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, true),

@@ -6,7 +6,7 @@ use crate::value::Symbol;
 /// A value by the name alone, so that neither the order of the file nor other symbols change it:
 /// m or rad, in [0.2, 0.9), of five digits.
 pub(super) fn generic_value(name: &str) -> f64 {
-    // FNV-1a, then splitmix64: near names, far values.
+    // FNV-1a, then splitmix64, so that similar names get values far apart.
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3));
     let mut z = hash.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -73,7 +73,7 @@ pub(super) fn friction(source: Source, table: &Table, names: &Names, j: usize) -
     Ok(Friction { viscous: number("FV")?, coulomb: number("FS")?, offset: None })
 }
 
-/// What the file says and a rigid robot on a fixed base does not use.
+/// Notes on the entries of the file that a rigid robot on a fixed base does not use.
 pub(super) fn note_unused(table: &Table, notes: &mut Vec<Note>) {
     let mut note = |subject: &str, text: &str| notes.push(Note { subject: subject.into(), text: text.into() });
     let number = |node: &Node| text(node).parse::<f64>().ok();

@@ -5,11 +5,10 @@
 //! NJ+1..NF their twins on the other side. The passive joints of the loops are found by
 //! [`crate::passive`].
 //!
-//! A file names symbols and gives them no values. Lengths and angles then get generic ones, by
-//! their names: what holds of ranks and rules holds for nearly all values. Gravity is -9.81. Such
-//! symbols are marked [`Symbol::generic`] and told in a note; figures need values, which the file
-//! may give as `(* Value D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor
-//! inertia of 0 is absent.
+//! A file names symbols and gives them no values. Lengths and angles then get generic values, derived from their names,
+//! because what holds of ranks and rules holds for nearly all values. Gravity is -9.81. Such symbols are marked
+//! [`Symbol::generic`] and listed in a note. Numerical results need true values, which the file may give as `(* Value
+//! D3 = 0.45 *)`. A parameter (XX .. FS) of 0 is a known zero, and a rotor inertia of 0 is absent.
 //!
 //! Not here: floating and mobile bases (refused); elastic joints, the place Z of the base, external
 //! wrenches (noted where they are numbers).
@@ -150,7 +149,7 @@ fn link(
 
 /// The frames of the file, by index from zero.
 struct Frames {
-    /// Numbers, zero the base.
+    /// Number of each frame's antecedent, zero for the base.
     antecedent: Vec<usize>,
     kind: Vec<JointKind>,
     actuated: Vec<bool>,
@@ -166,7 +165,7 @@ const GEOMETRY: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 struct Owners {
     coordinates: Vec<String>,
     passive: Vec<String>,
-    /// Of each frame: whether a motor, or nothing but its own freedom in an open chain, moves it.
+    /// Per frame, whether its variable is a coordinate: a motor moves it, or it is a free joint of an open chain.
     is_coordinate: Vec<bool>,
 }
 
@@ -256,7 +255,7 @@ impl Frames {
             }
         }
         constants.extend(table.list("G").into_iter().flatten().flat_map(|n| identifiers(text(n))));
-        // Outside every loop nothing but a coordinate can say where a joint is.
+        // An unactuated joint outside every loop is a coordinate too, since nothing else determines its position.
         let mut in_loop = vec![false; nf];
         for k in self.n_links..nf {
             in_loop[k] = true;

@@ -1,10 +1,10 @@
 //! Tells which names in a .par file are joint variables, and which are constants.
 //!
-//! The file does not say. A name that stands in a constant (gamma, b, alpha, d, the r of a revolute
-//! joint, gravity, a value) is a constant. What is left in the variable of an actuated joint is its
-//! coordinate; in that of a passive joint it is its own unknown, unless it is another joint's
-//! coordinate, which it then follows. Of several names left, the one with the joint's number is
-//! meant (`th4 - DEL` of joint 4).
+//! The file does not say it. A name that stands in a constant (gamma, b, alpha, d, the r of a revolute joint, gravity,
+//! a value) is a constant. Of the other names, the one in the variable of an actuated joint is its coordinate. The one
+//! in the variable of a passive joint is its own unknown, unless it is the coordinate of another joint, which the
+//! passive joint then follows. Where several names remain, the one with the joint's number is meant (`th4 - DEL` of
+//! joint 4).
 
 use std::collections::BTreeSet;
 
@@ -57,7 +57,7 @@ pub(super) fn own_variables(
                     return Err(source.at(mover.variable, message));
                 }
                 ([], _) => None,
-                // One that follows others may carry an angle of its own.
+                // A joint that follows others may have one more name in its variable: a constant angle of its own.
                 ([_], _) if free.len() < candidates.len() && numbered().is_none() => None,
                 ([name], _) => Some((*name).clone()),
                 _ => match numbered() {
@@ -80,8 +80,8 @@ pub(super) fn own_variables(
     Ok(own)
 }
 
-/// Scales each passive coordinate so that a joint of its own moves by it, not by a multiple (`-th2`, `2*th2`): its unit is
-/// free, and relations are looked for in those of the joints.
+/// Scales each passive coordinate so that a joint of its own moves by it, not by a multiple (`-th2`, `2*th2`). Its unit
+/// is free, and relations are looked for in the units of the joints.
 pub(super) fn passive_by_its_joint(robot: &mut Robot) {
     let n = robot.n_coordinates();
     for k in (0..robot.passive.len()).map(|p| CoordinateId(n + p)) {

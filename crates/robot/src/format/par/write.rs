@@ -1,7 +1,7 @@
 //! A robot written as a .par file that SYMORO and OpenSYMORO read, and [`crate::format::read_par`] too.
 //!
-//! Values of symbols go into comments `(* Value D3 = 0.45 *)`: those programs keep the symbols, this
-//! one the values. What the format has no word for is told, item by item.
+//! Values of symbols go into comments `(* Value D3 = 0.45 *)`: SYMORO and OpenSYMORO keep the symbols, this program
+//! reads the values. Each item that the format cannot express is noted.
 
 use std::fmt::Write;
 

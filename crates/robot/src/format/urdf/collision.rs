@@ -1,7 +1,7 @@
 //! The `<collision>` elements of a URDF.
 //!
-//! What cannot be read stays in the robot as such, with its line: a robot is read for many purposes, and few need its
-//! shapes.
+//! A shape that cannot be read stays in the robot as unread, with its line, because a robot is read for many purposes
+//! and few need its shapes.
 
 use roxmltree::Node;
 

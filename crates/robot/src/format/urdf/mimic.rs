@@ -50,7 +50,7 @@ impl Follows {
     }
 }
 
-/// Of each joint of the file, what it follows; a joint that mimics nobody follows itself.
+/// What each joint of the file follows. A joint that mimics no other follows itself.
 pub(super) fn followed(
     source: Source,
     checked: &Checked,
@@ -61,7 +61,7 @@ pub(super) fn followed(
     let place = |j: usize| checked.joints.get(&model.joints[j].name).map_or((0, 0), |m| m.mimic_at);
     let mut next: Vec<Option<Follows>> = Vec::with_capacity(model.joints.len());
     for (j, joint) in model.joints.iter().enumerate() {
-        // Read as coordinates of their own, nobody's leader is asked for.
+        // Where mimic joints are read as coordinates of their own, no leader is looked up.
         let Some(tag) = joint.mimic.as_ref().filter(|_| mimic == Mimic::Constraint) else {
             next.push(None);
             continue;

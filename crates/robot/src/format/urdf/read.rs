@@ -1,10 +1,9 @@
 //! A robot described in URDF, re-framed to Khalil-Kleinfinger.
 //!
-//! The text is checked with its line numbers (text.rs), read by urdf-rs, ordered into a tree
-//! of moving links (tree.rs), and every moving link gets a frame with z on its joint axis
-//! (reframe.rs). Fixed links are lumped into the moving link they hang on. What leads back is
-//! kept: [`Link::file_frame`] and [`Link::parts`]. At the end the re-framed robot is held against
-//! the file: every joint frame of the URDF is where the file has it.
+//! text.rs checks the text with its line numbers, urdf-rs reads it, tree.rs orders it into a tree of moving links, and
+//! reframe.rs gives every moving link a frame with z on its joint axis. Fixed links are lumped into the moving link
+//! they hang on. [`Link::file_frame`] and [`Link::parts`] keep what leads back to the file. At the end the re-framed
+//! robot is checked against the file: every joint frame of the URDF is where the file has it.
 //!
 //! Joints that mimic another follow it (mimic.rs).
 //!
@@ -108,7 +107,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
     Ok(robot)
 }
 
-/// What is said of a joint that no longer follows another.
+/// The note on a joint that no longer follows another.
 fn freed(joint: &urdf_rs::Joint, mimic: Mimic) -> Option<Note> {
     let text = "mimics another joint in the file; read as a coordinate of its own, as was asked";
     let is_freed = joint.mimic.is_some() && mimic == Mimic::Independent;
@@ -122,7 +121,7 @@ fn taken_as_parallel(made: &MadeParallel, link: &str, antecedent: &str) -> Note 
     Note { subject: link.into(), text }
 }
 
-/// Who moves a joint, and as which multiple of the coordinate k.
+/// The drive of a joint, and its variable as a multiple of the coordinate k.
 fn drive(moving: &Moving, follows: &Follows, k: Option<CoordinateId>) -> (Drive, Affine) {
     // A joint that follows a fixed one does not move.
     let terms = k.filter(|_| follows.multiplier != 0.0).map(|k| (k, follows.multiplier));
@@ -135,8 +134,8 @@ fn drive(moving: &Moving, follows: &Follows, k: Option<CoordinateId>) -> (Drive,
     (drive, variable)
 }
 
-/// Axes that are parallel but for a hair meet their common normal far away, and figures about
-/// frames out there lose digits.
+/// A note on an axis that is almost parallel to the one before it. Their common normal lies far away, and numbers in a
+/// frame out there lose digits.
 fn nearly_parallel(joint: &urdf_rs::Joint, framed: &Framed) -> Option<Note> {
     let sine = sin_cos(&framed.geometry.alpha, &[]).0.abs();
     let text = format!(
@@ -240,8 +239,8 @@ fn sum(parts: &[Part]) -> Option<[f64; 10]> {
     (!parts.is_empty()).then_some(sum)
 }
 
-/// The parts among some links, and those that have a shape but no inertial; `file_frame`: the frame of the file that
-/// their places are given in, in the frame of the link.
+/// The parts among some links, and the names of those links that have a shape but no inertial. The places in `carried`
+/// are given in the frame of the file; `file_frame` is that frame in the frame of the link.
 fn parts_of<'a>(
     model: &'a urdf_rs::Robot,
     checked: &Checked,

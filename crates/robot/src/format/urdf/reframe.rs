@@ -1,11 +1,11 @@
 //! Khalil-Kleinfinger frames for a tree of joints given by arbitrary axes and origins.
 //!
-//! Frame j has its z along the axis of joint j; the rest of it is free and is chosen to make the
-//! parameters sparse. Its x lies along the common normal of its axis and that of its main child
-//! (the one heading the longest chain), so that this child has gamma = b = 0; other children use
-//! gamma and b. Where axes are parallel the normal is free along them and r_j = 0 is chosen; where
-//! they coincide theta_j = 0 as well; where they are nearly parallel the frame stays at the joint of the file. A last link takes theta_j = r_j = 0. The line of a prismatic
-//! joint may pass anywhere: that of a last link passes through the origin of its antecedent.
+//! Frame j has its z along the axis of joint j. The rest of it is free and is chosen to make the parameters
+//! sparse. Its x lies along the common normal of its axis and that of its main child (the one heading the longest
+//! chain), so that this child has gamma = b = 0. Other children use gamma and b. Where axes are parallel the normal is
+//! free along them and r_j = 0 is chosen. Where they coincide theta_j = 0 as well. Where they are nearly parallel the
+//! frame stays at the joint of the file. A last link takes theta_j = r_j = 0. The line of a prismatic joint may pass
+//! anywhere: that of a last link passes through the origin of its antecedent.
 
 use crate::angle_snap::{Angles, computed_angle, computed_length, exact};
 use crate::inertial::Pose;
@@ -36,8 +36,8 @@ pub(super) struct Framed {
 const PARALLEL: f64 = 1e-9;
 /// Distance of axes that count as one, m.
 const COINCIDENT: f64 = 1e-11;
-/// Cosine of the angle between directions that count as perpendicular: rounding of unit vectors that
-/// went through the chain of a robot's rotations.
+/// Cosine of the angle between directions that count as perpendicular. It covers the rounding of unit vectors that went
+/// through the chain of a robot's rotations.
 const PERPENDICULAR: f64 = 1e-12;
 
 /// rad: axes between [`PARALLEL`] and this meet their common normal far away. Frames are then placed where the file
@@ -54,11 +54,11 @@ const LOST: f64 = 1e-7;
 pub(super) struct MadeParallel {
     pub link: usize,
     pub antecedent: usize,
-    /// rad: what it was turned by.
+    /// The angle of that turn, rad.
     pub angle: f64,
 }
 
-/// Turns axes that are parallel to the one before them but for a hair.
+/// Makes axes that are almost parallel to the one before them exactly parallel.
 pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, angles: Angles) -> Vec<MadeParallel> {
     let tolerance = if angles == Angles::Meant { TAKEN } else { LOST };
     let mut made = Vec::new();
@@ -169,14 +169,15 @@ impl Normal {
         Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus(point, axis, t), far }
     }
 
-    /// How far along the axis a frame that may lie anywhere is put: at the foot, or at the point where that is far.
+    /// r of a frame that may lie anywhere along the axis: at the foot of the normal, or at `point` where the foot is
+    /// far.
     fn nearby(&self, point: Vector3, axis: Vector3) -> f64 {
         if self.far { dot(plus(point, self.foot, -1.0), axis) } else { 0.0 }
     }
 }
 
-/// Of a direction in the xy plane and its opposite the one nearer to x, its angle, and the signed
-/// distance along it; of two equally near the one with a positive distance.
+/// Chooses between a direction in the xy plane and its opposite: the one nearer to x, or of two equally near the one
+/// with a positive distance. Returns it with its angle and the signed distance along it.
 fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
     let opposite = direction[0] < -PERPENDICULAR || (direction[0].abs() <= PERPENDICULAR && distance < -COINCIDENT);
     let sign = if opposite { -1.0 } else { 1.0 };

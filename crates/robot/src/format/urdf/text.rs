@@ -1,8 +1,8 @@
 //! A first reading of a URDF text, for what urdf-rs hides or cannot place.
 //!
-//! urdf-rs gives a robot its data but no line numbers; it takes a missing inertial for a massless
-//! link, a missing limit for zeros, and NaN for a number. Here every element that describes the
-//! mechanism is checked where it stands, and written out again, alone and flat, for urdf-rs.
+//! urdf-rs gives a robot its data but no line numbers. It reads a missing inertial as a massless link and a missing
+//! limit as zeros, and it accepts NaN. Here every element that describes the mechanism is checked where it stands, and
+//! written out again, alone and flat, for urdf-rs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,8 +17,8 @@ use crate::format::expression::LARGEST;
 use crate::format::node::Source;
 use crate::format::suggestion::{did_you_mean, nearest};
 
-/// Elements with the children and attributes that are read; of an attribute, how many numbers it
-/// holds (0: a name) and whether it must be there.
+/// Elements with the children and attributes that are read. Each attribute has the count of its numbers (0: a name) and
+/// whether it is required.
 type Element = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
 const ELEMENTS: [Element; 13] = [
@@ -69,7 +69,7 @@ const OF_OTHERS: [&str; 10] = [
     "sensor",
 ];
 
-/// Children that must be there: of whom, and which.
+/// Required children: the element, and its child.
 const REQUIRED: [(&str, &str); 4] =
     [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
 
@@ -112,9 +112,10 @@ pub(super) struct Checked {
 
 /// More elements than this are no robot.
 const MAX_NODES: u32 = 2_000_000;
-/// An element with more attributes is not of a URDF: looking for one that stands twice takes time that grows as their square.
+/// No element of a URDF has more attributes. The time to find one that stands twice grows as the square of their
+/// number.
 const MAX_ATTRIBUTES: usize = 256;
-/// More links are no robot either, as in YAML: finding the line of each takes time that grows as their square.
+/// No robot has more links either, as in YAML. The time to find the line of each grows as the square of their number.
 const MAX_LINKS: usize = 2000;
 /// The largest limit of a joint.
 const UNLIMITED: f64 = 1e100;
@@ -126,7 +127,7 @@ pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     }
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|e| {
-        // What is never closed is missed at the end.
+        // An element that is never closed is noticed at the end of the text.
         let at = match e {
             roxmltree::Error::UnclosedRootNode => roxmltree::TextPos::new(text.lines().count() as u32, 0),
             _ => e.pos(),
@@ -217,7 +218,8 @@ impl Reader<'_, '_> {
         for child in node.children().filter(Node::is_element) {
             let name = child.tag_name().name();
             if !children.contains(&name) {
-                // What others read is left to them; what is one letter off is not.
+                // Elements for other programs are skipped, but a misspelt name of an element that is read here is
+                // refused.
                 let meant = if OF_OTHERS.contains(&name) { None } else { nearest(name, children.iter().copied()) };
                 if let Some(meant) = meant {
                     let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
@@ -250,7 +252,7 @@ impl Reader<'_, '_> {
                 return Err(self.error(node, format!("{place} is empty")));
             }
             let escaped = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-            // As they stand in an attribute, XML reads them as blanks.
+            // Unescaped line breaks and tabs in an attribute would be read as blanks by XML.
             return Ok(escaped.replace('\n', "&#10;").replace('\r', "&#13;").replace('\t', "&#9;"));
         }
         let words: Vec<&str> = value.split_whitespace().collect();

@@ -36,7 +36,7 @@ pub(super) struct MovingLinks {
     pub rooted: Vec<(usize, Pose)>,
 }
 
-/// The moving links; `floating`: whether none needs to move, since the root will.
+/// The moving links. `floating`: whether the root will move, so that no link needs to.
 pub(super) fn moving_links(
     source: Source,
     checked: &Checked,
@@ -50,7 +50,8 @@ pub(super) fn moving_links(
     let mut moving: Vec<Moving> = Vec::new();
     let mut rooted = vec![(tree.root, Pose::IDENTITY)];
     let mut reached = vec![false; model.joints.len()];
-    // A joint to follow, the moving link it hangs on, its parent link in the joint frame of that.
+    // Each entry: a joint to follow, the moving link it hangs on, and the pose of its parent link in the joint frame of
+    // that.
     let mut stack: Vec<(usize, Option<usize>, Pose)> = Vec::new();
     let push = |link: usize, carrier, pose, stack: &mut Vec<_>| {
         stack.extend(tree.below[link].iter().rev().map(|&j| (j, carrier, pose)));
@@ -172,7 +173,7 @@ impl Tree {
                 return names.collect();
             }
             seen.push(j);
-            // Enough for a message; a longer circle is told by its first joints.
+            // A message needs no more. For a longer circle it lists the first joints.
             if seen.len() > 1000 {
                 break;
             }
@@ -200,7 +201,7 @@ fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Po
     Pose { rotation: angle_snap::rotation(&rpy), position }
 }
 
-/// A smaller correction, rad, is rounding and not worth a word.
+/// rad: a smaller correction is rounding and gets no note.
 const SILENT: f64 = 1e-9;
 
 /// `-3*pi/4`, as a user would write it.
@@ -218,7 +219,7 @@ fn multiple_of_pi(angle: &Value) -> String {
 fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let given = *joint.axis.xyz;
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    // A coordinate axis has one entry; what stood beside it was left out.
+    // A coordinate axis has one non-zero entry. A note is due if other entries were set to zero.
     let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
     let left_out = given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > SILENT * largest);
     if along && left_out {

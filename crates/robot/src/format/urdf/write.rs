@@ -100,7 +100,7 @@ impl Writer<'_> {
         self.line("  </joint>".into());
     }
 
-    /// Those of the coordinate that the joint alone moves.
+    /// The limits of the coordinate that the joint alone moves.
     fn limits_of(&self, j: LinkId) -> Limits {
         let joint = &self.robot.link(j).joint;
         match (joint.drive, &joint.variable.terms[..]) {
@@ -131,7 +131,7 @@ impl Writer<'_> {
         }
     }
 
-    /// `<dynamics>`, and what of the drive has no word in a URDF.
+    /// Writes `<dynamics>`, and notes what of the drive a URDF cannot express.
     fn dynamics(&mut self, j: LinkId) {
         let joint = &self.robot.link(j).joint;
         let name = self.joints[j.0].clone();
@@ -198,7 +198,7 @@ impl Writer<'_> {
     }
 }
 
-/// That of its coordinate where the joint alone moves it.
+/// The name of the coordinate where the joint alone moves it, otherwise that of the joint.
 fn joint_name<'a>(robot: &'a Robot, link: &'a Link) -> &'a str {
     match (link.joint.drive, &link.joint.variable.terms[..]) {
         (Drive::Actuated, [(k, _)]) => robot.coordinate_name(*k),
@@ -221,7 +221,7 @@ fn roll_pitch_yaw(r: &Matrix3) -> [f64; 3] {
     if across > UPRIGHT {
         [r[2][1].atan2(r[2][2]), pitch, r[1][0].atan2(r[0][0])]
     } else {
-        // Roll and yaw turn about one line: all of it is yaw's.
+        // Roll and yaw turn about one line, so the whole angle goes to yaw.
         [0.0, pitch, (-r[0][1]).atan2(r[1][1])]
     }
 }
@@ -237,7 +237,7 @@ fn unique(names: impl Iterator<Item = String>, taken: &str) -> Vec<String> {
     all.split_off(1)
 }
 
-/// A name without what XML has no character for, and without breaks of the line, which it reads as blanks.
+/// A name without characters that XML forbids, and without line breaks, which XML reads as blanks.
 fn carried(name: &str) -> String {
     name.chars().map(|c| if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') { '_' } else { c }).collect()
 }

@@ -27,7 +27,7 @@ const LINK_KEYS: [&str; 16] = [
     "drive_gain",
 ];
 
-/// Names are looked up one by one; more of them would take a reader's time, and no robot has them.
+/// Names are looked up one by one, so more links would make a reader slow. No robot has as many.
 const MAX_LINKS: usize = 2000;
 
 /// A link whose keys are known, its values not yet read.
@@ -94,8 +94,8 @@ pub(super) fn variable_key(kind: JointKind) -> &'static str {
     if kind == JointKind::Prismatic { "r" } else { "theta" }
 }
 
-/// The passive coordinate of a joint whose variable the file does not give; the loops find it, from
-/// `start` on where they must be searched.
+/// The passive coordinate of a joint whose variable the file does not give. The loops determine it, and a search for it
+/// begins at `start`.
 pub(super) fn passive_coordinate(
     source: Source,
     names: &Names,

@@ -1,7 +1,7 @@
 //! A robot written as the YAML that [`crate::format::read_yaml`] reads.
 //!
-//! Exact: expressions as they stand, numbers as the shortest decimals that read back. What the
-//! format has no word for is told, item by item.
+//! The text is exact: expressions as they stand, numbers as the shortest decimals that read back. Each item that the
+//! format cannot express is noted.
 
 use std::fmt::Write;
 
@@ -101,7 +101,7 @@ fn link_items(robot: &Robot, names: &Names, j: LinkId) -> Vec<String> {
     items
 }
 
-/// What the file says of a cut or a twin; a cut is revolute and a twin fixed without a word.
+/// The entries of a cut or a twin. The default kind is left out: revolute for a cut, fixed for a twin.
 fn frame_items(robot: &Robot, names: &Names, frame: &LoopFrame, is_cut: bool) -> Vec<String> {
     let kind = match (frame.kind, is_cut) {
         (JointKind::Revolute, true) | (JointKind::Fixed, false) => None,
@@ -115,7 +115,7 @@ fn frame_items(robot: &Robot, names: &Names, frame: &LoopFrame, is_cut: bool) ->
     items
 }
 
-/// gamma .. r, what is zero left out but the variable of a joint that moves, or is held.
+/// gamma .. r without zeros. The variable of a joint that moves or is held is always written.
 fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKind, variable: &Affine) -> Vec<String> {
     let keys = ["gamma", "b", "alpha", "d", "theta", "r"];
     let values = [&geometry.gamma, &geometry.b, &geometry.alpha, &geometry.d, &geometry.theta, &geometry.r];
@@ -133,8 +133,8 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
             }
             continue;
         }
-        // What the closure of the loops decides is left out: the reader finds it again. A constant part is where the
-        // search starts.
+        // A variable that the loops determine is left out, since the reader finds it again. Its constant part is where
+        // the search starts.
         match &variable.terms[..] {
             [(k, c)] if k.0 >= n && *c == 1.0 => {
                 let start = robot.passive[k.0 - n].start + value.number(&robot.symbols);
@@ -152,7 +152,7 @@ fn placement(robot: &Robot, names: &Names, geometry: &ModifiedDh, kind: JointKin
     items
 }
 
-/// A zero has no sign: YAML reads -0 as the integer 0.
+/// A number as text, without the sign of a negative zero: YAML reads -0 as the integer 0.
 fn number(x: f64) -> String {
     (x + 0.0).to_string()
 }
@@ -171,8 +171,8 @@ fn limits(limits: Limits) -> Option<String> {
     (!items.is_empty()).then(|| format!("limits: {{{}}}", items.join(", ")))
 }
 
-/// Whether YAML, of one version or another, reads a plain word as something else. A label of digits alone, as Khalil
-/// has them, is a word here, and reads back as it stands.
+/// Whether some version of YAML reads a plain word as something else. A label of digits alone, as Khalil has them,
+/// counts as a word here and reads back as it stands.
 fn is_no_word(text: &str) -> bool {
     const TAKEN: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
     let as_khalil = text.parse::<u32>().is_ok_and(|n| n.to_string() == text);
@@ -182,7 +182,7 @@ fn is_no_word(text: &str) -> bool {
     TAKEN.contains(&text.to_ascii_lowercase().as_str()) || (is_number && !as_khalil)
 }
 
-/// A plain word, or a text in quotes: JSON's are YAML's.
+/// A plain word, or a text in the quotes of JSON, which YAML reads too.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ' ' | '+' | '-' | '*' | '/' | '(' | ')' | '.');
     let is_word = text.trim() == text && text.chars().all(plain) && !text.starts_with(['-', '*', ' ']);
@@ -194,7 +194,7 @@ fn quoted(text: &str) -> String {
         .map(|c| match c {
             '"' => "\\\"".into(),
             '\\' => "\\\\".into(),
-            // What YAML reads as a break of the line, or not at all.
+            // Characters that YAML reads as a line break, or not at all.
             c if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}') => {
                 format!("\\u{:04x}", u32::from(c))
             }
@@ -233,7 +233,7 @@ impl Names {
             if !is_name(&name) {
                 name.insert(0, 'q');
             }
-            // A name has a letter in front: one character more makes no other word of it.
+            // A name begins with a letter, so one more character never makes it another reserved word.
             while taken.contains(&name) || is_no_word(&name) {
                 name.push('_');
             }
@@ -245,7 +245,7 @@ impl Names {
         let mut labels: Vec<String> = Vec::new();
         for link in &robot.links {
             let mut label = word(&link.label);
-            // More characters behind a number leave it a number.
+            // A number with more characters appended may still be a number, so a letter goes in front.
             if is_no_word(&label) {
                 label.insert(0, 'l');
             }
