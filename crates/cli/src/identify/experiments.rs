@@ -63,10 +63,9 @@ fn columns(path: &Path) -> Result<ColumnNames, Failure> {
     let columns = given.columns.clone();
     match given == (Options { columns: given.columns.clone(), ..Options::default() }) {
         true => Ok(columns),
-        false => Err(Failure::new(format_args!(
-            "{}: the experiments of a plan take no options but columns",
-            path.display()
-        ))),
+        false => {
+            Err(Failure::new(format_args!("{}: the experiments of a plan take no options but columns", path.display())))
+        }
     }
 }
 
