@@ -6,10 +6,9 @@
 //! record holds a whole number of periods, so f_P is a bin and there is neither leakage nor window.
 //!
 //! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly: few are needed, and the sum
-//! is the same on every machine. Whole spectra go through realfft.
+//! is the same on every machine. Whole spectra go through crate `fft`.
 
-use realfft::RealFftPlanner;
-pub use realfft::num_complex::Complex;
+pub use fft::Complex;
 
 /// sum_i x_i exp(-2 pi j k i / N).
 pub fn bin(x: &[f64], k: usize) -> Complex<f64> {
@@ -139,8 +138,7 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     // Room for the `lags` samples before a piece keeps its end from wrapping around to its start.
     let n = (x.len() + lags).next_power_of_two().min(CORRELATED.max((4 * lags).next_power_of_two()));
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, back) = (fft::forward(n), fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
     let (mut piece, mut longer) = (forward.make_output_vec(), forward.make_output_vec());
     let mut sum = forward.make_output_vec();
@@ -152,7 +150,7 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
             input[lags - before.len()..lags].copy_from_slice(before);
             input[lags..lags + own.len()].copy_from_slice(own);
             if forward.process_with_scratch(&mut input, spectrum, &mut scratch).is_err() {
-                // All buffers come from the planner.
+                // All buffers come from the transforms.
                 return vec![];
             }
         }
@@ -176,11 +174,11 @@ pub fn amplitudes(x: &[f64]) -> Vec<f64> {
     if x.is_empty() {
         return vec![];
     }
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(x.len());
+    let transform = fft::forward(x.len());
     let (mut input, mut output) = (x.to_vec(), transform.make_output_vec());
     match transform.process(&mut input, &mut output) {
         Ok(()) => output.iter().map(|c| c.norm() / x.len() as f64).collect(),
-        // Both buffers come from the planner, so their lengths fit.
+        // Both buffers come from the transform, so their lengths fit.
         Err(_) => vec![],
     }
 }

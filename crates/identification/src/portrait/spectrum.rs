@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
+use fft::RealToComplex;
 use logs::{Error, Log, LogSource};
-use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::estimate::options::Options;
 
@@ -32,7 +32,7 @@ impl Default for Spectrum {
     fn default() -> Spectrum {
         let turn = |i: usize| std::f64::consts::TAU * i as f64 / STRETCH as f64;
         Spectrum {
-            transform: RealFftPlanner::<f64>::new().plan_fft_forward(STRETCH),
+            transform: fft::forward(STRETCH),
             window: (0..STRETCH).map(|i| 0.5 - 0.5 * turn(i).cos()).collect(),
             held: Vec::new(),
             sums: vec![0.0; STRETCH / 2 + 1],

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-use realfft::{RealFftPlanner, RealToComplex};
+use fft::RealToComplex;
 
 use crate::algebra::in_order::in_order;
 
@@ -170,15 +170,14 @@ impl MotionEnergy {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
         // A length with small factors, because the transform of a prime length is several times slower.
-        let mut planner = RealFftPlanner::new();
-        let fft = planner.plan_fft_forward(smooth_length(count));
-        let of_noise = planner.plan_fft_forward(smooth_length(count.min(NOISE_PIECE)));
+        let of_motion = fft::forward(smooth_length(count));
+        let of_noise = fft::forward(smooth_length(count.min(NOISE_PIECE)));
         let (period, joints) = (self.period, &mut self.joints);
         let energy = |_: usize, q: &Vec<f64>| {
             let variance = noise_of(&q[..count], of_noise.as_ref());
             match excursion(&q[..count]) < REST.max(NOISE_RANGE * variance.sqrt()) {
                 true => (Vec::new(), 0.0),
-                false => (energy_of(&q[..count], period, fft.as_ref()), variance),
+                false => (energy_of(&q[..count], period, of_motion.as_ref()), variance),
             }
         };
         let Ok(()) = in_order(&self.waiting, energy, |j, (motion, variance)| {
