@@ -1,5 +1,6 @@
 //! `rist identify --method`: what each method finds, and that each heeds or refuses every flag.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use identification::estimate::artefact::Estimate;
@@ -87,7 +88,7 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
 
 /// The flags of `rist identify --help` that say how the description is read: every command has them, and
 /// `tests/command_line.rs` looks at them.
-const OF_THE_MODEL: [&str; 6] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base", "--packages"];
+const OF_THE_MODEL: [&str; 5] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base"];
 
 /// Those of every command that say how the program speaks; `tests/terminal.rs` looks at them.
 const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];
@@ -119,7 +120,7 @@ fn with_value(flag: &str) -> Option<Vec<&str>> {
     Some(vec![flag, value])
 }
 
-/// No flag is passed over in silence: it is refused by its name, or the outcome is another.
+/// No flag is passed over in silence: it is refused by its name, with the methods that use it, or the outcome is another.
 #[test]
 fn every_method_heeds_or_refuses_every_flag() {
     let here = experiments("flags_of_methods");
@@ -131,7 +132,10 @@ fn every_method_heeds_or_refuses_every_flag() {
     flags.sort();
     flags.dedup();
     assert!(flags.len() > 20, "{flags:?}");
-    for method in ["rist-mh", "rist", "iv", "didim", "ls", "essential"] {
+    let methods = ["ls", "essential", "rist", "rist-mh", "iv", "didim"];
+    // Flag -> methods that refuse it, and the methods that a refusal names.
+    let mut refusals: BTreeMap<String, (Vec<&str>, Vec<String>)> = BTreeMap::new();
+    for method in methods {
         let is_of_samples = ["ls", "essential"].contains(&method);
         let logs: &[&str] = if is_of_samples { &["logs/v02.csv"] } else { &["logs", "--plan", "plan.yaml"] };
         let base: Vec<&str> = ["identify", "arm.yaml"]
@@ -154,6 +158,12 @@ fn every_method_heeds_or_refuses_every_flag() {
             let run = rist(&here, &base.iter().chain(&more).copied().collect::<Vec<_>>());
             let named = more.iter().find(|word| word.starts_with("--")).unwrap();
             let is_refused = run.code == Some(2) && (run.err.contains(named) || run.err.contains("clock"));
+            let refused = run.err.lines().find_map(|l| l.split_once(": --method ").filter(|(f, _)| f.ends_with(named)));
+            if let Some((_, users)) = refused.and_then(|(_, rest)| rest.split_once("; --method ")) {
+                let refusal = refusals.entry(named.to_string()).or_default();
+                refusal.0.push(method);
+                refusal.1 = users.trim_end_matches(" does").split(" or ").map(String::from).collect();
+            }
             let is_heeded = run.out != plain.out || here.join("extra.txt").exists();
             // It changes what is written where the verdict is no, and that of these logs is not.
             let is_idle = flag == "--anyway" && method == "ls";
@@ -164,5 +174,10 @@ fn every_method_heeds_or_refuses_every_flag() {
                 run.out
             );
         }
+    }
+    assert!(refusals.len() > 10, "{refusals:?}");
+    for (flag, (by, users)) in &refusals {
+        let others: Vec<&str> = methods.into_iter().filter(|method| !by.contains(method)).collect();
+        assert_eq!(*users, others, "{flag}, refused by {by:?}");
     }
 }

@@ -80,6 +80,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "TERMS", value_parser = friction)]
     friction: Option<Vec<Friction>>,
 
+    /// What the motion makes best
     #[arg(long, value_enum, default_value_t = AimWord::Determinant)]
     criterion: AimWord,
 
@@ -91,10 +92,11 @@ pub struct Arguments {
     #[arg(long, default_value_t = 12)]
     starts: usize,
 
-    /// Maximum number of iterations of a start at each of the six weights of the barrier
+    /// Maximum number of iterations of a start at each weight of the barrier
     #[arg(long, default_value_t = 100)]
     iterations: usize,
 
+    /// Seed of the random starts; the same seed gives the same motion
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
@@ -135,7 +137,9 @@ enum MotionWord {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum AimWord {
+    /// The determinant of the information
     Determinant,
+    /// The condition number of the columns, scaled to unit norm
     Condition,
 }
 

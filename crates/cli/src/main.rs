@@ -131,3 +131,22 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_flag_says_what_it_does() {
+        let mut program = Arguments::command();
+        program.build();
+        let commands: Vec<_> = program.get_subcommands().filter(|c| c.get_name() != "help").collect();
+        assert!(commands.len() > 15, "{} commands", commands.len());
+        for command in commands {
+            for argument in command.get_arguments() {
+                let help = argument.get_long_help().or(argument.get_help());
+                assert!(help.is_some(), "rist {} {}: no help", command.get_name(), argument.get_id());
+            }
+        }
+    }
+}

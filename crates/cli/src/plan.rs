@@ -30,9 +30,11 @@ pub struct Arguments {
     #[arg(long, short = 'n', default_value_t = 8)]
     experiments: usize,
 
+    /// What the plan makes best
     #[arg(long, value_enum, default_value_t = CriterionWord::Determinant)]
     criterion: CriterionWord,
 
+    /// Acceleration within a swing
     #[arg(long, value_enum, default_value_t = ProfileWord::BangBang)]
     profile: ProfileWord,
 
@@ -56,6 +58,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 12)]
     starts: usize,
 
+    /// Seed of the random starts; the same seed gives the same plan
     #[arg(long, default_value_t = 1)]
     seed: u64,
 
@@ -72,26 +75,34 @@ pub struct Arguments {
     #[arg(long, value_name = "DIRECTORY")]
     trajectories: Option<PathBuf>,
 
+    /// Format of the motions of --trajectories
     #[arg(long, value_enum, default_value_t = FormatWord::Csv)]
     format: FormatWord,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CriterionWord {
+    /// The determinant of the information
     Determinant,
+    /// The condition number of the information, by the Frobenius norm
     Condition,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ProfileWord {
+    /// Constant, as in the paper
     BangBang,
+    /// Without jumps
     Smooth,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FormatWord {
+    /// A row per sample
     Csv,
+    /// A JointTrajectory of ROS, as YAML
     RosYaml,
+    /// A JointTrajectory of ROS, as JSON
     RosJson,
 }
 

@@ -46,6 +46,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     feedforward: Option<PathBuf>,
 
+    /// Seed of the noise; the same seed gives the same logs
     #[arg(long, default_value_t = 1)]
     seed: u64,
 

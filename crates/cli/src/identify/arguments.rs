@@ -218,44 +218,55 @@ pub fn friction(text: &str) -> Result<Friction, String> {
     }
 }
 
-/// The flags of which a method heeds some, each with whether it was given.
+/// A flag that not all methods use, and whether it was given.
 type Given = (&'static str, bool);
 
-impl Arguments {
-    /// The flags that were given and that this method does not heed.
-    pub fn unheeded(&self) -> Vec<&'static str> {
-        let heeded: &[&str] = match self.method {
-            Method::Ls | Method::Essential => &[
-                "--cutoff",
-                "--delay",
-                "--validate",
-                "--order",
-                "--decimate",
-                "--friction",
-                "--weights",
-                "--loaded",
-                "--consistent",
-                "--write-urdf",
-                "--write-mjcf",
-                "--anyway",
-                "--report",
-                "--series",
-            ],
+impl Method {
+    /// Flags that this method uses, of those that not all do.
+    fn uses(self) -> &'static [&'static str] {
+        const SAMPLES: [&str; 14] = [
+            "--cutoff",
+            "--delay",
+            "--validate",
+            "--order",
+            "--decimate",
+            "--friction",
+            "--weights",
+            "--loaded",
+            "--report",
+            "--series",
+            "--consistent",
+            "--write-urdf",
+            "--write-mjcf",
+            "--anyway",
+        ];
+        match self {
+            Method::Ls => &SAMPLES,
+            // A body needs all of its parameters, and this method leaves some out.
+            Method::Essential => SAMPLES.split_at(10).0,
             Method::Rist => &["--plan", "--load"],
             Method::RistMh => &["--plan", "--load", "--cutoff", "--delay", "--ripple", "--elastic", "--play"],
             Method::Iv | Method::Didim => &["--plan", "--cutoff", "--order", "--decimate", "--delay"],
-        };
-        let bodies = ["--consistent", "--write-urdf", "--write-mjcf", "--anyway"];
-        let is_heeded =
-            |flag: &str| heeded.contains(&flag) && !(self.method == Method::Essential && bodies.contains(&flag));
-        self.given()
-            .into_iter()
-            .filter(|(flag, is_given)| *is_given && !is_heeded(flag))
-            .map(|(flag, _)| flag)
-            .collect()
+        }
     }
 
-    /// Flags that all methods heed are not here: --method, --gain, --options, --out and those of the model.
+    /// The word of --method.
+    pub fn word(self) -> String {
+        self.to_possible_value().map_or(String::new(), |value| value.get_name().to_string())
+    }
+}
+
+impl Arguments {
+    /// The flags that were given and that this method does not use, each with the methods that do.
+    pub fn unused(&self) -> Vec<(&'static str, Vec<String>)> {
+        let users = |flag: &str| -> Vec<String> {
+            Method::value_variants().iter().filter(|method| method.uses().contains(&flag)).map(|m| m.word()).collect()
+        };
+        let given = self.given().into_iter().filter(|(flag, is_given)| *is_given && !self.method.uses().contains(flag));
+        given.map(|(flag, _)| (flag, users(flag))).collect()
+    }
+
+    /// Flags that all methods use are not here: --method, --gain, --options, --out and those of the model.
     fn given(&self) -> [Given; 19] {
         [
             ("--plan", self.plan.is_some()),
