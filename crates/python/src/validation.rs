@@ -64,7 +64,7 @@ pub fn validate(
         Some(options) => {
             if !given.given(&["gain", "cutoff"]).is_empty() {
                 return Err(error(
-                    "validate: an estimate from samples brings the cutoff and the gains that it was made with",
+                    "validate: leave cutoff and gain out, since an estimate from samples holds those that it was made with",
                 ));
             }
             work(py, None, |_| {

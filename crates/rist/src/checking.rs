@@ -90,7 +90,7 @@ pub fn check(
     let limits_drives = |row: &HeldLimit| matches!(row.limit, LimitKind::Effort | LimitKind::Power);
     if torque.is_some() && artefact.effort_share < 1.0 && origins.iter().any(limits_drives) {
         notes.push(format!(
-            "effort and power are held to {} of their limits: this is the effort_share of the motion's file, at most 1",
+            "effort and power are held to {} of their limits: this is the effort_share of the motion's file",
             artefact.effort_share
         ));
     }

@@ -61,8 +61,8 @@ fn usable(bodies: &Bodies) -> Result<(), Error> {
     }
 }
 
-/// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where the
-/// estimate has neither.
+/// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where a
+/// joint has neither.
 fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
     let friction = |(coordinate, armature): (&String, &f64)| {
         let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
@@ -79,7 +79,10 @@ fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option
 fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
     let mut notes = Vec::new();
     if joint_dynamics(model, bodies, estimate).is_none() {
-        notes.push("no friction is written: the model has neither viscous and coulomb nor asymmetric friction".into());
+        notes.push(
+            "no friction is written: every joint needs a value of viscous and coulomb, or of asymmetric friction"
+                .into(),
+        );
     }
     let rotors = model.regressor().coordinates().iter().zip(&bodies.armatures).filter(|(_, a)| **a > 0.0);
     let rotors: Vec<String> = rotors.map(|(c, a)| format!("{c} {a:.4}")).collect();
