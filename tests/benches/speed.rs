@@ -8,10 +8,16 @@
 mod harness;
 
 use std::fmt::Write as _;
+use std::hint::black_box;
 
 use expr::{Function, Tape};
 use generated::{Compiled, Eight};
 use harness::{Alternative, Comparison};
+use identification::estimators::weighted::{Weights, fit};
+use identification::model::friction::terms::FrictionTerm;
+use identification::model::linear_model::Model;
+use identification::model::states::States;
+use identification::rows::observation::Observation;
 use modeling::{BaseParameters, Derivation};
 use robot::Robot;
 use tests::model;
@@ -36,6 +42,7 @@ fn main() {
     for (name, robot) in &robots {
         base_regressor_calls(&mut comparison, name, robot);
     }
+    triangles(&mut comparison, "panda", &robots[2].1);
     comparison.finish();
 }
 
@@ -188,6 +195,50 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
             if filled { sparse(&|s, k| all[s / 8 * entries + k].0[s % 8]) } else { f64::INFINITY }
         }),
     ]
+}
+
+/// Samples to rows of dynamics and friction, and on into one triangle a joint.
+fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
+    const SAMPLES: usize = 4096;
+    let truth = Truth::new(robot);
+    let whole = rist::Model::of(robot.clone(), std::path::Path::new(name)).unwrap_or_else(|e| panic!("{e}"));
+    let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset];
+    let model = Model::new(whole.regressor(), &friction, &[]);
+    let n = truth.n;
+    let mut states = States { n, used: vec![true; n * SAMPLES], ..States::default() };
+    let at_states = truth.states.chunks_exact(3 * n).zip(truth.torques.chunks_exact(n));
+    for (r, (state, tau)) in at_states.cycle().take(SAMPLES).enumerate() {
+        states.t.push(1e-3 * r as f64);
+        states.q.extend(&state[..n]);
+        states.dq.extend(&state[n..2 * n]);
+        states.ddq.extend(&state[2 * n..]);
+        states.direction.extend(state[n..2 * n].iter().map(|dq| dq.signum()));
+        states.tau.extend(tau);
+    }
+    // The largest residual of a joint over its largest torque.
+    let left = |x: &[f64]| {
+        let mut torques = truth.torques.clone();
+        model.residuals(&states, x, |r, j, residual| {
+            if let Some(torque) = torques.get_mut(r * n + j) {
+                *torque -= residual;
+            }
+        });
+        truth.difference(&torques)
+    };
+    let known: Vec<f64> =
+        base_regressor(robot).1.values(&truth.x).into_iter().chain(std::iter::repeat(0.0)).take(model.p()).collect();
+    let rows = || {
+        model.blocks(&states, 0..SAMPLES, |_, block| {
+            black_box(block);
+        })
+    };
+    let observed = || Observation::of(&model, &states, 1);
+    let alternatives = vec![
+        Alternative::new("rows alone, in blocks", SAMPLES, rows).held(|| left(&known)),
+        Alternative::new("and the triangle of each joint", SAMPLES, observed)
+            .held(|| left(&fit(&observed().joints(|_| true), Weights::None).0.x)),
+    ];
+    comparison.of(&format!("states to triangles, {name}, {} columns", model.p()), alternatives);
 }
 
 fn base_regressor(robot: &Robot) -> (Function, BaseParameters) {
