@@ -70,7 +70,7 @@ pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
         true => Ok(()),
         false => Err(Error::new(format_args!(
             "the sums are of `{}` ({}), and this model is `{}` ({}): its geometry or joints have changed, or it was read \
-             with other options",
+             with other options, or by another version of rist",
             theirs.name, theirs.fingerprint, ours.name, ours.fingerprint
         ))),
     }

@@ -226,7 +226,7 @@ impl Model {
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
-             other options (--rotor-inertia, --value, --mimic, --floating-base)",
+             other options (--rotor-inertia, --value, --mimic, --floating-base), or by another version of rist",
             file.display(),
             made_with.name,
             made_with.fingerprint,
