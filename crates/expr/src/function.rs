@@ -310,3 +310,22 @@ pub fn operands(node: Node) -> impl Iterator<Item = Expr> {
     };
     a.into_iter().chain(b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_columns_of_a_block_are_wanted_row_by_row() {
+        let mut g = Graph::new();
+        let inputs = ["a", "b", "c"].map(|name| g.symbol(name, SymbolKind::Input));
+        let [a, b, c] = inputs;
+        // Columns 0 and 1 end in row 1, column 2 in row 0.
+        let entries = vec![g.mul(a, a), g.mul(a, b), g.mul(a, c), g.mul(b, b), g.mul(b, c), Expr::ZERO];
+        let output = Output { name: "y".into(), rows: 2, columns: 3, entries };
+        let f = Function::new("f", &g, vec![Input { name: "x".into(), entries: inputs.to_vec() }], vec![output]);
+        let nodes: Vec<usize> = f.outputs[0].entries.iter().map(|e| e.node()).collect();
+        let order = [nodes[0], nodes[1], nodes[3], nodes[4], nodes[2]];
+        assert!(order.is_sorted(), "{nodes:?}");
+    }
+}

@@ -221,33 +221,33 @@ pub fn friction(text: &str) -> Result<Friction, String> {
 /// A flag that not all methods use, and whether it was given.
 type Given = (&'static str, bool);
 
+/// Flags of least squares on samples.
+const OF_SAMPLES: [&str; 10] = [
+    "--cutoff",
+    "--delay",
+    "--validate",
+    "--order",
+    "--decimate",
+    "--friction",
+    "--weights",
+    "--loaded",
+    "--report",
+    "--series",
+];
+
+/// Flags of bodies that can exist. A body needs all of its parameters, and --method essential leaves some out.
+const OF_BODIES: [&str; 4] = ["--consistent", "--write-urdf", "--write-mjcf", "--anyway"];
+
 impl Method {
-    /// Flags that this method uses, of those that not all do.
-    fn uses(self) -> &'static [&'static str] {
-        const SAMPLES: [&str; 14] = [
-            "--cutoff",
-            "--delay",
-            "--validate",
-            "--order",
-            "--decimate",
-            "--friction",
-            "--weights",
-            "--loaded",
-            "--report",
-            "--series",
-            "--consistent",
-            "--write-urdf",
-            "--write-mjcf",
-            "--anyway",
-        ];
-        match self {
-            Method::Ls => &SAMPLES,
-            // A body needs all of its parameters, and this method leaves some out.
-            Method::Essential => SAMPLES.split_at(10).0,
+    /// Whether this method uses a flag that not all do.
+    fn uses(self, flag: &str) -> bool {
+        let own: &[&str] = match self {
+            Method::Ls | Method::Essential => &OF_SAMPLES,
             Method::Rist => &["--plan", "--load"],
             Method::RistMh => &["--plan", "--load", "--cutoff", "--delay", "--ripple", "--elastic", "--play"],
             Method::Iv | Method::Didim => &["--plan", "--cutoff", "--order", "--decimate", "--delay"],
-        }
+        };
+        own.contains(&flag) || self == Method::Ls && OF_BODIES.contains(&flag)
     }
 
     /// The word of --method.
@@ -260,9 +260,9 @@ impl Arguments {
     /// The flags that were given and that this method does not use, each with the methods that do.
     pub fn unused(&self) -> Vec<(&'static str, Vec<String>)> {
         let users = |flag: &str| -> Vec<String> {
-            Method::value_variants().iter().filter(|method| method.uses().contains(&flag)).map(|m| m.word()).collect()
+            Method::value_variants().iter().filter(|method| method.uses(flag)).map(|m| m.word()).collect()
         };
-        let given = self.given().into_iter().filter(|(flag, is_given)| *is_given && !self.method.uses().contains(flag));
+        let given = self.given().into_iter().filter(|(flag, is_given)| *is_given && !self.method.uses(flag));
         given.map(|(flag, _)| (flag, users(flag))).collect()
     }
 
