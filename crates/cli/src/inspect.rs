@@ -53,27 +53,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     at_work(format_args!("deriving {}", arguments.model.model.display()));
     let model = Model::of(robot, &arguments.model.model)?;
-    let (robot, derived) = (&model.robot, &model);
+    let derived = &model;
     let tilted = Tilted::new(arguments, derived)?;
     let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
     let format = if is_json() { Format::Json } else { arguments.format };
     print(&match format {
         Format::Json => format!("{:#}\n", as_json(derived, &rules, &tilted)),
         _ => shown(&sheet(derived, &rules, &tilted), format),
-    })?;
-    let parameters = &derived.parameters;
-    if parameters.coincident.is_empty() {
-        return Ok(());
-    }
-    let names: Vec<String> =
-        parameters.coincident.iter().map(|&c| parameters.standard[c].display(robot).to_string()).collect();
-    Err(Failure::verdict(format_args!(
-        "{}: the numeric and the exact rank disagree. For robots of this structure in general {} would be base \
-         parameters; at these numbers they are not. If two lengths or angles are equal on purpose, give them one \
-         symbol; if gravity is along an axis on purpose, give the axis exactly",
-        arguments.model.model.display(),
-        names.join(" ")
-    )))
+    })
 }
 
 fn expanded(derived: &Model) -> Result<Rules, Failure> {
@@ -262,7 +249,6 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
         "regrouped": rules.regrouped,
         "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
         "as_given_refused": tilted.appear.as_ref().err(),
-        "coincident": names(&parameters.coincident),
         "no_effect": names(&parameters.no_effect),
         "rank": rank(&parameters.rank),
         "ops": {

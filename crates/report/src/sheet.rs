@@ -282,13 +282,10 @@ fn fates(robot: &Robot, parameters: &BaseParameters) -> Vec<Fates> {
 fn evidence(parameters: &BaseParameters) -> Vec<String> {
     let rank = &parameters.rank;
     let certificate = match rank.exact {
-        Some(exact) if exact == rank.numeric => format!(
+        Some(exact) => format!(
             "rank {exact}, exact: no experiment can tell more than these {exact} numbers, and the right motion tells all of \
              them (the same columns are independent in a finite field)"
         ),
-        Some(exact) => {
-            format!("rank {} at these numbers, {exact} for robots of this structure in general", rank.numeric)
-        }
         None => format!("rank {}, numeric: the loops are closed by a search", rank.numeric),
     };
     let numbers = format!(

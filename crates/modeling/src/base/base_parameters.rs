@@ -2,25 +2,28 @@
 //!
 //! tau = D X = D_base X_base. The columns of D_base are columns of D, kept from left to right (links
 //! in the robot's order, each XX XY XZ YY YZ ZZ MX MY MZ M IA) when they are independent of those
-//! kept before; the numbers decide which ([`crate::base::rank`]). A dropped column is a combination of kept
+//! kept before, in a finite field where loops allow it ([`crate::base::exact_rank`]), else by the numbers
+//! ([`crate::base::rank`]). A dropped column is a combination of kept
 //! ones, D_d = sum_k beta_k D_k, and its parameter joins theirs:
 //!
 //! ```text
 //! X_base,k = X_k + sum_d beta_kd X_d        [Gautier 1991]
 //! ```
-//! The numbers only choose the columns. The beta are exact in the robot's symbols ([`crate::base::regrouping`]) and are
-//! checked against the numeric ones ([`crate::base::evidence`]). Their text is written only on request
+//! The numbers must find the same rank, and the chosen columns independent. The beta are exact in the robot's symbols
+//! ([`crate::base::regrouping`]) and are checked against the numeric ones. Where any of this fails there are no base
+//! parameters ([`crate::base::evidence`]). Their text is written only on request
 //! ([`crate::base::written_rules`]).
 
 use expr::{Function, Tape};
 use nalgebra::DMatrix;
 use robot::{Robot, StandardParameter};
 
-use crate::base::evidence::{Rank, UnclearRank, clear_cut, held_against_numbers, no_more_than_exact};
+use crate::base::evidence::{Rank, UnclearRank, clear_cut, held_against_numbers, of_one_rank, stand_out};
 use crate::base::exact_rank::independent_columns;
 use crate::base::names;
 use crate::base::rank::{Scan, scan};
 use crate::base::regrouping::{Share, Shares, regrouping};
+use crate::base::triangle::triangle;
 use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
 use crate::kinematics::closure::Closure;
@@ -35,9 +38,6 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Indices of the standard parameters that have no effect on the torque.
     pub no_effect: Vec<usize>,
-    /// Indices of the standard parameters that would be base parameters for robots of this structure in
-    /// general, but are not at these numbers: two lengths or angles agree, or gravity is along an axis.
-    pub coincident: Vec<usize>,
     /// The evidence for the number of base parameters.
     pub rank: Rank,
     /// The data from which [`BaseParameters::rules`] writes the rules.
@@ -132,19 +132,13 @@ pub(crate) fn base_parameters(
     let robot = derivation.robot;
     let standard = StandardParameter::all(robot);
     let name = |c: usize| standard[c].display(robot).to_string();
-
-    let scan = scan(&sampled(regressor, derivation.closure()), regressor.outputs[0].rows);
-    let mut rank = Rank::of(&scan);
-    clear_cut(&scan, &rank, name)?;
+    let joints = regressor.outputs[0].rows;
 
     // Passive coordinates are solved numerically, so they cannot be drawn freely in a finite field.
     let exact = robot.passive.is_empty().then(|| independent_columns(regressor));
-    let mut coincident = Vec::new();
-    if let Some(exact) = exact {
-        rank.exact = Some(exact.len());
-        no_more_than_exact(&scan, &exact, name)?;
-        coincident = exact.into_iter().filter(|c| !scan.kept.contains(c)).collect();
-    }
+    let scan = chosen_columns(&sampled(regressor, derivation.closure()), joints, exact.as_deref(), name)?;
+    let mut rank = Rank::of(&scan);
+    rank.exact = exact.map(|exact| exact.len());
 
     let regrouping = regrouping(derivation, regressor, &standard, &scan);
     let shares = &regrouping.shares;
@@ -159,7 +153,29 @@ pub(crate) fn base_parameters(
         .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
         .collect();
     let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph());
-    Ok(BaseParameters { standard, base, no_effect, coincident, rank, sources })
+    Ok(BaseParameters { standard, base, no_effect, rank, sources })
+}
+
+/// The columns to keep, with the evidence of the numbers: those of the field where there are such.
+fn chosen_columns(
+    sampled: &DMatrix<f64>,
+    joints: usize,
+    exact: Option<&[usize]>,
+    name: impl Fn(usize) -> String,
+) -> Result<Scan, UnclearRank> {
+    let not_finite =
+        |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
+    let triangle = triangle(sampled, joints);
+    let numeric = scan(&triangle, None).map_err(not_finite)?;
+    clear_cut(&numeric, &Rank::of(&numeric), &name)?;
+    let Some(exact) = exact else { return Ok(numeric) };
+    of_one_rank(&numeric, exact, &name)?;
+    if numeric.kept == exact {
+        return Ok(numeric);
+    }
+    let chosen = scan(&triangle, Some(exact)).map_err(not_finite)?;
+    stand_out(&chosen, exact, &name)?;
+    Ok(chosen)
 }
 
 /// The base parameter of a kept column: what it absorbs, and its name.

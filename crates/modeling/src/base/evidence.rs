@@ -1,9 +1,14 @@
 //! The evidence for a set of base parameters, and the refusal where it does not suffice.
 //!
-//! A rank is believed if three conditions hold. The numbers leave a wide gap between what they keep and
-//! what they drop. They keep no more columns than are independent in a finite field. The exact
-//! coefficients of the regrouping agree with the numeric ones.
+//! Base parameters are believed if these conditions hold; where one does not, nobody gets any:
+//!
+//! - every number is finite;
+//! - the numbers leave a wide gap between what they keep and what they drop;
+//! - they keep as many columns as are independent in a finite field ([`crate::base::exact_rank`]). The columns of the field
+//!   are taken, which may be others than the numbers would keep; each must stand out of the span of the others;
+//! - the exact coefficients of the regrouping agree with the numeric ones.
 
+use std::cmp::Ordering;
 use std::fmt;
 
 use crate::base::rank::{CLEAR_GAP, Scan};
@@ -69,6 +74,11 @@ pub enum UnclearRank {
     },
     /// The loops were never found closed.
     NeverCloses(NeverCloses),
+    /// The torque of some parameters is no finite number: lengths or angles are beyond what f64 holds.
+    NotFinite {
+        /// Their names.
+        parameters: Vec<String>,
+    },
     /// Columns that the numbers keep although they are dependent for every robot of this structure.
     Exact {
         /// Columns that the numbers keep.
@@ -77,6 +87,23 @@ pub enum UnclearRank {
         exact: usize,
         /// Names of those that only the numbers keep.
         only_numeric: Vec<String>,
+    },
+    /// Columns that are dependent at these numbers alone: for almost every robot of this structure they are not.
+    Coincident {
+        /// Columns that the numbers keep.
+        numeric: usize,
+        /// Columns that are independent in the field.
+        exact: usize,
+        /// Names of those that only the field keeps.
+        only_exact: Vec<String>,
+    },
+    /// The columns that the field chooses hardly stand out of the span of the others at these numbers, although there are as
+    /// many as the numbers keep.
+    Weak {
+        /// Their names, with their relative distances.
+        weak: Vec<(String, f64)>,
+        /// Largest relative distance of a column that is not chosen.
+        largest_dropped: f64,
     },
     /// The exact coefficient and the numeric one of a regrouping differ.
     Disagreement {
@@ -91,9 +118,15 @@ pub enum UnclearRank {
     },
 }
 
-/// What to do about any of them.
+/// What to do about numbers that are almost special.
 const REMEDY: &str =
     "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
+
+/// What to do about numbers that are special by chance or on purpose.
+const SAY_WHAT_IS_MEANT: &str = "If it is meant, write it so that it holds at every value: equal lengths or angles as one symbol, \
+     a length that follows from others as their expression, gravity along an axis exactly so (in YAML, which `convert` \
+     makes of other formats). If it is chance, no base parameters describe the robot as built: give the digits that were \
+     measured.";
 
 impl fmt::Display for UnclearRank {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -119,8 +152,27 @@ impl fmt::Display for UnclearRank {
                 f,
                 "the numeric rank is {numeric}, the exact one {exact}: rounding makes these look independent, which \
                  they are not: {}. {REMEDY}",
-                only_numeric.join(" ")
+                listed(only_numeric)
             ),
+            UnclearRank::NotFinite { parameters } => write!(
+                f,
+                "the torque per unit of {} is no finite number: look for a length or an angle beyond reason",
+                listed(parameters)
+            ),
+            UnclearRank::Coincident { numeric, exact, only_exact } => write!(
+                f,
+                "the numeric rank is {numeric}, the exact one {exact}: almost every robot of this structure has {} as base \
+                 parameters, at these numbers they are not. Two lengths or angles agree, or gravity is along an axis. \
+                 {SAY_WHAT_IS_MEANT}",
+                listed(only_exact)
+            ),
+            UnclearRank::Weak { weak, largest_dropped } => {
+                write!(f, "the base parameters hardly show at these numbers:")?;
+                for (name, distance) in weak {
+                    write!(f, " {name} ({distance:.1e})")?;
+                }
+                write!(f, " stand out of the others no more than a dropped one ({largest_dropped:.1e}). {REMEDY}")
+            }
             UnclearRank::Disagreement { dropped, kept, exact, numeric } => write!(
                 f,
                 "rounding hides the base parameters: {kept} absorbs {exact} of {dropped} by the exact rule, {numeric} by \
@@ -131,6 +183,15 @@ impl fmt::Display for UnclearRank {
 }
 
 impl std::error::Error for UnclearRank {}
+
+/// How many names a message lists.
+const LISTED: usize = 12;
+
+fn listed(names: &[String]) -> String {
+    let more = names.len().saturating_sub(LISTED);
+    let first = names[..names.len() - more].join(" ");
+    if more == 0 { first } else { format!("{first} and {more} more") }
+}
 
 impl From<NeverCloses> for UnclearRank {
     fn from(e: NeverCloses) -> UnclearRank {
@@ -151,17 +212,37 @@ pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String
     Ok(())
 }
 
-/// Refuses more columns than are independent in the field, because rounding alone makes the surplus independent.
-pub(crate) fn no_more_than_exact(
-    scan: &Scan,
-    exact: &[usize],
-    name: impl Fn(usize) -> String,
-) -> Result<(), UnclearRank> {
-    if scan.kept.len() > exact.len() {
-        let only_numeric = scan.kept.iter().filter(|c| !exact.contains(c)).map(|&c| name(c)).collect();
-        return Err(UnclearRank::Exact { numeric: scan.kept.len(), exact: exact.len(), only_numeric });
+/// Refuses a rank that the field does not have.
+pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
+    let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
+        these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()
+    });
+    match numeric.len().cmp(&exact.len()) {
+        Ordering::Equal => Ok(()),
+        Ordering::Greater => Err(UnclearRank::Exact {
+            numeric: numeric.len(),
+            exact: exact.len(),
+            only_numeric: only(numeric, exact),
+        }),
+        Ordering::Less => Err(UnclearRank::Coincident {
+            numeric: numeric.len(),
+            exact: exact.len(),
+            only_exact: only(exact, numeric),
+        }),
     }
-    Ok(())
+}
+
+/// A chosen column that stands out less than this, relative to its norm, has coefficients of no digits: rounding is 1e-16,
+/// and [`ROUNDING`] of a coefficient is looked at.
+const STANDS_OUT: f64 = 1e-10;
+
+/// Refuses chosen columns that do not stand out of the span of the others. `scan` is the one that keeps them.
+pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
+    let largest_dropped = Rank::of(scan).largest_dropped;
+    let least = STANDS_OUT.max(CLEAR_GAP * largest_dropped);
+    let weak: Vec<(String, f64)> =
+        chosen.iter().filter(|&&c| scan.distance[c] < least).map(|&c| (name(c), scan.distance[c])).collect();
+    if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
 /// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter.

@@ -1,13 +1,13 @@
 //! The rank without a tolerance: the regressor in a finite field, where a zero is a zero.
 //!
 //! Lengths are random elements, coordinates and angles random points of the circle. What is exact in
-//! the robot stays exact: right angles are in the graph, multiples of pi/4 get their cosine and sine,
-//! sqrt(1/2) = 2^30. A column that is independent there is independent for almost every robot of this
+//! the robot stays exact: right angles are in the graph, multiples of pi/12 get their cosine and sine, gear ratios are the
+//! numbers they are. A column that is independent there is independent for almost every robot of this
 //! structure; the chance of an accident is below 1e-12 [Schwartz 1980].
 
 use expr::{Function, SymbolKind};
 
-use crate::base::field::{Assignment, FieldAlgebra, Residue};
+use crate::base::field::{Angles, Assignment, FieldAlgebra, Residue, twelfth_turn};
 use crate::random::SplitMix;
 
 /// The columns that are independent of those before them, in their order.
@@ -17,13 +17,14 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     let assign = |(_, kind): &(String, SymbolKind)| {
         let mut assignment = Assignment::random(&mut random);
         if let SymbolKind::Constant(x) = kind
-            && let Some((cos, sin)) = eighth_turn(*x)
+            && let Some((cos, sin)) = twelfth_turn(*x)
         {
             (assignment.cos, assignment.sin) = (cos, sin);
         }
         assignment
     };
     let constants: Vec<Assignment> = graph.symbols().iter().map(assign).collect();
+    let angles = Angles::of(graph);
 
     let output = &regressor.outputs[0];
     let (n, p) = (output.rows, output.columns);
@@ -34,7 +35,7 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     let n_states = (p.div_ceil(n) + 2).max(14);
     let mut rows: Vec<Vec<Residue>> = Vec::with_capacity(n_states * n);
     for _ in 0..n_states {
-        let mut algebra = FieldAlgebra::new(graph, &constants, &mut random);
+        let mut algebra = FieldAlgebra::new(graph, &angles, &constants, &mut random);
         let values = regressor.evaluate_in(&mut algebra).swap_remove(0);
         rows.extend(values.chunks(p).map(<[Residue]>::to_vec));
     }
@@ -54,30 +55,4 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
         kept.push(c);
     }
     kept
-}
-
-/// Cosine and sine of a multiple of pi/4, as exact as the f64 that names it.
-fn eighth_turn(angle: f64) -> Option<(Residue, Residue)> {
-    let eighths = (angle / std::f64::consts::FRAC_PI_4).round();
-    if (angle - eighths * std::f64::consts::FRAC_PI_4).abs() > 4.0 * f64::EPSILON * angle.abs() {
-        return None;
-    }
-    let root = Residue(1 << 30);
-    let (o, i) = (Residue::ZERO, Residue::ONE);
-    let circle = [(i, o), (root, root), (o, i), (-root, root), (-i, o), (-root, -root), (o, -i), (root, -root)];
-    Some(circle[eighths.rem_euclid(8.0) as usize])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn eighth_turns_are_on_the_circle() {
-        for k in -9..9 {
-            let (c, s) = eighth_turn(f64::from(k) * std::f64::consts::FRAC_PI_4).unwrap();
-            assert_eq!(c * c + s * s, Residue::ONE);
-        }
-        assert!(eighth_turn(0.78).is_none());
-    }
 }

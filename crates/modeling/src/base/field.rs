@@ -1,14 +1,26 @@
-//! The field of integers modulo 2^61 - 1, where a zero is a zero.
+//! The field of integers modulo the prime P = 2^61 - 465, where a zero is a zero.
 //!
 //! A polynomial identity that holds at random points of this field holds, up to a chance of
 //! degree / 2^61 a point [Schwartz 1980]. Lengths are random elements; an angle is a random point
-//! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value.
+//! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value. P is 23 modulo 24: the field has the square roots
+//! of two and three, so that every twelfth of pi has its cosine and sine, and none of minus one, so that 1 + t^2 is never
+//! zero.
+//!
+//! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power: with w the point of q over the common
+//! denominator D of all such ratios, that of q is w^D, that of (n/d) q is w^(D n/d), products taken as of complex numbers.
+
+use std::collections::BTreeMap;
 
 use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
 use crate::random::SplitMix;
 
-pub(crate) const P: u64 = (1 << 61) - 1;
+/// 2^61 less this is P.
+const BELOW: u64 = 465;
+pub(crate) const P: u64 = (1 << 61) - BELOW;
+/// The roots of two and three modulo P.
+const ROOT_2: Residue = Residue(1_986_480_468_971_546_878);
+const ROOT_3: Residue = Residue(1_111_797_624_405_771_273);
 
 /// An element, 0 <= x < P.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -22,14 +34,28 @@ impl Residue {
         Residue(n.rem_euclid(P as i64) as u64)
     }
 
-    /// The f64 as the dyadic rational it is.
+    /// n/d.
+    pub fn ratio((n, d): (i128, i128)) -> Residue {
+        let element = |x: i128| Residue(x.rem_euclid(i128::from(P)) as u64);
+        element(n) * element(d).inverse()
+    }
+
+    /// The f64 as the rational it is: a ratio of small integers where it is one but for rounding (a third, 0.35), else the
+    /// dyadic number.
     pub fn number(x: f64) -> Residue {
+        match small_ratio(x) {
+            Some((n, d)) => Residue::ratio((n.into(), d.into())),
+            None => Residue::dyadic(x),
+        }
+    }
+
+    fn dyadic(x: f64) -> Residue {
         let bits = x.abs().to_bits();
         let exponent = (bits >> 52) as i64;
         let fraction = bits & ((1 << 52) - 1);
         let (mantissa, power) = if exponent == 0 { (fraction, -1074) } else { (fraction | 1 << 52, exponent - 1075) };
-        // 2^61 = 1, so powers of two repeat with period 61.
-        let scaled = Residue(mantissa) * Residue(1 << power.rem_euclid(61));
+        // 2^(P - 1) = 1.
+        let scaled = Residue(mantissa) * Residue(2).power(power.rem_euclid(P as i64 - 1) as u64);
         if x < 0.0 { -scaled } else { scaled }
     }
 
@@ -99,9 +125,42 @@ impl std::ops::Sub for Residue {
 impl std::ops::Mul for Residue {
     type Output = Residue;
     fn mul(self, b: Residue) -> Residue {
+        // 2^61 is BELOW. The second time, less than 2^10 stands above the 61 bits.
         let product = u128::from(self.0) * u128::from(b.0);
-        let (low, high) = (product as u64 & P, (product >> 61) as u64);
-        Residue(low) + Residue(high)
+        let folded = (product >> 61) * u128::from(BELOW) + (product & u128::from(LOW));
+        let sum = (folded >> 61) as u64 * BELOW + (folded as u64 & LOW);
+        Residue(if sum >= P { sum - P } else { sum })
+    }
+}
+
+const LOW: u64 = (1 << 61) - 1;
+
+/// Denominators of ratios that count as small: those of decimals with six digits.
+const MAX_DENOMINATOR: i64 = 1_000_000;
+
+/// n/d with a small denominator, where `x` is such a ratio but for two units of its last place: by the continued fraction.
+/// Of numbers with other digits one in a thousand is taken for such a ratio.
+pub(crate) fn small_ratio(x: f64) -> Option<(i64, i64)> {
+    let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= 2.0 * f64::EPSILON * x.abs();
+    if !(x.abs() < 1e9) {
+        return None;
+    }
+    let ((mut n, mut n_before), (mut d, mut d_before)) = ((1_i64, 0_i64), (0_i64, 1_i64));
+    let mut rest = x.abs();
+    loop {
+        let whole = rest.floor();
+        if !(whole < 1e12) {
+            return None;
+        }
+        (n, n_before) = ((whole as i64).checked_mul(n)?.checked_add(n_before)?, n);
+        (d, d_before) = ((whole as i64).checked_mul(d)?.checked_add(d_before)?, d);
+        if d > MAX_DENOMINATOR {
+            return None;
+        }
+        if near(n, d) {
+            return Some((if x < 0.0 { -n } else { n }, d));
+        }
+        rest = 1.0 / (rest - whole);
     }
 }
 
@@ -121,41 +180,135 @@ impl Assignment {
     }
 }
 
-/// A random point of the circle: ((1 - t^2), 2 t) / (1 + t^2). P = 3 mod 4, so 1 + t^2 is not zero.
-fn circle(random: &mut SplitMix) -> (Residue, Residue) {
+/// A point (cos, sin) of the circle.
+type Point = (Residue, Residue);
+
+/// A random point of the circle: ((1 - t^2), 2 t) / (1 + t^2).
+fn circle(random: &mut SplitMix) -> Point {
     let t = Residue::random(random);
     let scale = (Residue::ONE + t * t).inverse();
     ((Residue::ONE - t * t) * scale, (t + t) * scale)
 }
 
+/// The sum of two angles.
+pub(crate) fn turned((a, b): Point, (c, d): Point) -> Point {
+    (a * c - b * d, a * d + b * c)
+}
+
+/// An angle n times.
+fn times(mut point: Point, mut n: u128) -> Point {
+    let mut sum = (Residue::ONE, Residue::ZERO);
+    while n > 0 {
+        if n & 1 == 1 {
+            sum = turned(sum, point);
+        }
+        point = turned(point, point);
+        n >>= 1;
+    }
+    sum
+}
+
+/// Cosine and sine of a multiple of pi/12, as exact as the f64 that names it.
+pub(crate) fn twelfth_turn(angle: f64) -> Option<Point> {
+    let twelfths = (angle / (std::f64::consts::PI / 12.0)).round();
+    if (angle - twelfths * (std::f64::consts::PI / 12.0)).abs() > 4.0 * f64::EPSILON * angle.abs() {
+        return None;
+    }
+    // cos(pi/12) = (sqrt(6) + sqrt(2)) / 4, sin(pi/12) = (sqrt(6) - sqrt(2)) / 4.
+    let quarter = Residue::integer(4).inverse();
+    let (six, two) = (ROOT_2 * ROOT_3 * quarter, ROOT_2 * quarter);
+    Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
+}
+
+/// The angles of a graph that are ratios of its symbols, by the argument of their sine or cosine.
+pub(crate) struct Angles {
+    /// Argument -> the symbol and by which power of its point it turns.
+    powers: BTreeMap<Expr, (Symbol, u128)>,
+}
+
+impl Angles {
+    pub fn of(graph: &Graph) -> Angles {
+        let mut ratios: BTreeMap<Expr, (Symbol, (i64, i64))> = BTreeMap::new();
+        for node in graph.nodes() {
+            if let Node::Sin(argument) | Node::Cos(argument) = *node
+                && let Some(ratio) = ratio_of_a_symbol(graph, argument)
+            {
+                ratios.insert(argument, ratio);
+            }
+        }
+        // The common denominator of each symbol; none where it is beyond all bounds.
+        let mut common: BTreeMap<Symbol, Option<u128>> = BTreeMap::new();
+        for (symbol, (_, d)) in ratios.values() {
+            let sum = common.entry(*symbol).or_insert(Some(1));
+            *sum = sum.and_then(|sum| least_common_multiple(sum, *d as u128));
+        }
+        let power = |(argument, (symbol, (n, d))): (&Expr, &(Symbol, (i64, i64)))| {
+            let power = (common[symbol]? / *d as u128).checked_mul(*n as u128)?;
+            Some((*argument, (*symbol, power)))
+        };
+        Angles { powers: ratios.iter().filter_map(power).collect() }
+    }
+}
+
+/// The largest power an angle is taken to.
+const MAX_POWER: u128 = 1 << 100;
+
+fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    (a / x).checked_mul(b).filter(|&sum| sum < MAX_POWER)
+}
+
+/// A symbol, or a positive ratio of small integers times one.
+fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64))> {
+    let symbol = |e: Expr| if let Node::Symbol(s) = graph.node(e) { Some(s) } else { None };
+    match graph.node(argument) {
+        Node::Symbol(s) => Some((s, (1, 1))),
+        Node::Mul(a, b) => {
+            let (factor, s) = match (graph.as_constant(a), graph.as_constant(b)) {
+                (Some(factor), _) => (factor, symbol(b)?),
+                (_, Some(factor)) => (factor, symbol(a)?),
+                _ => return None,
+            };
+            small_ratio(factor).filter(|(n, _)| *n > 0).map(|ratio| (s, ratio))
+        }
+        _ => None,
+    }
+}
+
 /// One evaluation of a function in the field: constants as `constants` assigns them (by symbol),
 /// inputs random.
 pub(crate) struct FieldAlgebra<'a> {
-    pub graph: &'a Graph,
-    pub constants: &'a [Assignment],
-    pub random: &'a mut SplitMix,
-    /// Argument of a sine or cosine -> its point of the circle.
-    angles: Vec<(Expr, (Residue, Residue))>,
+    graph: &'a Graph,
+    angles: &'a Angles,
+    constants: &'a [Assignment],
+    random: &'a mut SplitMix,
+    /// Symbol -> the point of its angle over the common denominator; argument that is no ratio of a symbol -> its point.
+    points: BTreeMap<Symbol, Point>,
+    others: BTreeMap<Expr, Point>,
 }
 
 impl<'a> FieldAlgebra<'a> {
-    pub fn new(graph: &'a Graph, constants: &'a [Assignment], random: &'a mut SplitMix) -> Self {
-        FieldAlgebra { graph, constants, random, angles: Vec::new() }
+    pub fn new(graph: &'a Graph, angles: &'a Angles, constants: &'a [Assignment], random: &'a mut SplitMix) -> Self {
+        FieldAlgebra { graph, angles, constants, random, points: BTreeMap::new(), others: BTreeMap::new() }
     }
 
-    fn angle(&mut self, argument: Expr) -> (Residue, Residue) {
+    fn angle(&mut self, argument: Expr) -> Point {
         if let Node::Symbol(s) = self.graph.node(argument)
             && matches!(self.graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_))
         {
             let assignment = self.constants[s.0 as usize];
             return (assignment.cos, assignment.sin);
         }
-        if let Some(known) = self.angles.iter().find(|a| a.0 == argument) {
-            return known.1;
+        match self.angles.powers.get(&argument) {
+            Some(&(symbol, power)) => {
+                let point = *self.points.entry(symbol).or_insert_with(|| circle(self.random));
+                times(point, power)
+            }
+            None => *self.others.entry(argument).or_insert_with(|| circle(self.random)),
         }
-        let point = circle(self.random);
-        self.angles.push((argument, point));
-        point
     }
 }
 
@@ -238,12 +391,69 @@ mod tests {
         let half = Residue::number(0.5);
         assert_eq!(half + half, Residue::ONE);
         assert_eq!(Residue::number(-3.0), Residue::integer(-3));
-        assert_eq!(Residue::number(0.1) * Residue::number(1.0 / 1024.0), Residue::number(0.1 / 1024.0));
+        assert_eq!(Residue::number(0.1), Residue::ratio((1, 10)));
+        assert_eq!(Residue::number(4.0 / 3.0) * Residue::integer(3), Residue::integer(4));
+        let digits = 0.123_456_789_012_345;
+        assert_eq!(Residue::number(digits) * Residue::number(1.0 / 1024.0), Residue::number(digits / 1024.0));
+        assert_eq!(Residue(P - 1) * Residue(P - 1), Residue::ONE);
         let x = Residue::random(&mut SplitMix(7));
         assert_eq!(x * x.inverse(), Residue::ONE);
         assert_eq!((Residue::integer(-2) * Residue::integer(3).inverse()).as_ratio(100), Some((-2, 3)));
         let (c, s) = circle(&mut SplitMix(1));
         assert_eq!(c * c + s * s, Residue::ONE);
+    }
+
+    #[test]
+    fn twelfths_of_pi_are_on_the_circle_and_add_up() {
+        for k in -13..14 {
+            let (c, s) = twelfth_turn(f64::from(k) * std::f64::consts::PI / 12.0).unwrap();
+            assert_eq!(c * c + s * s, Residue::ONE);
+            let one = twelfth_turn(std::f64::consts::PI / 12.0).unwrap();
+            assert_eq!(turned((c, s), one), twelfth_turn(f64::from(k + 1) * std::f64::consts::PI / 12.0).unwrap());
+        }
+        let half = Residue::integer(2).inverse();
+        assert_eq!(twelfth_turn(std::f64::consts::FRAC_PI_3).unwrap().0, half);
+        assert_eq!(twelfth_turn(std::f64::consts::FRAC_PI_6).unwrap().1, half);
+        assert_eq!(twelfth_turn(std::f64::consts::FRAC_PI_2).unwrap(), (Residue::ZERO, Residue::ONE));
+        assert!(twelfth_turn(0.78).is_none());
+    }
+
+    #[test]
+    fn ratios_of_an_angle_are_powers_of_its_point() {
+        let mut g = Graph::new();
+        let q = g.symbol("q", SymbolKind::Input);
+        let ratios = [4.0 / 3.0, 0.5, 0.35, 1.0];
+        let turns: Vec<[Expr; 2]> = ratios
+            .iter()
+            .map(|&c| {
+                let factor = g.constant(c);
+                let angle = g.mul(factor, q);
+                [g.cos(angle), g.sin(angle)]
+            })
+            .collect();
+        let angles = Angles::of(&g);
+        let random = &mut SplitMix(3);
+        let mut algebra = FieldAlgebra::new(&g, &angles, &[], random);
+        let mut point = |k: usize| {
+            let Node::Cos(argument) = g.node(turns[k][0]) else { unreachable!() };
+            algebra.angle(argument)
+        };
+        let [third, half, decimal, whole] = [0, 1, 2, 3].map(&mut point);
+        assert_eq!(times(third, 3), times(whole, 4));
+        assert_eq!(times(half, 2), whole);
+        assert_eq!(times(decimal, 20), times(whole, 7));
+        assert_ne!(third, whole);
+    }
+
+    #[test]
+    fn small_ratios_are_found() {
+        assert_eq!(small_ratio(4.0 / 3.0), Some((4, 3)));
+        assert_eq!(small_ratio(-0.8024), Some((-1003, 1250)));
+        assert_eq!(small_ratio(3.0), Some((3, 1)));
+        assert_eq!(small_ratio(0.0), Some((0, 1)));
+        assert_eq!(small_ratio(1.0 / 3.0 + 1e-12), None);
+        assert_eq!(small_ratio(std::f64::consts::PI), None);
+        assert_eq!(small_ratio(f64::INFINITY).or(small_ratio(f64::NAN)), None);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use expr::{Function, SymbolKind};
 
 use crate::base::coefficient::{Atom, Coefficient, Monomial, residue};
-use crate::base::field::{Assignment, FieldAlgebra, Residue, solve};
+use crate::base::field::{Angles, Assignment, FieldAlgebra, Residue, solve};
 use crate::random::SplitMix;
 
 /// One column to explain: `column` = sum_k x_k support_k, the x_k unknown.
@@ -210,6 +210,7 @@ fn n_monomials(samples: &FieldSamples, symbols: &[usize], degree: i32, size: i32
 struct FieldSamples<'a> {
     function: &'a Function,
     relations: &'a [Relation],
+    angles: Angles,
     /// Whether the symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
     /// Whether the function depends on the symbol at all.
@@ -232,7 +233,7 @@ impl<'a> FieldSamples<'a> {
                 is_angle[s.0 as usize] = true;
             }
         }
-        FieldSamples { function, relations, is_angle, is_read, random: SplitMix(1995) }
+        FieldSamples { function, relations, angles: Angles::of(graph), is_angle, is_read, random: SplitMix(1995) }
     }
 
     fn n_symbols(&self) -> usize {
@@ -264,7 +265,7 @@ impl<'a> FieldSamples<'a> {
         let n_states = largest + 3;
         let mut rows = Vec::new();
         for _ in 0..n_states {
-            let mut algebra = FieldAlgebra::new(self.function.graph(), constants, &mut self.random);
+            let mut algebra = FieldAlgebra::new(self.function.graph(), &self.angles, constants, &mut self.random);
             let values = self.function.evaluate_in(&mut algebra).swap_remove(0);
             rows.extend(values.chunks(output.columns).map(<[Residue]>::to_vec).take(output.rows));
         }

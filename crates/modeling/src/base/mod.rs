@@ -1,7 +1,7 @@
 //! The least set of inertial parameters on which the torque depends.
 //!
-//! [`base_parameters`] walks through it: the numbers choose columns ([`rank`]), a finite field
-//! confirms them ([`exact_rank`]), the relations of the dropped ones are found ([`regrouping`]), held
+//! [`base_parameters`] walks through it: a finite field chooses columns ([`exact_rank`]), the numbers
+//! confirm them ([`rank`]), the relations of the dropped ones are found ([`regrouping`]), held
 //! against the numbers ([`evidence`]), named ([`names`]), and written as rules when asked ([`written_rules`]).
 
 pub(crate) mod base_parameters;

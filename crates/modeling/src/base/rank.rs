@@ -3,11 +3,10 @@
 //! The matrix is compressed to its triangle by QR (`triangle`); then the columns are taken from left
 //! to right: one is kept when its distance from the span of those kept before it, relative to its
 //! own norm, is above the threshold [Gautier 1991]. Columns far smaller than the largest count as
-//! zero: a truncated pi leaves columns of 1e-10 behind, which scaling to one would make count.
+//! zero: a truncated pi leaves columns of 1e-10 behind, which scaling to one would make count. Where somebody else has
+//! chosen the columns ([`crate::base::exact_rank`]), the scan tells how far each chosen one stands out.
 
 use nalgebra::{DMatrix, DVector};
-
-use crate::base::triangle::triangle;
 
 /// Distance, relative to the column's norm, from which a column is independent.
 pub(crate) const INDEPENDENT: f64 = 1e-7;
@@ -31,36 +30,45 @@ pub(crate) struct Scan {
     pub share: Vec<f64>,
 }
 
-/// Of a matrix whose row i belongs to joint i modulo `joints`.
-pub(crate) fn scan(matrix: &DMatrix<f64>, joints: usize) -> Scan {
-    let p = matrix.ncols();
-    let triangle = triangle(matrix, joints);
+/// Of the triangle of a matrix ([`crate::base::triangle`]); keeps the independent columns, or the `chosen` ones.
+///
+/// Every number of the outcome is finite, or it is an error: the columns that are not.
+pub(crate) fn scan(triangle: &DMatrix<f64>, chosen: Option<&[usize]>) -> Result<Scan, Vec<usize>> {
+    let p = triangle.ncols();
     let norms: Vec<f64> = triangle.column_iter().map(|c| c.norm()).collect();
+    let broken: Vec<usize> = (0..p).filter(|&c| !norms[c].is_finite()).collect();
+    if !broken.is_empty() {
+        return Err(broken);
+    }
     let largest = norms.iter().fold(0.0, |a: f64, &b| a.max(b));
+    let is_chosen = |c: usize| chosen.map(|chosen| chosen.binary_search(&c).is_ok());
 
     let mut s = Scan { kept: vec![], zero: vec![], dependent: vec![], distance: vec![0.0; p], share: vec![0.0; p] };
+    // R is triangular: of a column only the first c + 1 entries are not zero, and so it is for the basis.
     let mut basis: Vec<DVector<f64>> = Vec::new();
     // kept column k = sum_i basis_i factors[k][i]
     let mut factors: Vec<Vec<f64>> = Vec::new();
     for c in 0..p {
-        if norms[c] <= NEGLIGIBLE * largest {
+        if norms[c] <= NEGLIGIBLE * largest && is_chosen(c) != Some(true) {
             s.zero.push(c);
             s.distance[c] = if largest > 0.0 { norms[c] / largest } else { 0.0 };
             continue;
         }
-        let mut v: DVector<f64> = triangle.column(c).into_owned();
+        let mut v: DVector<f64> = triangle.column(c).rows(0, c + 1).into_owned();
         let mut along = vec![0.0; basis.len()];
         // Twice is enough [Parlett, after Kahan].
         for _ in 0..2 {
             for (b, a) in basis.iter().zip(&mut along) {
+                let mut v = v.rows_mut(0, b.len());
                 let projection = b.dot(&v);
                 v.axpy(-projection, b, 1.0);
                 *a += projection;
             }
         }
-        s.distance[c] = v.norm() / norms[c];
+        s.distance[c] = if norms[c] > 0.0 { v.norm() / norms[c] } else { 0.0 };
         s.share[c] = v.norm() / largest;
-        if s.distance[c] > INDEPENDENT {
+        // A chosen column that is in the span of the others is none that could be kept.
+        if is_chosen(c).unwrap_or(s.distance[c] > INDEPENDENT) && s.distance[c] > 0.0 {
             let norm = v.norm();
             along.push(norm);
             basis.push(v / norm);
@@ -80,12 +88,15 @@ pub(crate) fn scan(matrix: &DMatrix<f64>, joints: usize) -> Scan {
         }
         x.resize(s.kept.len(), 0.0);
     }
-    s
+    let is_finite = |d: &&(usize, Vec<f64>)| d.1.iter().all(|x| x.is_finite());
+    let broken: Vec<usize> = s.dependent.iter().filter(|d| !is_finite(d)).map(|d| d.0).collect();
+    if broken.is_empty() { Ok(s) } else { Err(broken) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::triangle::triangle;
 
     #[test]
     fn finds_the_leftmost_independent_columns() {
@@ -98,11 +109,30 @@ mod tests {
             3 => 2.0 * a[r] - 3.0 * b[r],
             _ => c[r],
         });
-        let s = scan(&matrix, 1);
+        let triangle = triangle(&matrix, 1);
+        let s = scan(&triangle, None).unwrap();
         assert_eq!((s.kept, s.zero), (vec![0, 2, 4], vec![1]));
         assert_eq!(s.dependent.iter().map(|d| d.0).collect::<Vec<_>>(), [3, 5]);
         for (found, expected) in s.dependent[0].1.iter().zip([2.0, -3.0, 0.0]) {
             assert!((found - expected).abs() < 1e-13);
+        }
+
+        // Other columns of the same span, chosen beforehand.
+        let s = scan(&triangle, Some(&[2, 3, 4])).unwrap();
+        assert_eq!((s.kept, s.zero), (vec![2, 3, 4], vec![1]));
+        assert_eq!(s.dependent.iter().map(|d| d.0).collect::<Vec<_>>(), [0, 5]);
+        for (found, expected) in s.dependent[1].1.iter().zip([1.5, 0.5, 0.0]) {
+            assert!((found - expected).abs() < 1e-13);
+        }
+        // A choice of dependent columns shows by its distance.
+        assert!(scan(&triangle, Some(&[0, 2, 3])).unwrap().distance[3] < 1e-13);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_named() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let matrix = DMatrix::from_fn(6, 4, |r, k| if k == 2 && r == 3 { bad } else { (r * r + k) as f64 });
+            assert!(scan(&triangle(&matrix, 2), None).is_err_and(|broken| broken.contains(&2)));
         }
     }
 }

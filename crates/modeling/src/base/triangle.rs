@@ -4,28 +4,42 @@
 //! it [Golub, Van Loan, 5.1]. Memory is that of R and of one joint's rows. The row of a joint is zero in the columns of
 //! bodies that it does not carry, and a column that is zero on both sides of a reflection stays zero. Such columns are
 //! skipped, which saves most of the work for a tree.
+//!
+//! A joint has some dozens of rows and a robot has thousands of columns, so R takes all that its rows tell long before
+//! the last column. What is left in the rows then is rounding. It is dropped: reflections that go on with it square it
+//! at every pass through the rows until the factor 2 / v'v overflows.
 
 use nalgebra::DMatrix;
+
+/// What is left in the rows of a joint, relative to the norm of the whole column, is rounding below this. Reflections
+/// leave 1e-15; the next pass through the rows leaves 1e-30 of it. The rank looks at 1e-7.
+const ROUNDING: f64 = 1e-15;
 
 /// R, p x p, of a matrix whose row i belongs to joint i modulo `joints`.
 pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     let (rows, p) = matrix.shape();
     let mut r = vec![0.0; p * p];
+    // The square of a denormal's root is no divisor.
+    let rounding = |c: nalgebra::DVectorView<f64>| (ROUNDING * ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
+    let rounding: Vec<f64> = matrix.column_iter().map(rounding).collect();
     for joint in 0..joints.max(1) {
         let own: Vec<usize> = (joint..rows).step_by(joints.max(1)).collect();
         let mut block: Vec<f64> = (0..p).flat_map(|c| own.iter().map(move |&i| matrix[(i, c)])).collect();
-        absorb(&mut r, &mut block, p, own.len());
+        absorb(&mut r, &mut block, &rounding, own.len());
     }
     DMatrix::from_row_slice(p, p, &r)
 }
 
-/// Rows into R, row by row; `block` holds their columns one after the other and is used up.
-fn absorb(r: &mut [f64], block: &mut [f64], p: usize, rows: usize) {
+/// Rows into R, row by row; `block` holds their columns one after the other and is used up. `rounding`: by column, the
+/// square below which nothing is left of it.
+fn absorb(r: &mut [f64], block: &mut [f64], rounding: &[f64], rows: usize) {
+    let p = rounding.len();
     for c in 0..p {
         let (head, behind) = block.split_at_mut((c + 1) * rows);
         let v = &head[c * rows..];
         let square = dot(v, v);
-        if square == 0.0 {
+        // NaN goes on to the scan, which refuses it.
+        if square <= rounding[c] {
             continue;
         }
         let diagonal = r[c * p + c];
@@ -83,6 +97,28 @@ mod tests {
         }
         let gram = found.transpose() * &found - matrix.transpose() * &matrix;
         assert!(gram.amax() < 1e-12);
+    }
+
+    /// Many more columns than a joint has rows: a joint's rows are used up dozens of times. What they leave must not grow.
+    #[test]
+    fn rows_that_are_used_up_leave_nothing() {
+        let (joints, states, p) = (3, 7, 600);
+        let mut random = SplitMix(45);
+        let matrix = DMatrix::from_fn(joints * states, p, |_, _| random.unit());
+        let found = triangle(&matrix, joints);
+        let gram = found.transpose() * &found - matrix.transpose() * &matrix;
+        // Entries of 21 terms of order one. NaN is not below either.
+        assert!(gram.iter().all(|x| x.abs() < 1e-13));
+        // The rows of R beyond those of the matrix hold rounding alone.
+        assert!(found.rows(joints * states, p - joints * states).iter().all(|x| x.abs() < 1e-12));
+    }
+
+    /// NaN is not lost on the way: the scan must see it.
+    #[test]
+    fn not_a_number_stays_so() {
+        let mut matrix = DMatrix::from_fn(6, 3, |r, c| (r + 2 * c) as f64 + 1.0);
+        matrix[(4, 1)] = f64::NAN;
+        assert!(triangle(&matrix, 2).column(1).iter().any(|x| x.is_nan()));
     }
 
     /// Fewer rows than columns, and no rows at all.
