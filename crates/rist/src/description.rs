@@ -80,14 +80,10 @@ pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
 
 /// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened.
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
-    let ModelOptions { mimic, angles, floating_base, .. } = *options;
-    let mut robot = robot::format::parse_with(text, path, ReadOptions { mimic, angles, floating_base })?;
+    let ModelOptions { mimic, angles, floating_base, ref values, .. } = *options;
+    let mut robot = robot::format::parse_with(text, path, ReadOptions { mimic, angles, floating_base, values })?;
     if let Some(rotors) = options.rotor_inertias {
         set_rotor_inertias(&mut robot, rotors);
-    }
-    for (name, value) in &options.values {
-        let failed = |e| Error::new(format_args!("{}: --value {name}: {e}", path.display()));
-        robot.set_symbol(name, *value).map_err(failed)?;
     }
     Ok(if options.floating_base { robot.floating() } else { robot })
 }

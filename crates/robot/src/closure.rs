@@ -6,7 +6,6 @@
 
 use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
-use crate::value::Value;
 
 /// Largest distance, m, and angle, rad, between frames that are to coincide.
 pub const TOLERANCE: f64 = 1e-9;
@@ -60,20 +59,6 @@ pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
         }
     }
     Ok(())
-}
-
-impl Robot {
-    /// Gives a symbol a value, m or rad. Fails when there is no such symbol, or when a loop no longer
-    /// closes: the relations of its joints stay those of the file.
-    pub fn set_symbol(&mut self, name: &str, value: f64) -> Result<(), String> {
-        let Some(s) = self.symbols.iter().position(|s| s.name == name) else {
-            let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
-            return Err(format!("there is no such symbol; there are {}", known.join(", ")));
-        };
-        self.symbols[s].value = Value::Number(value);
-        self.symbols[s].generic = false;
-        check(self).map_err(|(_, message)| message)
-    }
 }
 
 /// Distance of the origins, m, and angle between the axes, rad.

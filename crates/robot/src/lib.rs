@@ -7,7 +7,9 @@
 
 #![warn(missing_docs)]
 
+mod agreement;
 mod angle_snap;
+mod assembly;
 pub mod closure;
 mod collision;
 pub mod convention;

@@ -5,21 +5,23 @@
 //! up to one vector. Equations follow where this leaves
 //!
 //! - two vectors: they are opposite;
-//! - four vectors, of equal lengths across: a parallelogram, v_1 = -v_3 and v_2 = -v_4. The crossed four-bar with the
-//!   same sides is the other solution of the closure, and is not meant.
+//! - four vectors, of equal lengths across, whose assembly next to the start is a parallelogram: v_1 = -v_3 and
+//!   v_2 = -v_4. The crossed four-bar of the same sides is the other one ([`crate::assembly`]). The lengths are equal at
+//!   every value of the symbols; where they agree only at the values of the file, the loop is a four-bar like any other.
 //!
 //! The pass over the loops is repeated as long as one of them settles something, since parallelograms that share links
 //! settle one after the other. The constants of the relations are exact: how they change with each symbol shows them to
 //! be integer combinations of symbols and a multiple of pi/12. A joint that is not settled stays a passive coordinate.
 //!
-//! Not here: general four-bars, slider-cranks and spatial loops, which no affine relation describes.
+//! Not here: general and crossed four-bars, slider-cranks and spatial loops, which no affine relation describes.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use crate::angle_snap::computed_angle;
+use crate::assembly::{Linkage, linkage};
 use crate::linear_angle::{LinearAngle, wrapped};
-use crate::polygon::{Polygon, ROUNDING, polygon};
+use crate::polygon::{Polygon, ROUNDING, Side, polygon};
 use crate::robot::{JointKind, ModifiedDh, Note, Robot};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Symbol, SymbolId, Value};
@@ -31,8 +33,9 @@ pub(crate) fn resolve(robot: &mut Robot) -> Result<(), String> {
     if robot.passive.is_empty() {
         return Ok(());
     }
-    let mut steps = Vec::new();
-    let relations = settle(robot, &robot.symbols, &mut steps)?;
+    let (mut steps, mut notes) = (Vec::new(), Vec::new());
+    let relations = settle(robot, &mut steps, &mut notes)?;
+    robot.notes.append(&mut notes);
     let constants = exact_constants(robot, &steps, &relations);
     apply(robot, &relations, &constants);
     Ok(())
@@ -77,8 +80,9 @@ fn reduced(relations: &[Relation], (mut coefficients, mut constant): Linear) -> 
     (coefficients, constant)
 }
 
-/// The relations of all loops; `steps` tells how they came about.
-fn settle(robot: &Robot, symbols: &[Symbol], steps: &mut Vec<Step>) -> Result<Vec<Relation>, String> {
+/// The relations of all loops; `steps` tells how they came about, `notes` which linkage a loop was taken for.
+fn settle(robot: &Robot, steps: &mut Vec<Step>, notes: &mut Vec<Note>) -> Result<Vec<Relation>, String> {
+    let symbols = &robot.symbols;
     let mut relations: Vec<Relation> = Vec::new();
     let mut polygons = Vec::with_capacity(robot.loops.len());
     for (l, one) in robot.loops.iter().enumerate() {
@@ -103,7 +107,7 @@ fn settle(robot: &Robot, symbols: &[Symbol], steps: &mut Vec<Step>) -> Result<Ve
         first = false;
         for (l, polygon) in polygons.iter().enumerate() {
             if let Some(polygon) = polygon {
-                tried.extend(opposite(l, polygon, &relations)?);
+                tried.extend(opposite(robot, l, polygon, &relations, steps, notes)?);
             }
         }
         if tried.is_empty() {
@@ -113,7 +117,14 @@ fn settle(robot: &Robot, symbols: &[Symbol], steps: &mut Vec<Step>) -> Result<Ve
 }
 
 /// Which sums of sides must be opposite, given the relations so far.
-fn opposite(l: usize, polygon: &Polygon, relations: &[Relation]) -> Result<Vec<Step>, String> {
+fn opposite(
+    robot: &Robot,
+    l: usize,
+    polygon: &Polygon,
+    relations: &[Relation],
+    steps: &[Step],
+    notes: &mut Vec<Note>,
+) -> Result<Vec<Step>, String> {
     // Sides that keep their angle to each other: their coefficients, their sum, their indices.
     let mut groups: Vec<(Vec<f64>, [f64; 2], Vec<usize>)> = Vec::new();
     for (k, side) in polygon.sides.iter().enumerate() {
@@ -140,9 +151,127 @@ fn opposite(l: usize, polygon: &Polygon, relations: &[Relation]) -> Result<Vec<S
             let [a, b] = [length(&groups[0]), length(&groups[1])];
             Err(format!("loop {} cannot close: {a:.6} m on one side never meets {b:.6} m on the other", l + 1))
         }
-        4 if equal(0, 2) && equal(1, 3) => Ok(vec![step(0, 2), step(1, 3)]),
+        4 if equal(0, 2) && equal(1, 3) => {
+            let sides = [0, 1, 2, 3].map(|i| groups[i].2.as_slice());
+            let (is_parallelogram, text) = parallelogram(robot, l, polygon, relations, steps, sides);
+            let note = text.map(|text| Note { subject: format!("loop {}", l + 1), text });
+            notes.extend(note.filter(|note| !notes.contains(note)));
+            Ok(if is_parallelogram { vec![step(0, 2), step(1, 3)] } else { Vec::new() })
+        }
         _ => Ok(Vec::new()),
     }
+}
+
+/// Whether four sums of sides, equal across at these values, are a parallelogram, and what to tell of it.
+fn parallelogram(
+    robot: &Robot,
+    l: usize,
+    polygon: &Polygon,
+    relations: &[Relation],
+    steps: &[Step],
+    sides: [&[usize]; 4],
+) -> (bool, Option<String>) {
+    let by_chance = lengths_by_chance(robot, l, steps, sides);
+    if !by_chance.is_empty() {
+        let names = by_chance.join(", ");
+        let text = format!(
+            "its opposite sides are equal at the values of {names} only, so it is no parallelogram but a four-bar solved \
+             numerically; if they are meant to be equal, give equal lengths one symbol"
+        );
+        return (false, Some(text));
+    }
+    let n = robot.n_coordinates();
+    let start: Vec<f64> = vec![0.0; n].into_iter().chain(robot.passive.iter().map(|p| p.start)).collect();
+    // With the relations put in, the variables that are left are free.
+    let settled = |(turn, angle): Linear| reduced(relations, (turn, angle));
+    let side = |side: &Side| {
+        let (turn, angle) = settled((side.turn.clone(), 0.0));
+        Side { vector: rotated(side.vector, angle), turn }
+    };
+    let (turn, angle) = settled((polygon.turn.clone(), 0.0));
+    let reduced = Polygon { sides: polygon.sides.iter().map(side).collect(), turn, angle: polygon.angle - angle };
+    match linkage(&reduced, sides, &start, n) {
+        Linkage::Parallelogram => (true, None),
+        Linkage::Crossed => {
+            let text = "its opposite sides are equal, and next to the start of its passive joints it is the crossed linkage, \
+                        not the parallelogram: it is solved numerically";
+            (false, Some(text.into()))
+        }
+        Linkage::Stretched => {
+            let text = "at the start of its passive joints all its sides lie along one line, where parallelogram and crossed \
+                        linkage meet; it is taken for the parallelogram (for the crossed one, give a start away from there)";
+            (true, Some(text.into()))
+        }
+        Linkage::NoStart => {
+            let text = "its opposite sides are equal; without a start of its passive joints it is taken for the parallelogram, \
+                        not for the crossed linkage";
+            (true, Some(text.into()))
+        }
+    }
+}
+
+/// The symbols whose values alone make opposite sums of sides equal in length; empty where they are equal at every value.
+fn lengths_by_chance(robot: &Robot, l: usize, steps: &[Step], sides: [&[usize]; 4]) -> Vec<String> {
+    /// m: moved symbols part lengths by a hundredth, rounding by 1e-15.
+    const APART: f64 = 1e-7;
+    let free = free_symbols(robot);
+    let differ = |amounts: &dyn Fn(usize) -> f64| {
+        // Where the loop is no polygon any more, the values say nothing of its sides.
+        let Some((polygons, relations)) = again(robot, &free, steps, amounts) else { return false };
+        let Some(polygon) = &polygons[l] else { return false };
+        let length = |sides: &[usize]| {
+            let sum = sides.iter().fold([0.0, 0.0], |sum, &k| {
+                let (_, angle) = reduced(&relations, (polygon.sides[k].turn.clone(), 0.0));
+                let [x, y] = rotated(polygon.sides[k].vector, angle);
+                [sum[0] + x, sum[1] + y]
+            });
+            sum[0].hypot(sum[1])
+        };
+        let lengths = sides.map(length);
+        (lengths[0] - lengths[2]).abs() > APART || (lengths[1] - lengths[3]).abs() > APART
+    };
+    if !differ(&together) {
+        return Vec::new();
+    }
+    let alone = free.iter().filter(|&&s| differ(&|k| if k == s { SINGLY } else { 0.0 }));
+    alone.map(|&s| robot.symbols[s].name.clone()).collect()
+}
+
+/// By how much a symbol moves alone, m or rad.
+const SINGLY: f64 = 0.0137;
+
+/// By how much the s-th symbol moves where all move, each by its own amount, m or rad.
+fn together(s: usize) -> f64 {
+    0.05 + 0.031 * (s as f64 * 1.7).sin()
+}
+
+/// The symbols that no other defines.
+fn free_symbols(robot: &Robot) -> Vec<usize> {
+    (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect()
+}
+
+/// The polygons, and the relations of the same steps, where the free symbols are moved; `None` where a step fails.
+fn again(
+    robot: &Robot,
+    free: &[usize],
+    steps: &[Step],
+    amounts: &dyn Fn(usize) -> f64,
+) -> Option<(Vec<Option<Polygon>>, Vec<Relation>)> {
+    let mut symbols = robot.symbols.clone();
+    for &s in free {
+        let value = symbols[s].value.number(&robot.symbols) + amounts(s);
+        symbols[s].value = Value::Number(value);
+    }
+    let polygons: Vec<Option<Polygon>> =
+        robot.loops.iter().map(|one| polygon(robot, &symbols, one).unwrap_or(None)).collect();
+    let mut relations: Vec<Relation> = Vec::new();
+    for step in steps {
+        let equation = equation(&polygons, &relations, step);
+        if !matches!(add(robot, &mut relations, equation, step), Ok(true)) {
+            return None;
+        }
+    }
+    Some((polygons, relations))
 }
 
 /// The equation of a step; `None` where its sides vanish.
@@ -218,30 +347,13 @@ const INTEGER: f64 = 1e-9;
 
 /// The constants of the relations as values: exact, or a number that holds at these lengths.
 fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec<(Value, bool)> {
-    let free: Vec<usize> = (0..robot.symbols.len()).filter(|&s| is_number(&robot.symbols[s].value)).collect();
+    let free = free_symbols(robot);
     // The constants when each free symbol moves by its own amount.
     let moved = |amounts: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
-        let mut symbols = robot.symbols.clone();
-        for &s in &free {
-            let value = symbols[s].value.number(&robot.symbols) + amounts(s);
-            symbols[s].value = Value::Number(value);
-        }
-        let polygons: Vec<Option<Polygon>> =
-            robot.loops.iter().map(|one| polygon(robot, &symbols, one).unwrap_or(None)).collect();
-        let mut again: Vec<Relation> = Vec::new();
-        for step in steps {
-            let equation = equation(&polygons, &again, step);
-            let added = add(robot, &mut again, equation, step);
-            if !matches!(added, Ok(true)) {
-                return None;
-            }
-        }
-        Some(again.iter().map(|r| r.constant).collect())
+        again(robot, &free, steps, amounts).map(|(_, relations)| relations.iter().map(|r| r.constant).collect())
     };
-    const STEP: f64 = 0.0137;
-    let singly: Vec<Option<Vec<f64>>> = free.iter().map(|&s| moved(&|k| if k == s { STEP } else { 0.0 })).collect();
-    let amount = |s: usize| 0.05 + 0.031 * (s as f64 * 1.7).sin();
-    let together = moved(&amount);
+    let singly: Vec<Option<Vec<f64>>> = free.iter().map(|&s| moved(&|k| if k == s { SINGLY } else { 0.0 })).collect();
+    let all = moved(&together);
     let constant = |r: usize| -> (Value, bool) {
         let at = relations[r].constant;
         let inexact = (computed_angle(at), false);
@@ -249,17 +361,17 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
         let mut terms: BTreeMap<usize, i64> = BTreeMap::new();
         for (&s, constants) in free.iter().zip(&singly) {
             let Some(constants) = constants else { return inexact };
-            let slope = wrapped(constants[r] - at) / STEP;
+            let slope = wrapped(constants[r] - at) / SINGLY;
             if (slope - slope.round()).abs() > INTEGER {
                 return inexact;
             }
             if slope.round() != 0.0 {
                 terms.insert(s, slope.round() as i64);
                 rest -= slope.round() * robot.symbols[s].value.number(&robot.symbols);
-                expected += slope.round() * amount(s);
+                expected += slope.round() * together(s);
             }
         }
-        match &together {
+        match &all {
             Some(constants) if wrapped(constants[r] - expected).abs() < ROUNDING => {
                 let mut sum = LinearAngle::default();
                 terms.into_iter().for_each(|(s, m)| sum.add_symbol(SymbolId(s), m));
@@ -304,7 +416,7 @@ fn apply(robot: &mut Robot, relations: &[Relation], constants: &[(Value, bool)])
     for k in n..total {
         let (affine, exact) = &solutions[k];
         let text = if remains.contains(&k) {
-            "is found from no parallelogram and stays a passive coordinate".to_string()
+            "follows from no affine relation: it is a passive coordinate, found numerically".to_string()
         } else {
             let how = if *exact { "" } else { ", a constant that holds at these lengths only" };
             format!("= {} by the loops{how}", affine.text(&Value::ZERO, &robot.symbols, &new_name))

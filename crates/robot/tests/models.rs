@@ -27,8 +27,9 @@ fn every_model_is_read_and_cites_its_source() {
         if file.extension().is_some_and(|e| e == "yaml") {
             assert!(robot.source.is_some(), "{}", robot.name);
         }
-        // What a .par leaves to its reader, the passive joints, is told in notes.
-        let told = robot.notes.iter().all(|n| extension == "par" && n.text.contains("by the loops"));
+        // What a .par leaves to its reader, the passive joints and which linkage is meant, is told in notes.
+        let is_of_loops = |text: &str| text.contains("by the loops") || text.contains("taken for the parallelogram");
+        let told = robot.notes.iter().all(|n| extension == "par" && is_of_loops(&n.text));
         assert!(told, "{}: {:?}", robot.name, robot.notes);
     }
 }

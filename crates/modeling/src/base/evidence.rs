@@ -219,11 +219,9 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
     });
     match numeric.len().cmp(&exact.len()) {
         Ordering::Equal => Ok(()),
-        Ordering::Greater => Err(UnclearRank::Exact {
-            numeric: numeric.len(),
-            exact: exact.len(),
-            only_numeric: only(numeric, exact),
-        }),
+        Ordering::Greater => {
+            Err(UnclearRank::Exact { numeric: numeric.len(), exact: exact.len(), only_numeric: only(numeric, exact) })
+        }
         Ordering::Less => Err(UnclearRank::Coincident {
             numeric: numeric.len(),
             exact: exact.len(),

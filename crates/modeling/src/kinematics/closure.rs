@@ -15,7 +15,7 @@ use std::fmt;
 
 use crate::random::SplitMix;
 
-/// |e| of a closed loop: m and rad.
+/// |e| of a closed loop relative to the larger of 1 and the largest entry of J_p: m and rad.
 const CLOSED: f64 = 1e-11;
 /// Below this ratio of singular values a configuration counts as singular.
 const SINGULAR: f64 = 1e-6;
@@ -27,9 +27,10 @@ const MAX_STEPS: usize = 60;
 /// A step is halved until |e| shrinks or until this fraction is left. The smallest step is then taken in any case, to
 /// leave a minimum of |e| above zero.
 const SMALLEST_FRACTION: f64 = 1e-3;
-/// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal
-/// itself where lengths are many meters.
+/// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal itself.
 const ALMOST: f64 = 100.0;
+/// Most sweeps of the singular value decomposition; it takes some ten.
+const SWEEPS: usize = 200;
 /// Largest step of a coordinate when an assembly is followed, rad or m. It is small against the distance between
 /// assemblies, which meet only in singular configurations.
 const STRIDE: f64 = 0.05;
@@ -95,10 +96,11 @@ impl Closure {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
-            if e.norm() <= CLOSED {
+            // NaN is not closed: it ends the search below.
+            if e.norm() <= CLOSED * size(&j) || !is_finite(&e, &j) {
                 break;
             }
-            let svd = j.clone().svd(true, true);
+            let Some(svd) = j.clone().try_svd(true, true, f64::EPSILON, SWEEPS) else { break };
             let Ok(step) = svd.solve(&e, SINGULAR * svd.singular_values.max()) else { break };
             let mut fraction = 1.0;
             loop {
@@ -112,8 +114,7 @@ impl Closure {
             }
         }
         let gap = e.norm();
-        // NaN is not closed either.
-        if gap.is_nan() || gap > ALMOST * CLOSED {
+        if !(gap <= ALMOST * CLOSED * size(&j)) {
             return Err(Open::NotClosed { gap });
         }
         let ratio = self.ratio(q, passive.as_slice());
@@ -127,7 +128,7 @@ impl Closure {
     /// steps from a fixed origin, so that the answer depends on nothing but `q`.
     pub fn passive(&mut self, q: &[f64]) -> Result<Vec<f64>, Open> {
         if self.origin.is_none() {
-            self.origin = self.find_origin(q.len(), &mut SplitMix(7));
+            self.origin = self.find_origin(q.len());
         }
         let Some(origin) = self.origin.clone() else { return Err(Open::NotClosed { gap: f64::INFINITY }) };
         let reached = self.follow(&origin, q);
@@ -149,7 +150,7 @@ impl Closure {
     /// hardly ever close.
     pub(crate) fn sample(&mut self, n: usize, count: usize, random: &mut SplitMix) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut found: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-        let Some(origin) = self.find_origin(n, random) else { return found };
+        let Some(origin) = self.find_origin(n) else { return found };
         let mut at = origin.clone();
         for _ in 0..WAYS_A_SAMPLE * count {
             if found.len() == count {
@@ -167,8 +168,10 @@ impl Closure {
         found
     }
 
-    /// A closed configuration to begin with: at q = 0 if it closes and is not singular, else by chance.
-    fn find_origin(&mut self, n: usize, random: &mut SplitMix) -> Option<(Vec<f64>, Vec<f64>)> {
+    /// A closed configuration of the assembly that the start chooses, the same at every call: at q = 0 if it closes and is
+    /// not singular there, else at random coordinates of a fixed seed. `None` where none was found.
+    pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+        let random = &mut SplitMix(7);
         (0..ORIGINS).find_map(|attempt| {
             let reach = if attempt == 0 { 0.0 } else { std::f64::consts::PI };
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
@@ -195,7 +198,20 @@ impl Closure {
 
     /// Smallest over largest singular value of J_p.
     fn ratio(&mut self, q: &[f64], passive: &[f64]) -> f64 {
-        let values = self.at(q, &DVector::from_column_slice(passive)).1.svd(false, false).singular_values;
-        if values.is_empty() { 1.0 } else { values.min() / values.max() }
+        let (e, j) = self.at(q, &DVector::from_column_slice(passive));
+        if j.is_empty() {
+            return 1.0;
+        }
+        let svd = if is_finite(&e, &j) { j.try_svd(false, false, f64::EPSILON, SWEEPS) } else { None };
+        svd.map_or(0.0, |svd| svd.singular_values.min() / svd.singular_values.max())
     }
+}
+
+fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
+    e.iter().chain(j).all(|x| x.is_finite())
+}
+
+/// What an error of the loops is compared with: the largest length of J_p, m, at least 1.
+fn size(j: &DMatrix<f64>) -> f64 {
+    j.iter().fold(1.0, |largest, x| x.abs().max(largest))
 }

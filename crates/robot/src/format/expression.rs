@@ -14,6 +14,12 @@ const MAX_LENGTH: usize = 1000;
 /// take for ever to evaluate.
 const MAX_COST: usize = 4000;
 
+/// Why a value cannot be given to a symbol.
+pub(in crate::format) fn no_symbol(name: &str, known: &[&str]) -> String {
+    let known = if known.is_empty() { "it has none".into() } else { format!("there are {}", known.join(", ")) };
+    format!("the description has no symbol {name} to give a value to; {known}")
+}
+
 /// The names an expression may use.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
@@ -38,6 +44,23 @@ impl Names {
             self.costs.push(1);
             self.symbols.push(Symbol { name: name.into(), value: Value::Number(value), generic: true });
         }
+    }
+
+    /// Gives symbols values instead of their own. Fails where there is no such symbol, and on values of no robot.
+    pub fn set_values(&mut self, source: Source, values: &[(String, f64)]) -> Result<(), Error> {
+        for (name, value) in values {
+            let Some(symbol) = self.symbols.iter_mut().find(|s| s.name == *name) else {
+                let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
+                return Err(source.whole(no_symbol(name, &known)));
+            };
+            if !(value.abs() <= LARGEST) {
+                return Err(
+                    source.whole(format!("the value of {name} is {value}: no robot has a number beyond {LARGEST:e}"))
+                );
+            }
+            (symbol.value, symbol.generic) = (Value::Number(*value), false);
+        }
+        Ok(())
     }
 
     /// A value free of coordinates, finite.

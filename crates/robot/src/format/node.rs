@@ -52,6 +52,11 @@ impl Source<'_> {
         self.error(at.0, at.1, message)
     }
 
+    /// An error of the file, at no place of it.
+    pub fn whole(self, message: impl Into<String>) -> Error {
+        self.error(0, 0, message)
+    }
+
     pub fn at(self, node: &Node, message: impl Into<String>) -> Error {
         self.error(node.line, node.column, message)
     }

@@ -3,14 +3,16 @@
 use crate::angle_snap::Angles;
 
 /// What a file leaves to its reader.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ReadOptions {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadOptions<'a> {
     /// The mimic joints of a URDF.
     pub mimic: Mimic,
     /// The rounded angles of any file.
     pub angles: Angles,
     /// Whether the base will float: then a URDF of a single body is a robot.
     pub floating_base: bool,
+    /// Values of symbols instead of those of the file, m or rad, as if they stood there.
+    pub values: &'a [(String, f64)],
 }
 
 /// How the joints that mimic another are read.

@@ -93,9 +93,9 @@ impl Format {
     fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
         let file_name = path.display().to_string();
         match self {
-            Format::Yaml => read_yaml_with(text, &file_name, options.angles),
+            Format::Yaml => read_yaml_with(text, &file_name, options),
             Format::Urdf => read_urdf_with(text, &file_name, options),
-            Format::Par => read_par_with(text, &file_name, options.angles),
+            Format::Par => read_par_with(text, &file_name, options),
         }
     }
 }

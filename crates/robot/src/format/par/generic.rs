@@ -22,8 +22,9 @@ pub(super) fn gravity_value(component: &str) -> f64 {
 
 /// What to tell about symbols without values.
 pub(super) fn note_generic(symbols: &[Symbol]) -> Option<Note> {
-    let last = symbols.last()?;
-    let shown: Vec<String> = symbols.iter().map(|s| format!("{} = {}", s.name, s.value.number(symbols))).collect();
+    let open = || symbols.iter().filter(|s| s.generic);
+    let last = open().last()?;
+    let shown: Vec<String> = open().map(|s| format!("{} = {}", s.name, s.value.number(symbols))).collect();
     let text = format!(
         "no value in the file, so generic ones are used ({}): ranks and rules hold, but numbers mean nothing; give a \
          value in a comment `(* Value {} = 0.45 *)`",

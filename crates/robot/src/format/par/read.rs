@@ -20,12 +20,12 @@ use super::parameters::{friction, inertial, note_unused, rotor_inertia};
 use super::table::{Table, text};
 use super::text::{ParText, scan};
 use super::variables::{Mover, own_variables, passive_by_its_joint};
-use crate::angle_snap::Angles;
 use crate::angle_snap::snap_angles;
 use crate::closure;
 use crate::error::Error;
 use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Node, Source};
+use crate::format::options::ReadOptions;
 use crate::inertial::Pose;
 use crate::passive;
 use crate::robot::{
@@ -40,11 +40,11 @@ use crate::value::Value;
 /// Fails, with the line and column, on a table that is incomplete or inconsistent, on a moving
 /// base, and on loops that cannot close.
 pub fn read_par(text: &str, file: &str) -> Result<Robot, Error> {
-    read_par_with(text, file, Angles::Meant)
+    read_par_with(text, file, ReadOptions::default())
 }
 
-/// As [`read_par`], with what rounded angles are taken for.
-pub(in crate::format) fn read_par_with(text: &str, file: &str, angles: Angles) -> Result<Robot, Error> {
+/// As [`read_par`], with options.
+pub(in crate::format) fn read_par_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
     let mut notes = Vec::new();
     let entries = scan(source, text)?;
@@ -56,7 +56,10 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, angles: Angles) -
     let owners = frames.owners(source, &table, &names, &mut notes)?;
     names.coordinates = owners.coordinates.iter().chain(&owners.passive).cloned().collect();
     let gravity = table.list("G").map_or_else(|| ["0", "0", "GZ"].map(worded).to_vec(), <[Node]>::to_vec);
-    define_generic(&frames, &gravity, &mut names, &mut notes);
+    let named = names.symbols.len();
+    define_generic(&frames, &gravity, &mut names);
+    names.set_values(source, options.values)?;
+    notes.extend(note_generic(&names.symbols[named..]));
 
     let mut links = Vec::with_capacity(table.nl);
     for &j in &order {
@@ -93,7 +96,7 @@ pub(in crate::format) fn read_par_with(text: &str, file: &str, angles: Angles) -
         snapped: Vec::new(),
     };
     passive_by_its_joint(&mut robot);
-    snap_angles(&mut robot, angles);
+    snap_angles(&mut robot, options.angles);
     let place = || table.at("ant", String::new()).place;
     passive::resolve(&mut robot).map_err(|message| Error { place: place(), message })?;
     closure::check(&robot).map_err(|(_, message)| Error { place: place(), message })?;
@@ -348,9 +351,8 @@ impl Frames {
     }
 }
 
-/// Symbols without a value, in the order of the file, and the note that tells them.
-fn define_generic(frames: &Frames, gravity: &[Node], names: &mut Names, notes: &mut Vec<Note>) {
-    let before = names.symbols.len();
+/// Symbols without a value, in the order of the file.
+fn define_generic(frames: &Frames, gravity: &[Node], names: &mut Names) {
     let lonely = gravity.iter().filter(|n| identifiers(text(n)).next().is_some()).count() == 1;
     for node in gravity {
         for word in identifiers(text(node)) {
@@ -368,7 +370,6 @@ fn define_generic(frames: &Frames, gravity: &[Node], names: &mut Names, notes: &
             names.define_generic(word, generic_value(word));
         }
     }
-    notes.extend(note_generic(&names.symbols[before..]));
 }
 
 fn worded(text: &str) -> Node {

@@ -18,10 +18,12 @@ use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL, frames, make_
 use super::shown::shown;
 use super::text::{Checked, check};
 use super::tree::{Moving, MovingLinks, moving_links};
-use crate::angle_snap;
+use crate::agreement::make_one;
+use crate::angle_snap::{self, Angles};
 use crate::closure::{configurations, distance};
 use crate::collision::Collision;
 use crate::error::Error;
+use crate::format::expression::no_symbol;
 use crate::format::node::Source;
 use crate::format::options::{Mimic, ReadOptions};
 use crate::inertial::{Part, Pose};
@@ -48,6 +50,9 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
 /// As [`read_urdf`], with options.
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
+    if let Some((name, _)) = options.values.first() {
+        return Err(source.whole(no_symbol(name, &[])));
+    }
     let checked = check(source, text)?;
     let model = urdf_rs::read_from_string(&checked.text)
         .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
@@ -89,7 +94,7 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         return Err(source.place(checked.at, "no joint of the robot moves by itself"));
     }
     let base = base(&model, &checked, &rooted);
-    let robot = Robot {
+    let mut robot = Robot {
         name: if model.name.trim().is_empty() { "robot".into() } else { model.name },
         source: None,
         symbols: Vec::new(),
@@ -104,6 +109,9 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         snapped,
     };
     check_frames(source, &checked, &robot, &given, &follows)?;
+    if options.angles == Angles::Meant {
+        make_one(&mut robot);
+    }
     Ok(robot)
 }
 

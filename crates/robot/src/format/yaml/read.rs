@@ -10,11 +10,11 @@
 
 use super::link::{Draft, drafts};
 use super::loops::{check_closure, check_passive, loops};
-use crate::angle_snap::Angles;
 use crate::angle_snap::snap_angles;
 use crate::error::Error;
 use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Fields, Node, Source};
+use crate::format::options::ReadOptions;
 use crate::format::suggestion::did_you_mean;
 use crate::inertial::Pose;
 use crate::parameter::Inertial;
@@ -44,11 +44,11 @@ const MAX_SYMBOLS: usize = 1000;
 /// Fails, with the line and column, on anything but a complete, consistent description whose
 /// loops close.
 pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
-    read_yaml_with(text, file, Angles::Meant)
+    read_yaml_with(text, file, ReadOptions::default())
 }
 
-/// As [`read_yaml`], with what rounded angles are taken for.
-pub(in crate::format) fn read_yaml_with(text: &str, file: &str, angles: Angles) -> Result<Robot, Error> {
+/// As [`read_yaml`], with options.
+pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
     if text.len() > MAX_BYTES {
         return Err(source.error(0, 0, "the description is larger than 1 MiB"));
@@ -63,6 +63,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, angles: Angles) 
     let cited = fields.get("source").map(|n| n.word(source, "`source`")).transpose()?;
 
     let mut names = symbols(source, &fields)?;
+    names.set_values(source, options.values)?;
     let gravity = gravity(source, &fields, &names)?;
     let drafts = drafts(source, fields.require("links")?)?;
     names.coordinates = match fields.get("coordinates") {
@@ -100,7 +101,7 @@ pub(in crate::format) fn read_yaml_with(text: &str, file: &str, angles: Angles) 
         notes: vec![],
         snapped: vec![],
     };
-    snap_angles(&mut robot, angles);
+    snap_angles(&mut robot, options.angles);
     check_passive(source, &robot, &drafts)?;
     if let Some(node) = fields.get("loops") {
         passive::resolve(&mut robot).map_err(|message| source.at(node, message))?;

@@ -1,0 +1,92 @@
+//! Numbers of a URDF's frames that were meant to be one number.
+//!
+//! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the three
+//! fingers of a hand stand at angles that agree to 1e-7, and axes that meet pass at 1e-8 m. Such differences are no
+//! geometry, but each makes base parameters of its own that no motion can show. An angle that agrees with an earlier one of
+//! the robot within [`ANGLE`], up to its sign, is taken for that one; so is a length within [`LENGTH`], and one below it
+//! for zero.
+
+use crate::robot::{Note, Robot};
+use crate::value::Value;
+
+/// rad: one arc second, as for angles near a right one ([`crate::angle_snap`]).
+const ANGLE: f64 = 5e-6;
+/// m: what six digits of an angle leave of a metre.
+const LENGTH: f64 = 1e-7;
+/// A difference that is rounding of this program, and gets no note.
+const SILENT: f64 = 1e-9;
+
+/// Gives numbers that agree one value, and notes it.
+pub(crate) fn make_one(robot: &mut Robot) {
+    let (mut angles, mut lengths) = (Vec::new(), Vec::new());
+    let mut notes = Vec::new();
+    for link in &mut robot.links {
+        let geometry = &mut link.geometry;
+        let given = [
+            ("gamma", &mut geometry.gamma, true),
+            ("b", &mut geometry.b, false),
+            ("alpha", &mut geometry.alpha, true),
+            ("d", &mut geometry.d, false),
+            ("theta", &mut geometry.theta, true),
+            ("r", &mut geometry.r, false),
+        ];
+        for (key, value, is_angle) in given {
+            // A multiple of pi has no digits to agree in.
+            let &mut Value::Number(x) = value else { continue };
+            let (known, tolerance) = if is_angle { (&mut angles, ANGLE) } else { (&mut lengths, LENGTH) };
+            let meant = match known.iter().find(|y: &&f64| (x.abs() - **y).abs() <= tolerance) {
+                _ if !is_angle && x.abs() <= LENGTH => 0.0,
+                Some(y) => y.copysign(x),
+                None => {
+                    known.push(x.abs());
+                    continue;
+                }
+            };
+            if (meant - x).abs() > SILENT {
+                let text = format!("{key} = {x} of its frame is taken for {meant}");
+                notes.push(Note { subject: link.joint.name.clone(), text });
+            }
+            *value = Value::Number(meant);
+        }
+    }
+    robot.snapped.extend(notes);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::format::read_yaml;
+
+    fn geometry(of: &str) -> (Vec<f64>, usize) {
+        let text = format!("convention: khalil-kleinfinger\nname: a\nlinks:\n{of}");
+        let mut robot = read_yaml(&text, "a.yaml").unwrap();
+        make_one(&mut robot);
+        let numbers = robot.links.iter().flat_map(|l| [l.geometry.alpha.number(&[]), l.geometry.d.number(&[])]);
+        (numbers.collect(), robot.snapped.len())
+    }
+
+    #[test]
+    fn numbers_that_agree_are_one() {
+        let (numbers, notes) = geometry(
+            "  - {link: 1, antecedent: base, alpha: 0.3, d: 0.2, theta: q1}
+  - {link: 2, antecedent: 1, alpha: -0.3000004, d: 0.20000002, theta: q2}
+  - {link: 3, antecedent: 2, alpha: 0.30001, d: -0.0000000065, theta: q3}
+",
+        );
+        assert_eq!(numbers, [0.3, 0.2, -0.3, 0.2, 0.30001, 0.0]);
+        assert_eq!(notes, 3);
+    }
+
+    #[test]
+    fn lengths_are_not_angles_and_right_angles_stay() {
+        let (numbers, notes) = geometry(
+            "  - {link: 1, antecedent: base, alpha: 0.3, d: 0.3000004, theta: q1}
+  - {link: 2, antecedent: 1, alpha: pi/2, d: 1.57079632, theta: q2}
+",
+        );
+        assert_eq!(numbers, [0.3, 0.3000004, PI / 2.0, 1.57079632]);
+        assert_eq!(notes, 0);
+    }
+}

@@ -1,0 +1,198 @@
+//! Which linkage a loop of four sides is, where opposite sides are equal.
+//!
+//! Such a loop closes in two ways: as a parallelogram, v_1 = -v_3, and crossed, as an antiparallelogram. They meet only
+//! where all sides lie along one line. Where the search for the passive joints starts tells which is meant: the closed
+//! loop next to it is found by
+//!
+//! ```text
+//! x <- x - J^+ e        [Gauss-Newton, halved while |e| grows]
+//! ```
+//! with e the gap of the polygon ([`crate::polygon`]) at coordinates of zero, J its Jacobian by the passive variables.
+
+use crate::linear_angle::wrapped;
+use crate::polygon::{Polygon, Side};
+
+/// What the sides make next to the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Linkage {
+    /// Opposite sides stay parallel.
+    Parallelogram,
+    /// The antiparallelogram: no affine function of the coordinates moves it.
+    Crossed,
+    /// All sides lie along one line, where both meet.
+    Stretched,
+    /// The file gives no start, and the loop is not closed with every passive variable at zero.
+    NoStart,
+}
+
+/// What a gap may be of the longest side, or rad, where starts of six digits close a loop.
+const CLOSED: f64 = 1e-5;
+/// Most steps of the search, and the smallest fraction of one. Two or three unknowns near a solution need few.
+const STEPS: usize = 60;
+const SMALLEST_FRACTION: f64 = 1e-3;
+
+/// The linkage of the `groups` of sides of a polygon, four in the order of the loop. `start` has every variable:
+/// coordinates at zero, passive ones, from the `n`-th on, where the search for them starts.
+pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n: usize) -> Linkage {
+    let size = polygon.sides.iter().map(|s| s.vector[0].hypot(s.vector[1])).fold(0.0, f64::max);
+    let search = Search { polygon, size, unknown: unknown(polygon, n) };
+    let is_given = search.unknown.iter().any(|&k| start[k] != 0.0);
+    let mut x = start.to_vec();
+    if !is_given && norm(&search.gap(&x)) > CLOSED {
+        return Linkage::NoStart;
+    }
+    search.close(&mut x);
+    let [a, b, c, d] = groups.map(|sides| {
+        sides.iter().fold([0.0, 0.0], |sum, &k| {
+            let [u, v] = turned(&polygon.sides[k], &x);
+            [sum[0] + u / size, sum[1] + v / size]
+        })
+    });
+    if norm(&search.gap(&x)) > CLOSED {
+        return Linkage::NoStart;
+    }
+    if (a[0] * b[1] - a[1] * b[0]).abs() < CLOSED {
+        return Linkage::Stretched;
+    }
+    let apart = [a[0] + c[0], a[1] + c[1], b[0] + d[0], b[1] + d[1]];
+    if norm(&apart) < 10.0 * CLOSED { Linkage::Parallelogram } else { Linkage::Crossed }
+}
+
+/// The passive variables that turn a side.
+fn unknown(polygon: &Polygon, n: usize) -> Vec<usize> {
+    let moves = |k: &usize| polygon.turn[*k] != 0.0 || polygon.sides.iter().any(|s| s.turn[*k] != 0.0);
+    (n..polygon.turn.len()).filter(moves).collect()
+}
+
+struct Search<'a> {
+    polygon: &'a Polygon,
+    size: f64,
+    unknown: Vec<usize>,
+}
+
+impl Search<'_> {
+    /// The open end of the polygon in lengths of the longest side, and the angle between the ends, rad.
+    fn gap(&self, x: &[f64]) -> [f64; 3] {
+        let angle = wrapped(dot(&self.polygon.turn, x) - self.polygon.angle);
+        self.polygon.sides.iter().fold([0.0, 0.0, angle], |gap, side| {
+            let [u, v] = turned(side, x);
+            [gap[0] + u / self.size, gap[1] + v / self.size, angle]
+        })
+    }
+
+    /// de/dx_k.
+    fn column(&self, x: &[f64], k: usize) -> [f64; 3] {
+        self.polygon.sides.iter().fold([0.0, 0.0, self.polygon.turn[k]], |sum, side| {
+            let [u, v] = turned(side, x);
+            let rate = side.turn[k] / self.size;
+            [sum[0] - rate * v, sum[1] + rate * u, sum[2]]
+        })
+    }
+
+    /// Moves the passive variables to the next closed polygon, as far as the search comes.
+    fn close(&self, x: &mut Vec<f64>) {
+        for _ in 0..STEPS {
+            let gap = self.gap(x);
+            if norm(&gap) < 1e-14 {
+                return;
+            }
+            let columns: Vec<[f64; 3]> = self.unknown.iter().map(|&k| self.column(x, k)).collect();
+            let step = least_step(&columns, gap);
+            let mut fraction = 1.0;
+            loop {
+                let mut next = x.clone();
+                for (&k, s) in self.unknown.iter().zip(&step) {
+                    next[k] -= fraction * s;
+                }
+                if norm(&self.gap(&next)) < norm(&gap) || fraction < SMALLEST_FRACTION {
+                    *x = next;
+                    break;
+                }
+                fraction *= 0.5;
+            }
+        }
+    }
+}
+
+/// The least x of J x = e: J' (J J' + mu 1)^-1 e, with a mu that no well-placed loop notices.
+fn least_step(columns: &[[f64; 3]], e: [f64; 3]) -> Vec<f64> {
+    const MU: f64 = 1e-12;
+    let mut a = [[0.0; 4]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            a[i][j] = columns.iter().map(|c| c[i] * c[j]).sum::<f64>() + if i == j { MU } else { 0.0 };
+        }
+        a[i][3] = e[i];
+    }
+    // The matrix is positive definite: no pivoting is needed.
+    for k in 0..3 {
+        for i in k + 1..3 {
+            let factor = a[i][k] / a[k][k];
+            for j in k..4 {
+                a[i][j] -= factor * a[k][j];
+            }
+        }
+    }
+    let mut y = [0.0; 3];
+    for k in (0..3).rev() {
+        y[k] = (a[k][3] - (k + 1..3).map(|j| a[k][j] * y[j]).sum::<f64>()) / a[k][k];
+    }
+    columns.iter().map(|c| dot(c, &y)).collect()
+}
+
+/// A side at the variables x.
+fn turned(side: &Side, x: &[f64]) -> [f64; 2] {
+    let (s, c) = dot(&side.turn, x).sin_cos();
+    let [u, v] = side.vector;
+    [c * u - s * v, s * u + c * v]
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sides 0.5, 0.2, 0.5, 0.2, the crank at `crank` to the base; variables: q, the angle of the coupler to the crank, that
+    /// of the rocker to the base, that of the cut.
+    fn four_bar(crank: f64) -> Polygon {
+        let (s, c) = crank.sin_cos();
+        let side = |vector: [f64; 2], turn: [f64; 4]| Side { vector, turn: turn.to_vec() };
+        Polygon {
+            sides: vec![
+                side([0.2 * c, 0.2 * s], [1.0, 0.0, 0.0, 0.0]),
+                side([0.5 * c, 0.5 * s], [1.0, 1.0, 0.0, 0.0]),
+                side([-0.2, 0.0], [0.0, 0.0, 1.0, 0.0]),
+                side([-0.5, 0.0], [0.0, 0.0, 0.0, 0.0]),
+            ],
+            turn: vec![1.0, 1.0, -1.0, 1.0],
+            angle: -crank,
+        }
+    }
+
+    fn at(crank: f64, start: [f64; 3]) -> Linkage {
+        linkage(&four_bar(crank), [&[0], &[1], &[2], &[3]], &[0.0, start[0], start[1], start[2]], 1)
+    }
+
+    #[test]
+    fn the_linkage_next_to_the_start() {
+        // With the crank at 1 rad the parallelogram has its coupler at -1 and its rocker at 1.
+        assert_eq!(at(1.0, [-1.0, 1.0, -1.0]), Linkage::Parallelogram);
+        assert_eq!(at(1.0, [-0.8, 0.9, -1.1]), Linkage::Parallelogram);
+        // The crossed one: coupler and rocker at -1.811163, of six digits.
+        assert_eq!(at(1.0, [-1.811163, -1.811163, -1.0]), Linkage::Crossed);
+        assert_eq!(at(1.0, [-1.6, -1.9, -0.9]), Linkage::Crossed);
+    }
+
+    #[test]
+    fn without_a_start_or_along_one_line_nothing_is_chosen() {
+        assert_eq!(at(1.0, [0.0; 3]), Linkage::NoStart);
+        assert_eq!(at(0.0, [0.0; 3]), Linkage::Stretched);
+    }
+}
