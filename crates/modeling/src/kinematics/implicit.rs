@@ -170,7 +170,7 @@ fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
 }
 
 /// The robot with its implicit loops' frames as links of their own, and which those are.
-fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
+pub(crate) fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
     let mut open = robot.clone();
     let mut pairs = Vec::new();
     for (i, one) in robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one)) {

@@ -1,0 +1,134 @@
+//! The independent columns of a regressor with loops, at closed points of a finite field.
+//!
+//! The loops of a robot may be assembled in several ways, and those may have several ranks: the crossed four-bar has 8 base
+//! parameters where the parallelogram of the same lengths has 3. So points are looked at until two agree with the numbers
+//! in the number of columns, each with its own roots. Where all agree with each other and not with the numbers, the numbers
+//! are special. Where they differ, and none agrees with the numbers, nothing is said.
+
+use expr::Function;
+
+use crate::base::closed::closed_point::ClosedPoints;
+use crate::base::closed::curve::{curve, regressor_rows};
+use crate::base::closed::reason::NoCertificate;
+use crate::base::exact_rank::Echelon;
+use crate::base::field::{Angles, Residue, solve};
+use crate::derivation::Derivation;
+use crate::random::SplitMix;
+
+/// Points looked at for two that agree with the numbers.
+const POINTS: u64 = 12;
+/// Points that must agree.
+const AGREE: usize = 2;
+/// Curves through each point. With one coordinate, three rows of each order may be independent: those of its acceleration,
+/// of its squared rate, and of gravity.
+const CURVES: usize = 4;
+/// Orders at the end that must bring no new row.
+const SETTLED: usize = 2;
+/// The longest series.
+const MOST_ORDERS: usize = 200;
+
+/// The rank at closed points.
+pub(crate) struct ClosedRank {
+    /// The columns that are independent of those before them.
+    pub columns: Vec<usize>,
+    /// Whether other assemblies have another rank.
+    pub other_assemblies: bool,
+    /// Rows of the points that have this rank, a list a point.
+    rows: Vec<Vec<Vec<Residue>>>,
+}
+
+impl ClosedRank {
+    /// Whether a column is a combination of these at every point, with one set of coefficients each.
+    pub fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
+        let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
+        self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
+    }
+}
+
+/// The columns of the assemblies whose number of them is `numeric`, else those of all assemblies that were looked at.
+pub(crate) fn closed_rank(
+    derivation: &mut Derivation,
+    regressor: &Function,
+    numeric: usize,
+) -> Result<ClosedRank, NoCertificate> {
+    let Some(closure) = derivation.closure_function() else { return Err(NoCertificate::OtherForm) };
+    let points = ClosedPoints::new(derivation, closure)?;
+    let angles = Angles::of(regressor.graph());
+    let mut found: Vec<At> = Vec::new();
+    let mut failure = NoCertificate::OtherForm;
+    for k in 0..POINTS {
+        let agreeing = found.iter().filter(|at| at.columns.len() == numeric).count();
+        if agreeing >= AGREE {
+            break;
+        }
+        match at_a_point(&points, regressor, &angles, numeric, k) {
+            Ok(at) => found.push(at),
+            Err(reason) => {
+                failure = reason;
+                // What fails at the first point by its form fails at each.
+                if found.is_empty() && k >= 1 {
+                    return Err(reason);
+                }
+            }
+        }
+    }
+    let Some(first) = found.first() else { return Err(failure) };
+    let columns = match found.iter().find(|at| at.columns.len() == numeric) {
+        Some(at) => at.columns.clone(),
+        None => first.columns.clone(),
+    };
+    let (same, others): (Vec<At>, Vec<At>) = found.into_iter().partition(|at| at.columns == columns);
+    if columns.len() != numeric && !others.is_empty() {
+        return Err(NoCertificate::OtherAssemblies);
+    }
+    if same.len() < AGREE {
+        return Err(failure);
+    }
+    let rows = same.into_iter().map(|at| at.rows).collect();
+    Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), rows })
+}
+
+/// The columns at one point, and the rows that tell.
+struct At {
+    columns: Vec<usize>,
+    rows: Vec<Vec<Residue>>,
+}
+
+fn at_a_point(
+    points: &ClosedPoints,
+    regressor: &Function,
+    angles: &Angles,
+    numeric: usize,
+    k: u64,
+) -> Result<At, NoCertificate> {
+    let mut random = SplitMix(1979 + k);
+    // Every other point takes the opposite roots of the one before it.
+    let signs = SplitMix(k / 2).next();
+    let point = points.point(&mut random, if k % 2 == 0 { signs } else { !signs })?;
+    let n = regressor.outputs[0].rows.max(1);
+    let mut order = (numeric + numeric / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
+    loop {
+        let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
+        for _ in 0..CURVES {
+            let along = curve(points, &point, order, &mut random)?;
+            let rows = regressor_rows(regressor, angles, &point, along, order, &mut random)?;
+            by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
+        }
+        let mut echelon = Echelon::default();
+        let mut settled_since = 0;
+        for (k, rows) in by_order.iter().enumerate() {
+            for row in rows {
+                if echelon.add(row.clone()) {
+                    settled_since = k;
+                }
+            }
+        }
+        if order - settled_since >= SETTLED {
+            return Ok(At { columns: echelon.columns(), rows: by_order.concat() });
+        }
+        if order >= MOST_ORDERS {
+            return Err(NoCertificate::OtherForm);
+        }
+        order *= 2;
+    }
+}
