@@ -30,6 +30,8 @@ use crate::random::SplitMix;
 
 /// Draws of all constants before it is given up: with k equations of the second degree, one of 2^k draws has a point.
 const DRAWS: usize = 400;
+/// Draws that end for another reason than a root before it is given up: roots that meet leave equations of another form.
+const FAILURES: usize = 24;
 /// Draws of the free variables of one loop, the others as they are.
 const DRAWS_OF_A_LOOP: usize = 8;
 /// Choices of the variables that close one loop.
@@ -55,19 +57,6 @@ pub(crate) struct ClosedPoints {
     pub symbols: Vec<Symbol>,
 }
 
-/// Which root each equation of the second degree takes, in the order of the equations: the bits of a number.
-struct Roots {
-    bits: u64,
-}
-
-impl Roots {
-    fn next(&mut self) -> bool {
-        let other = self.bits & 1 == 1;
-        self.bits >>= 1;
-        other
-    }
-}
-
 impl ClosedPoints {
     pub fn new(derivation: &mut Derivation, closure: Function) -> Result<ClosedPoints, NoCertificate> {
         let Derivation { robot, graph, constants, .. } = derivation;
@@ -88,10 +77,10 @@ impl ClosedPoints {
         })
     }
 
-    /// A closed point by random draws, taking those roots that `roots` says.
-    pub fn point(&self, random: &mut SplitMix, roots: u64) -> Result<ClosedPoint, NoCertificate> {
-        let first = self.attempts(random, |random| self.constants_first(random, &mut Roots { bits: roots }));
-        first.or_else(|_| self.attempts(random, |random| self.angles_first(random, &mut Roots { bits: roots })))
+    /// A closed point by random draws of constants, variables and roots.
+    pub fn point(&self, random: &mut SplitMix) -> Result<ClosedPoint, NoCertificate> {
+        let first = self.attempts(random, |random| self.constants_first(random));
+        first.or_else(|_| self.attempts(random, |random| self.angles_first(random)))
     }
 
     fn attempts(
@@ -99,20 +88,28 @@ impl ClosedPoints {
         random: &mut SplitMix,
         mut draw: impl FnMut(&mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate>,
     ) -> Result<ClosedPoint, NoCertificate> {
+        let mut failures = 0;
+        let mut reason = NoCertificate::OtherForm;
         for _ in 0..DRAWS {
-            if let Some(point) = draw(random)? {
+            match draw(random) {
                 // Whatever way it was found, all equations must hold.
-                return match self.is_closed(&point) {
-                    true => Ok(point),
-                    false => Err(NoCertificate::OtherForm),
-                };
+                Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
+                Ok(None) => {}
+                Ok(Some(_)) => failures += 1,
+                Err(why) => {
+                    reason = why;
+                    failures += 1;
+                }
+            }
+            if failures == FAILURES {
+                break;
             }
         }
-        Err(NoCertificate::OtherForm)
+        Err(reason)
     }
 
     /// `None` where a root is not in the field.
-    fn constants_first(&self, random: &mut SplitMix, roots: &mut Roots) -> Result<Option<ClosedPoint>, NoCertificate> {
+    fn constants_first(&self, random: &mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_planes(&mut constants, random)?;
         let mut open =
@@ -128,7 +125,7 @@ impl ClosedPoints {
             unknown.reverse();
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
             let count = one.n_solved(&state);
-            match self.closed_by(&mut state, random, &unknown, count, roots.next(), close) {
+            match self.closed_by(&mut state, random, &unknown, count, close) {
                 Closing::Closed => {}
                 Closing::NoRoot => return Ok(None),
                 Closing::OtherForm => return Err(NoCertificate::OtherForm),
@@ -145,9 +142,9 @@ impl ClosedPoints {
         random: &mut SplitMix,
         unknown: &[usize],
         count: usize,
-        other_root: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
+        let other_root = random.next() & 1 == 1;
         for by in choices(unknown, count).into_iter().take(MOST_CHOICES) {
             let mut outcome = Closing::OtherForm;
             for _ in 0..DRAWS_OF_A_LOOP {
@@ -170,7 +167,7 @@ impl ClosedPoints {
     }
 
     /// `None` where a root is not in the field.
-    fn angles_first(&self, random: &mut SplitMix, roots: &mut Roots) -> Result<Option<ClosedPoint>, NoCertificate> {
+    fn angles_first(&self, random: &mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_angles(&mut constants);
         let placements = self.placements(&constants)?;
@@ -191,9 +188,8 @@ impl ClosedPoints {
             // Angles of this loop alone are solved for before angles that others share.
             let shared: Vec<usize> = open.iter().flat_map(|l| l.unknown(&state)).collect();
             unknown.sort_by_key(|k| (shared.contains(k), std::cmp::Reverse(*k)));
-            let other = roots.next();
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
-            let mut by = |count| self.closed_by(&mut state, random, &unknown, count, other, close);
+            let mut by = |count| self.closed_by(&mut state, random, &unknown, count, close);
             match (1..=3).map(&mut by).find(|outcome| *outcome != Closing::OtherForm).unwrap_or(Closing::OtherForm) {
                 Closing::Closed => {}
                 Closing::NoRoot => return Ok(None),

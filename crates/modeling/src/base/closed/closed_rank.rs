@@ -102,9 +102,7 @@ fn at_a_point(
     k: u64,
 ) -> Result<At, NoCertificate> {
     let mut random = SplitMix(1979 + k);
-    // Every other point takes the opposite roots of the one before it.
-    let signs = SplitMix(k / 2).next();
-    let point = points.point(&mut random, if k % 2 == 0 { signs } else { !signs })?;
+    let point = points.point(&mut random)?;
     let n = regressor.outputs[0].rows.max(1);
     let mut order = (numeric + numeric / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
     loop {
