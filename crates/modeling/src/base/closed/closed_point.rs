@@ -22,7 +22,7 @@ use crate::base::closed::pose::Pose;
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
 use crate::base::closed::variables::{State, Variables};
-use crate::base::exact_rank::assigned;
+use crate::base::exact_rank::{Echelon, assigned};
 use crate::base::field::{Angles, Assignment, Residue, turned};
 use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
@@ -32,6 +32,8 @@ use crate::random::SplitMix;
 const DRAWS: usize = 400;
 /// Draws that end for another reason than a root before it is given up: roots that meet leave equations of another form.
 const FAILURES: usize = 24;
+/// The same where angles are drawn first, which meet nowhere.
+const FAILURES_OF_ANGLES: usize = 4;
 /// Draws of the free variables of one loop, the others as they are.
 const DRAWS_OF_A_LOOP: usize = 8;
 /// Choices of the variables that close one loop.
@@ -79,12 +81,13 @@ impl ClosedPoints {
 
     /// A closed point by random draws of constants, variables and roots.
     pub fn point(&self, random: &mut SplitMix) -> Result<ClosedPoint, NoCertificate> {
-        let first = self.attempts(random, |random| self.constants_first(random));
-        first.or_else(|_| self.attempts(random, |random| self.angles_first(random)))
+        let first = self.attempts(FAILURES, random, |random| self.constants_first(random));
+        first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random)))
     }
 
     fn attempts(
         &self,
+        most_failures: usize,
         random: &mut SplitMix,
         mut draw: impl FnMut(&mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate>,
     ) -> Result<ClosedPoint, NoCertificate> {
@@ -101,7 +104,7 @@ impl ClosedPoints {
                     failures += 1;
                 }
             }
-            if failures == FAILURES {
+            if failures == most_failures {
                 break;
             }
         }
@@ -203,7 +206,7 @@ impl ClosedPoints {
             let (mut state, mut constants) = (state.clone(), constants.clone());
             free.iter().zip(x).for_each(|(&k, &x)| state.set_length(k, x));
             lengths.iter().zip(&x[free.len()..]).for_each(|(&s, &x)| constants[s].length = x);
-            self.gaps(&ClosedPoint { constants, state })
+            self.closure_at(&ClosedPoint { constants, state }).map(|at| at.0)
         };
         let x = random_zero(free.len() + lengths.len(), f, random).ok_or(NoCertificate::OtherForm)?;
         if x[free.len()..].contains(&Residue::ZERO) {
@@ -211,7 +214,31 @@ impl ClosedPoints {
         }
         free.iter().zip(&x).for_each(|(&k, &x)| state.set_length(k, x));
         lengths.iter().zip(&x[free.len()..]).for_each(|(&s, &x)| constants[s].length = x);
-        Ok(Some(ClosedPoint { constants, state }))
+        let point = ClosedPoint { constants, state };
+        if self.lengths_are_free(&point, &lengths) { Ok(Some(point)) } else { Err(NoCertificate::Overconstrained) }
+    }
+
+    /// Whether the loops stay closed where the lengths change: each change of e is then one that passive variables undo, but
+    /// for the offsets across planar loops, which no variable changes.
+    fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
+        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
+            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
+        };
+        let Some((e, j)) = self.closure_at(point) else { return false };
+        let (mut of_passive, mut of_offsets) = (Echelon::default(), Echelon::default());
+        let m = self.variables.len() - self.variables.n;
+        let column = |p: usize| j.iter().skip(p).step_by(m).copied().collect();
+        let n_passive = (0..m).filter(|&p| of_passive.add(column(p))).count();
+        let still = offsets(&point.constants);
+        for &s in lengths {
+            let mut moved = point.clone();
+            moved.constants[s].length = moved.constants[s].length + Residue::ONE;
+            let Some((next, _)) = self.closure_at(&moved) else { return false };
+            let difference = |a: &[Residue], b: &[Residue]| a.iter().zip(b).map(|(a, b)| *a - *b).collect::<Vec<_>>();
+            of_passive.add(difference(&next, &e));
+            of_offsets.add(difference(&offsets(&moved.constants), &still));
+        }
+        of_passive.columns().len() == n_passive + of_offsets.columns().len()
     }
 
     fn draw(&self, state: &mut State, random: &mut SplitMix, which: impl Fn(usize) -> bool) {
@@ -321,17 +348,18 @@ impl ClosedPoints {
         self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
     }
 
-    /// e at a point; `None` where it is no element of the field.
-    fn gaps(&self, point: &ClosedPoint) -> Option<Vec<Residue>> {
+    /// e and J_p, row by row, at a point; `None` where they are no elements of the field.
+    fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();
         let mut algebra = SeriesAlgebra::new(graph, &self.closure_angles, &point.constants, &inputs, 0);
-        let e = self.closure.evaluate_in(&mut algebra).swap_remove(0);
-        (!algebra.broken).then(|| e.iter().map(|x| x.at(0)).collect())
+        let values = self.closure.evaluate_in(&mut algebra);
+        let numbers = |k: usize| values[k].iter().map(|x| x.at(0)).collect();
+        (!algebra.broken).then(|| (numbers(0), numbers(1)))
     }
 
     fn is_closed(&self, point: &ClosedPoint) -> bool {
-        self.gaps(point).is_some_and(|e| e.iter().all(|x| *x == Residue::ZERO))
+        self.closure_at(point).is_some_and(|(e, _)| e.iter().all(|x| *x == Residue::ZERO))
     }
 }
 

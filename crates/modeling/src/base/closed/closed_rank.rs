@@ -7,7 +7,7 @@
 
 use expr::Function;
 
-use crate::base::closed::closed_point::ClosedPoints;
+use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::curve::{curve, regressor_rows};
 use crate::base::closed::reason::NoCertificate;
 use crate::base::exact_rank::Echelon;
@@ -61,15 +61,15 @@ pub(crate) fn closed_rank(
         if agreeing >= AGREE {
             break;
         }
-        match at_a_point(&points, regressor, &angles, numeric, k) {
+        let mut random = SplitMix(1979 + k);
+        let at = points.point(&mut random)?;
+        match columns_at(&points, regressor, &angles, numeric, &at, &mut random) {
             Ok(at) => found.push(at),
-            Err(reason) => {
-                failure = reason;
-                // What fails at the first point by its form fails at each.
-                if found.is_empty() && k >= 1 {
-                    return Err(reason);
-                }
-            }
+            Err(reason) => failure = reason,
+        }
+        // Another assembly may not be singular; one that does not move does so at other lengths no more.
+        if found.is_empty() && k >= 1 && failure != NoCertificate::Singular {
+            break;
         }
     }
     let Some(first) = found.first() else { return Err(failure) };
@@ -94,22 +94,21 @@ struct At {
     rows: Vec<Vec<Residue>>,
 }
 
-fn at_a_point(
+fn columns_at(
     points: &ClosedPoints,
     regressor: &Function,
     angles: &Angles,
     numeric: usize,
-    k: u64,
+    point: &ClosedPoint,
+    random: &mut SplitMix,
 ) -> Result<At, NoCertificate> {
-    let mut random = SplitMix(1979 + k);
-    let point = points.point(&mut random)?;
     let n = regressor.outputs[0].rows.max(1);
     let mut order = (numeric + numeric / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
     loop {
         let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
         for _ in 0..CURVES {
-            let along = curve(points, &point, order, &mut random)?;
-            let rows = regressor_rows(regressor, angles, &point, along, order, &mut random)?;
+            let along = curve(points, point, order, random)?;
+            let rows = regressor_rows(regressor, angles, point, along, order, random)?;
             by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
         }
         let mut echelon = Echelon::default();
