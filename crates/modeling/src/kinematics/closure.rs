@@ -7,9 +7,10 @@
 //! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
 //! until e is rounding. Near a singular configuration J_p loses rank; the smallest singular value
-//! relative to the largest says how near.
+//! relative to the largest says how near. Loops that share no passive joint are blocks of J_p, each with singular values
+//! of its own.
 
-use expr::{Function, Tape, Workspace};
+use expr::{Function, Output, Tape, Workspace};
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 
@@ -46,8 +47,48 @@ pub struct Closure {
     work: Workspace,
     start: Vec<f64>,
     n_equations: usize,
+    blocks: Vec<Block>,
     /// A closed configuration of the assembly that the start chooses.
     origin: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+/// Loops that are solved together: their equations and the passive coordinates in them.
+struct Block {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+}
+
+impl Block {
+    /// The blocks of J_p, by where it is not zero.
+    fn all(jacobian: &Output) -> Vec<Block> {
+        let m = jacobian.columns;
+        let mut blocks: Vec<Block> = (0..m).map(|c| Block { rows: Vec::new(), columns: vec![c] }).collect();
+        for row in 0..jacobian.rows {
+            let meets = |c: usize| !jacobian.entries[row * m + c].is_zero();
+            let (met, mut others): (Vec<Block>, Vec<Block>) =
+                blocks.into_iter().partition(|b| b.columns.iter().any(|&c| meets(c)));
+            let mut one = Block { rows: Vec::new(), columns: Vec::new() };
+            for block in met {
+                one.rows.extend(block.rows);
+                one.columns.extend(block.columns);
+            }
+            if !one.columns.is_empty() {
+                one.rows.push(row);
+                others.push(one);
+            }
+            blocks = others;
+        }
+        for block in &mut blocks {
+            block.rows.sort_unstable();
+            block.columns.sort_unstable();
+        }
+        blocks.sort_by_key(|b| b.columns[0]);
+        blocks
+    }
+
+    fn of(&self, j: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.rows.len(), self.columns.len(), |r, c| j[(self.rows[r], self.columns[c])])
+    }
 }
 
 /// Why there are no passive coordinates at these coordinates.
@@ -88,7 +129,8 @@ impl Closure {
     pub(crate) fn new(function: &Function, start: Vec<f64>) -> Closure {
         let tape = Tape::new(function);
         let work = tape.workspace();
-        Closure { work, start, n_equations: function.outputs[0].rows, tape, origin: None }
+        let blocks = Block::all(&function.outputs[1]);
+        Closure { work, start, n_equations: function.outputs[0].rows, blocks, tape, origin: None }
     }
 
     /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
@@ -100,8 +142,7 @@ impl Closure {
             if e.norm() <= CLOSED * size(&j) || !is_finite(&e, &j) {
                 break;
             }
-            let Some(svd) = j.clone().try_svd(true, true, f64::EPSILON, SWEEPS) else { break };
-            let Ok(step) = svd.solve(&e, SINGULAR * svd.singular_values.max()) else { break };
+            let Some(step) = self.step(&e, &j) else { break };
             let mut fraction = 1.0;
             loop {
                 let next = &passive - fraction * &step;
@@ -196,14 +237,35 @@ impl Closure {
         at
     }
 
-    /// Smallest over largest singular value of J_p.
+    /// J_p^+ e, block by block.
+    fn step(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> Option<DVector<f64>> {
+        let mut step = DVector::zeros(j.ncols());
+        for block in self.blocks.iter().filter(|b| !b.rows.is_empty()) {
+            let svd = block.of(j).try_svd(true, true, f64::EPSILON, SWEEPS)?;
+            let right = DVector::from_iterator(block.rows.len(), block.rows.iter().map(|&row| e[row]));
+            let solved = svd.solve(&right, SINGULAR * svd.singular_values.max()).ok()?;
+            for (x, &column) in solved.iter().zip(&block.columns) {
+                step[column] = *x;
+            }
+        }
+        Some(step)
+    }
+
+    /// Smallest over largest singular value of J_p, of the block where it is the least.
     fn ratio(&mut self, q: &[f64], passive: &[f64]) -> f64 {
         let (e, j) = self.at(q, &DVector::from_column_slice(passive));
-        if j.is_empty() {
-            return 1.0;
+        if !is_finite(&e, &j) {
+            return 0.0;
         }
-        let svd = if is_finite(&e, &j) { j.try_svd(false, false, f64::EPSILON, SWEEPS) } else { None };
-        svd.map_or(0.0, |svd| svd.singular_values.min() / svd.singular_values.max())
+        let ratio = |block: &Block| {
+            // Fewer equations than joints leave some of them free.
+            if block.rows.len() < block.columns.len() {
+                return None;
+            }
+            let values = block.of(&j).try_svd(false, false, f64::EPSILON, SWEEPS)?.singular_values;
+            Some(values.min() / values.max())
+        };
+        self.blocks.iter().map(|block| ratio(block).unwrap_or(0.0)).fold(1.0, f64::min)
     }
 }
 
