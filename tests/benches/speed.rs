@@ -201,7 +201,7 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
 fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
     const SAMPLES: usize = 4096;
     let truth = Truth::new(robot);
-    let whole = rist::Model::of(robot.clone(), std::path::Path::new(name)).unwrap_or_else(|e| panic!("{e}"));
+    let whole = rist::Model::of(robot.clone(), std::path::Path::new(name), false).unwrap_or_else(|e| panic!("{e}"));
     let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset];
     let model = Model::new(whole.regressor(), &friction, &[]);
     let n = truth.n;

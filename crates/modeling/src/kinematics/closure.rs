@@ -38,6 +38,8 @@ const STRIDE: f64 = 0.05;
 /// Random configurations tried until one closes. A mechanism whose loops close at less than one place in a thousand may
 /// not be found.
 const ORIGINS: usize = 2000;
+/// Attempts until the random coordinates cover a whole turn.
+const NEAR: usize = 100;
 /// Paths tried for each sample wanted. Many paths end at once, where the assembly ends.
 const WAYS_A_SAMPLE: usize = 20;
 
@@ -210,11 +212,12 @@ impl Closure {
     }
 
     /// A closed configuration of the assembly that the start chooses, the same at every call: at q = 0 if it closes and is
-    /// not singular there, else at random coordinates of a fixed seed. `None` where none was found.
+    /// not singular there, else at random coordinates near it, of a fixed seed. `None` where none was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(7);
         (0..ORIGINS).find_map(|attempt| {
-            let reach = if attempt == 0 { 0.0 } else { std::f64::consts::PI };
+            // Ever further from zero: the start is that of q = 0.
+            let reach = std::f64::consts::PI * (attempt as f64 / NEAR as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
             let passive = self.solve(&q, None).ok()?;
             (self.ratio(&q, &passive) > FAR_FROM_SINGULAR).then_some((q, passive))
