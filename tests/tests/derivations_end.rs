@@ -11,12 +11,9 @@ use tests::standard_names;
 fn derived(robot: &Robot) -> (BaseParameters, Vec<(String, f64)>) {
     let mut derivation = Derivation::new(robot).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
     let regressor = derivation.regressor();
-    let constant = |(name, kind): &(String, expr::SymbolKind)| match kind {
-        expr::SymbolKind::Constant(x) => Some((name.clone(), *x)),
-        expr::SymbolKind::Input => None,
-    };
-    let constants = regressor.graph().symbols().iter().filter_map(constant).collect();
-    (derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.name)), constants)
+    let parameters = derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.name));
+    let constants = parameters.constants.clone();
+    (parameters, constants)
 }
 
 fn yaml(text: &str) -> Robot {

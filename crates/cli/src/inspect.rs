@@ -264,6 +264,7 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
         "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
         "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
+        "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
         "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
         "regrouped": rules.regrouped,

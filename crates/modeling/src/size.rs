@@ -91,9 +91,8 @@ fn together(robot: &Robot) -> Vec<usize> {
     let mut groups: Vec<BTreeSet<usize>> = Vec::new();
     for one in &robot.loops {
         let mut passive = BTreeSet::new();
-        let [cut, twin] = [&one.cut, &one.twin].map(|frame| {
-            std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent).collect::<Vec<_>>()
-        });
+        let [cut, twin] = [&one.cut, &one.twin]
+            .map(|frame| std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent).collect::<Vec<_>>());
         let on_one_side = cut.iter().filter(|j| !twin.contains(j)).chain(twin.iter().filter(|j| !cut.contains(j)));
         let joints = on_one_side.map(|&j| &robot.link(j).joint.variable).chain([&one.cut.variable, &one.twin.variable]);
         passive.extend(joints.flat_map(|v| &v.terms).map(|(k, _)| k.0).filter(|&k| k >= n));

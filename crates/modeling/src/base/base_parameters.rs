@@ -14,7 +14,9 @@
 //! parameters ([`crate::base::evidence`]). Their text is written only on request
 //! ([`crate::base::written_rules`]).
 
-use expr::{Function, Tape};
+use std::collections::BTreeMap;
+
+use expr::{Function, SymbolKind, Tape};
 use nalgebra::DMatrix;
 use robot::{Robot, StandardParameter};
 
@@ -40,6 +42,9 @@ pub struct BaseParameters {
     pub no_effect: Vec<usize>,
     /// The evidence for the number of base parameters.
     pub rank: Rank,
+    /// What rules and coefficients may name, with its value, m or rad: the symbols of the file, and numbers by their place
+    /// (`d3`, `alpha5`; always their magnitude).
+    pub constants: Vec<(String, f64)>,
     /// The data from which [`BaseParameters::rules`] writes the rules.
     pub(crate) sources: RuleSources,
 }
@@ -152,8 +157,26 @@ pub(crate) fn base_parameters(
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
         .collect();
-    let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph());
-    Ok(BaseParameters { standard, base, no_effect, rank, sources })
+    let places = derivation.constants.places(&derivation.graph);
+    let constants = constants(regressor, &places);
+    let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
+    Ok(BaseParameters { standard, base, no_effect, rank, constants, sources })
+}
+
+/// The named constants of the regressor, each number at each of its places.
+fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Vec<(String, f64)> {
+    let symbols = regressor.graph().symbols().iter();
+    let constant = |(name, kind): &(String, SymbolKind)| match kind {
+        SymbolKind::Constant(x) => Some((name.clone(), *x)),
+        SymbolKind::Input => None,
+    };
+    symbols
+        .filter_map(constant)
+        .flat_map(|(name, x)| {
+            let names = places.get(&name).cloned().unwrap_or(vec![name]);
+            names.into_iter().map(move |name| (name, x))
+        })
+        .collect()
 }
 
 /// The columns to keep, with the evidence of the numbers: those of the field where there are such.

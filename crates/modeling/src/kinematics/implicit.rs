@@ -102,12 +102,7 @@ fn closure_function(g: &Graph, motion: &Motion, gaps: Vec<Expr>, equations: &[Ve
 }
 
 /// c: the frames' relative acceleration at ddq = ddq_p = 0, six numbers a loop.
-fn relative_accelerations(
-    g: &mut Graph,
-    loops: &[OpenLoop],
-    constants: &mut Constants,
-    motion: &Motion,
-) -> Vec<Expr> {
+fn relative_accelerations(g: &mut Graph, loops: &[OpenLoop], constants: &mut Constants, motion: &Motion) -> Vec<Expr> {
     let coasting = Motion { ddq: vec![Expr::ZERO; motion.ddq.len()], ..motion.clone() };
     let mut rest: Vec<Expr> = Vec::new();
     for OpenLoop { robot, cut, twin } in loops {
