@@ -141,9 +141,10 @@ impl Closure {
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
             // NaN is not closed: it ends the search below.
-            if e.norm() <= CLOSED * size(&j) || !is_finite(&e, &j) {
+            if !is_finite(&e, &j) {
                 break;
             }
+            let is_closed = e.norm() <= CLOSED * size(&j);
             let Some(step) = self.step(&e, &j) else { break };
             let mut fraction = 1.0;
             loop {
@@ -153,7 +154,15 @@ impl Closure {
                     (passive, e, j) = (next, e_next, j_next);
                     break;
                 }
+                if is_closed {
+                    break;
+                }
                 fraction *= 0.5;
+            }
+            // The step from a closed loop squares what is left, to rounding: near singular configurations the passive
+            // coordinates are off by more than the gap.
+            if is_closed {
+                break;
             }
         }
         let gap = e.norm();
@@ -225,17 +234,25 @@ impl Closure {
     }
 
     /// The configuration nearest to `goal` on the straight path to it that the same assembly reaches.
+    ///
+    /// Where assemblies meet, J_p is singular and a step that passes over the place may end on another one. So a step is
+    /// short enough that the ratio of singular values, going on as it changed last, loses no more than half.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let steps = (length / STRIDE).ceil().max(1.0) as usize;
-        let mut at = from.clone();
-        for step in 1..=steps {
-            let fraction = step as f64 / steps as f64;
+        let (mut at, mut done) = (from.clone(), 0.0);
+        let (mut ratio, mut slope) = (self.ratio(&from.0, &from.1), 1.0_f64);
+        while done < length {
+            let stride = STRIDE.min(0.5 * ratio / slope).min(length - done);
+            let fraction = if stride < length - done { (done + stride) / length } else { 1.0 };
             let q: Vec<f64> = from.0.iter().zip(goal).map(|(a, b)| a + fraction * (b - a)).collect();
-            match self.solve(&q, Some(&at.1)) {
-                Ok(passive) if self.ratio(&q, &passive) > FAR_FROM_SINGULAR => at = (q, passive),
-                _ => break,
+            let Ok(passive) = self.solve(&q, Some(&at.1)) else { break };
+            let next = self.ratio(&q, &passive);
+            if next <= FAR_FROM_SINGULAR {
+                break;
             }
+            slope = ((next - ratio).abs() / stride).max(1.0);
+            (at, ratio) = ((q, passive), next);
+            done = if fraction < 1.0 { done + stride } else { length };
         }
         at
     }

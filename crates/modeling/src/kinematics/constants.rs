@@ -31,6 +31,11 @@ struct Number {
     places: Vec<String>,
 }
 
+/// Whether two numbers are one but for the rounding of this program, which computes angles of loops from those of the file.
+fn is_one(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 4.0 * f64::EPSILON * a
+}
+
 /// A length and an angle of the same number of m and rad are not the same.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -65,7 +70,7 @@ impl<'a> Constants<'a> {
         while self.robot.symbols.iter().any(|s| s.name == name) {
             name.push('_');
         }
-        let constant = match self.numbers.iter_mut().find(|n| n.kind == kind && n.magnitude == x.abs()) {
+        let constant = match self.numbers.iter_mut().find(|n| n.kind == kind && is_one(n.magnitude, x.abs())) {
             Some(number) => {
                 if !number.places.contains(&name) {
                     number.places.push(name);
