@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use expr::{Function, SymbolKind, Tape};
+use expr::{Function, Tape};
 use modeling::{BaseParameters, Derivation, UnclearRank};
 use nalgebra::DMatrix;
 use robot::{Drive, Robot, RotorInertia, Value};
