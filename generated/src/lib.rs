@@ -40,6 +40,7 @@ mod lanes {
     }
 }
 #[rustfmt::skip]
+#[allow(clippy::too_many_lines, reason = "straight lines that a machine wrote")]
 pub mod robots;
 
 /// One number of eight samples, as they lie in a vector register.
