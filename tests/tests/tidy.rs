@@ -357,6 +357,24 @@ fn dead_code_is_allowed_nowhere() {
     }
 }
 
+/// The list is one paragraph of a page, or one point of a list of points.
+#[test]
+fn pages_name_the_files_with_unsafe() {
+    let sources = files().into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    let with_unsafe = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).unwrap();
+        source::tokens::says(source::tokens::tokens(&text, &relative(path)), "unsafe")
+    };
+    let found: BTreeSet<String> = sources.filter(with_unsafe).map(|path| relative(&path)).collect();
+    for page in ["SECURITY.md", "ARCHITECTURE.md"] {
+        let text = std::fs::read_to_string(workspace().join(page)).unwrap();
+        let (_, list) = text.split_once("`unsafe` stands in").unwrap_or_else(|| panic!("{page} says where it stands"));
+        let list = list.split("\n\n").next().and_then(|list| list.split("\n- ").next()).unwrap_or_default();
+        let named = list.split('`').filter(|word| word.ends_with(".rs")).map(String::from).collect();
+        assert_eq!(found, named, "{page}: the files that hold `unsafe`, and those that it names");
+    }
+}
+
 #[test]
 fn files_import_neither_in_circles_nor_back_up() {
     let mut places: BTreeSet<String> = BTreeSet::new();
