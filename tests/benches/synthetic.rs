@@ -39,7 +39,6 @@ use identification::estimators::weighted::Weights;
 use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
 use identification::experiments::record::Record;
 use identification::experiments::reference_motion::Reference;
-use identification::model::friction::law::FrictionLaw;
 use identification::model::linear_model::Model;
 use identification::model::pseudo_inertia::Ten;
 use identification::model::standard_map::StandardMap;
@@ -48,7 +47,7 @@ use identification::rows::observation::{Observation, weighted};
 use identification::signals::signal_options::Signal;
 use identification::simulate::closed_loop::{Sensing, Simulation};
 use logs::{Effort, Error, Log, LogReport};
-use tests::benchmark::arms::{NOISE, r3_arm};
+use tests::benchmark::arms::{NO_FRICTION, NOISE, r3_arm};
 use tests::benchmark::monte_carlo::each_draw;
 use tests::benchmark::robots::r3;
 use tests::benchmark::scenario::BenchmarkArm;
@@ -104,7 +103,7 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(robot: &'a TapeRobot) -> Bench<'a> {
-        let arm = BenchmarkArm { friction: vec![FrictionLaw::NONE; 3], ..r3_arm("R3G", robot) };
+        let arm = BenchmarkArm { friction: vec![NO_FRICTION; 3], ..r3_arm("R3G", robot) };
         let motion = ValidationMotion { moves: 8, ..ValidationMotion::default() };
         let (v, a) = (&arm.velocity, &arm.acceleration);
         let reference = validation_trajectory(&motion, &arm.position, v, a, arm.sample_time, &mut Random::new(1000));

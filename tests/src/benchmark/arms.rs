@@ -6,6 +6,9 @@ use identification::simulate::closed_loop::{Controller, Drives, Sensing};
 use crate::benchmark::scenario::BenchmarkArm;
 use crate::tape_robot::TapeRobot;
 
+/// A joint without friction.
+pub const NO_FRICTION: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
+
 /// Of R3G and R3B: rad/s, rad/s^2, and N m a sample.
 pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
 pub const ACCELERATION: [f64; 3] = [30.0, 40.0, 60.0];

@@ -3,7 +3,6 @@
 //! Per estimator: bias, RMSE and coverage. On a whole arm: `cargo bench -p tests --bench synthetic`.
 
 use identification::algebra::random::Random;
-use identification::estimate::consistent::identity_map;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use identification::estimators::consistent::{Prior, consistent};
@@ -14,12 +13,14 @@ use identification::estimators::weighted::{Weights, fit};
 use identification::model::friction::terms::sign;
 use identification::model::linear_model::Model;
 use identification::model::regressor::Regressor;
+use identification::model::standard_map::StandardMap;
 use identification::model::states::States;
 use identification::rows::observation::{Observation, weighted};
 use identification::rows::residual_sums::residual_sums;
 use identification::signals::signal_options::Signal;
 use identification::simulate::dynamics::torque;
 use logs::{Effort, Log, LogReport};
+use nalgebra::DMatrix;
 use tests::benchmark::robots::pendulum;
 use tests::benchmark::tally::Tally;
 use tests::tape_robot::TapeRobot;
@@ -132,8 +133,9 @@ fn estimators_against_the_bound() {
 #[test]
 fn consistency_helps_poor_data_only() {
     let body = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
-    let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
-    let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+    let standard = (0..10).map(|i| format!("P{i}")).collect();
+    let matrix = DMatrix::identity(10, 10);
+    let map = StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: Vec::new() };
     let mut random = Random::new(72);
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);

@@ -196,7 +196,6 @@ mod tests {
     use super::*;
     use crate::algebra::random::Random;
     use crate::algebra::triangle::TriangleBuilder;
-    use crate::estimate::consistent::identity_map;
 
     const BODY: Ten = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
 
@@ -213,8 +212,9 @@ mod tests {
     }
 
     fn map() -> StandardMap {
-        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
-        identity_map(&names, vec![("body".into(), 0)], Vec::new())
+        let standard = (0..10).map(|i| format!("P{i}")).collect();
+        let matrix = DMatrix::identity(10, 10);
+        StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: Vec::new() }
     }
 
     fn prior(gamma: f64, body: Option<Ten>) -> Prior {
