@@ -1,6 +1,6 @@
 //! Regressors of known robots, written by `cargo xtask gen`, compiled once.
 //!
-//! `robots/` is generated: one file a robot, none of which needs any other. This crate gives all of them one interface.
+//! `robots/` is generated: one file per robot, none of which needs any other. This crate gives all of them one interface.
 
 #![no_std]
 

@@ -2,7 +2,7 @@
 //!
 //! The arm R3G in closed loop (PD, held torques) from point to point, 1 kHz, 15 base parameters, with gravity, no
 //! friction: the model is exact, so that what is seen is the estimator's. The motion is simulated once; each draw
-//! adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m a sample.
+//! adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m per sample.
 //!
 //! | column | is |
 //! |---|---|

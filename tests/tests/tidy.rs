@@ -312,7 +312,7 @@ fn a_file_over_four_hundred_lines_says_why() {
         }
         let n = std::fs::read_to_string(&path).unwrap().lines().count();
         if n > 400 {
-            let why = "one algorithm a file: divide it, or give the reason in tests/data/long_files.yaml";
+            let why = "one algorithm per file: divide it, or give the reason in tests/data/long_files.yaml";
             assert!(reasons.get(&name).is_some_and(|r| !r.is_empty()), "{name} has {n} lines; {why}");
             long.insert(name);
         }

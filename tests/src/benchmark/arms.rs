@@ -9,7 +9,7 @@ use crate::tape_robot::TapeRobot;
 /// A joint without friction.
 pub const NO_FRICTION: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
 
-/// Of R3G and R3B: rad/s, rad/s^2, and N m a sample.
+/// Of R3G and R3B: rad/s, rad/s^2, and N m per sample.
 pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
 pub const ACCELERATION: [f64; 3] = [30.0, 40.0, 60.0];
 pub const NOISE: [f64; 3] = [0.20, 0.15, 0.10];

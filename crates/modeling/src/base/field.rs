@@ -1,7 +1,7 @@
 //! The field of integers modulo 2^61 - 1, where a zero is a zero.
 //!
 //! A polynomial identity that holds at random points of this field holds, up to a chance of
-//! degree / 2^61 a point [Schwartz 1980]. Lengths are random elements; an angle is a random point
+//! degree / 2^61 per point [Schwartz 1980]. Lengths are random elements; an angle is a random point
 //! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value.
 
 use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
