@@ -197,7 +197,7 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
     ]
 }
 
-/// Samples to rows of dynamics and friction, and on into one triangle a joint.
+/// Samples to rows of dynamics and friction, and on into one triangle per joint.
 fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
     const SAMPLES: usize = 4096;
     let truth = Truth::new(robot);

@@ -26,7 +26,7 @@ fn panda() -> impl Regressor {
     compiled(function.fingerprint, coordinates, parameters).expect("it is compiled in")
 }
 
-/// Sums of three sines a joint at 1 kHz, torques of random parameters with friction and noise.
+/// Sums of three sines per joint at 1 kHz, torques of random parameters with friction and noise.
 fn write_log(path: &Path, rows: usize) -> std::io::Result<()> {
     let arm = panda();
     let (n, p) = (arm.coordinates().len(), arm.parameters().len());

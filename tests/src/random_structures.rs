@@ -154,7 +154,8 @@ pub fn structure(seed: u64) -> Structure {
             let place = format!("gamma: {}, b: {}, alpha: {plane}", numbers.angle(random), numbers.length(random));
             let place = if matches!(one.third, Third::Slider) { String::from("b: 0") } else { place };
             let crank_link = format!("  - {{link: {a}, antecedent: {antecedent}, {place}, theta: {q} + {crank}}}\n");
-            let rod_link = |variable: &str| format!("  - {{link: {b}, antecedent: {a}, d: {crank_length}, {variable}}}\n");
+            let rod_link =
+                |variable: &str| format!("  - {{link: {b}, antecedent: {a}, d: {crank_length}, {variable}}}\n");
             let third_link = |variable: &str| match one.third {
                 Third::Rocker { base, .. } => {
                     format!("  - {{link: {c}, antecedent: {antecedent}, {place}, d: {base}, {variable}}}\n")
@@ -308,11 +309,7 @@ impl Structure {
                 ddp[2 * l + i] = g[i] * ddq[k] + coast[i];
             }
         }
-        let whole = State {
-            q: [&q[..], &p].concat(),
-            dq: [&dq[..], &dp].concat(),
-            ddq: [&ddq[..], &ddp].concat(),
-        };
+        let whole = State { q: [&q[..], &p].concat(), dq: [&dq[..], &dp].concat(), ddq: [&ddq[..], &ddp].concat() };
         let columns = crate::standard_names(open).len();
         let mut d_open = DMatrix::zeros(n + m, columns);
         let mut unit = vec![0.0; columns];

@@ -11,8 +11,8 @@ use std::process::Command;
 use expr::Tape;
 use modeling::{BaseParameters, Derivation, RobotFunction};
 use nalgebra::DMatrix;
-use robot::format::{ReadOptions, read_urdf_with, read_yaml};
 use robot::Robot;
+use robot::format::{ReadOptions, read_urdf_with, read_yaml};
 use tests::random::Random;
 use tests::{dot, recursion, standard_names};
 

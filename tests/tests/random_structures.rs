@@ -75,9 +75,14 @@ fn debug_one() {
     let d = structure(seed.parse().unwrap());
     println!("{}", d.text);
     let robot = d.robot().unwrap();
-    for n in &robot.notes { println!("{n:?}"); }
+    for n in &robot.notes {
+        println!("{n:?}");
+    }
     println!("{:?}", wrong(seed.parse().unwrap()));
     let p = tests::standard_names(&robot).len();
-    println!("{:?}", rank(&d.states(2 * p / robot.n_coordinates() + 8, &mut Random(seed.parse::<u64>().unwrap() + 1_000_000))));
+    println!(
+        "{:?}",
+        rank(&d.states(2 * p / robot.n_coordinates() + 8, &mut Random(seed.parse::<u64>().unwrap() + 1_000_000)))
+    );
     std::fs::write("/tmp/m/one.yaml", &d.text).unwrap();
 }

@@ -329,11 +329,6 @@ impl Parameter {
     pub fn unit(&self) -> Unit {
         self.id.unit(self.is_prismatic)
     }
-
-    /// Whether it belongs to the dynamics: neither friction, coupling nor gain.
-    pub fn is_dynamics(&self) -> bool {
-        matches!(self.id, ParameterId::Base(_))
-    }
 }
 
 impl From<&BaseParameter> for Parameter {

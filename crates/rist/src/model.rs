@@ -131,11 +131,6 @@ impl Model {
         columns.with_sliding(&slides).map_err(|e| Error::new(format_args!("{file}: {e}")))
     }
 
-    /// The base regressor alone.
-    pub fn into_regressor(self) -> Box<dyn Regressor + Send> {
-        self.regressor
-    }
-
     /// The solver for the passive joints, taken out of the model; `None` where no joint is found numerically.
     pub fn take_closure(&mut self) -> Option<Closure> {
         self.closure.take()

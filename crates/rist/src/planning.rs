@@ -97,13 +97,6 @@ pub fn plan(
     Ok(Planned { plan, notes })
 }
 
-/// The motions that a plan of this request chooses from, in the order of its proof, and the assumptions behind them.
-///
-/// Fails as [`plan`] does.
-pub fn plan_candidates(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>), Error> {
-    candidates_of(model, request).map(|found| (found.candidates, found.notes))
-}
-
 /// The motions to choose from.
 struct Candidates {
     candidates: Vec<Candidate>,

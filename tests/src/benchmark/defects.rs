@@ -15,6 +15,7 @@ use linear_model::friction::law::FrictionLaw;
 use numerics::fourier::circular_differences;
 use numerics::random::Random;
 
+use crate::benchmark::arms::NO_FRICTION;
 use crate::benchmark::scenario::BenchmarkArm;
 
 /// A defect of all joints, or of one of them.
@@ -167,7 +168,7 @@ impl Defect {
         };
         let drives =
             Drives { gain: with(&arm.drives.gain, 1.0), greatest_torque: with(&arm.drives.greatest_torque, 1.0) };
-        let friction: Vec<FrictionLaw> = arm.friction.iter().copied().chain(vec![FrictionLaw::NONE; n]).collect();
+        let friction: Vec<FrictionLaw> = arm.friction.iter().copied().chain(vec![NO_FRICTION; n]).collect();
         let simulation = Simulation {
             dynamics: &dynamics,
             controller: &controller,

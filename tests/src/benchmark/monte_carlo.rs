@@ -11,7 +11,7 @@
 //! | tau | mean of norm(D (X^ - X)) / norm(D X) over draws and validation motions, % |
 //!
 //! sigma is the Cramer-Rao bound for white torque noise alone. It assumes exact motion, every sample of every moving
-//! joint, and four unknown friction coefficients a joint, the same in all experiments.
+//! joint, and four unknown friction coefficients per joint, the same in all experiments.
 
 use std::fmt;
 

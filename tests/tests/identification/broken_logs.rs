@@ -131,6 +131,7 @@ fn replaced(mut bytes: Vec<u8>, old: &[u8], new: &[u8]) -> Vec<u8> {
 }
 
 /// Broken containers and the message each must bring.
+#[expect(clippy::too_many_lines, reason = "one table")]
 fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
     let no_joint_states = || {
         let mut file = Mcap::new(Some("lz4"));

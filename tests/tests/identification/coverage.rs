@@ -3,7 +3,6 @@
 //! Per estimator: bias, RMSE and coverage. On a whole arm: `cargo bench -p tests --bench synthetic`.
 
 use experiments::simulate::dynamics::torque;
-use identification::estimate::consistent::identity_map;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use identification::estimators::consistent::{Prior, consistent};
@@ -17,8 +16,10 @@ use identification::signals::signal_options::Signal;
 use linear_model::friction::terms::sign;
 use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
+use linear_model::standard_map::StandardMap;
 use linear_model::states::States;
 use logs::{Effort, Log, LogReport};
+use nalgebra::DMatrix;
 use numerics::random::Random;
 use tests::benchmark::robots::pendulum;
 use tests::benchmark::tally::Tally;
@@ -132,8 +133,9 @@ fn estimators_against_the_bound() {
 #[test]
 fn consistency_helps_poor_data_only() {
     let body = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
-    let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
-    let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+    let standard = (0..10).map(|i| format!("P{i}")).collect();
+    let matrix = DMatrix::identity(10, 10);
+    let map = StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: Vec::new() };
     let mut random = Random::new(72);
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);

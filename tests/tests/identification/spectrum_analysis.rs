@@ -6,14 +6,14 @@ use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
+
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use identification::spectrum::rist_mh::effects::Effect;
-use linear_model::friction::law::FrictionLaw;
 use numerics::fourier as spectrum;
 use numerics::information_matrix::Rows;
-use tests::benchmark::arms::{NOISE, r3_arm, race_arm};
+use tests::benchmark::arms::{NO_FRICTION, NOISE, r3_arm, race_arm};
 use tests::benchmark::candidates::{r3_candidates, race_candidates};
 use tests::benchmark::gain_monte_carlo::GainComparison;
 use tests::benchmark::monte_carlo::{Figures, Fixture, Method};
@@ -86,7 +86,7 @@ fn the_papers_rows_without_feedforward_and_without_gravity() {
 fn without_friction_and_noise_the_parameters_come_back() {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
-    arm.friction = vec![FrictionLaw::NONE; 3];
+    arm.friction = vec![NO_FRICTION; 3];
     let mut scenario = Scenario::all(&arm).into_iter().find(|s| s.name == "S1").unwrap();
     scenario.sensing.quantum = vec![0.0; 3];
     let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
@@ -227,7 +227,7 @@ mod reconstruction {
         let robot = race();
         let plan = plan(&robot);
         let mut arm = race_arm(&robot);
-        arm.friction = vec![FrictionLaw::NONE; 3];
+        arm.friction = vec![NO_FRICTION; 3];
         arm.sensing.quantum = vec![0.0; 3];
         arm.sensing.position_noise = vec![1e-6; 3];
         let scenario = Scenario::all(&arm).swap_remove(1);
@@ -288,7 +288,7 @@ fn a_known_load_gives_all_gains() {
 fn deviations_of_gains_are_honest() {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
-    arm.friction = vec![FrictionLaw::NONE; 3];
+    arm.friction = vec![NO_FRICTION; 3];
     arm.sensing.quantum = vec![0.0; 3];
     arm.sensing.position_noise = vec![1e-6; 3];
     let scenario = Scenario::all(&arm).swap_remove(1);

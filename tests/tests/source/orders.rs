@@ -2,7 +2,8 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub const ORDERS: [(&str, &[&str]); 15] = [
+pub const ORDERS: [(&str, &[&str]); 16] = [
+    ("crates/claims", &["subject", "figure", "remedy", "outcome", "claim", "standing", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
@@ -20,8 +21,10 @@ pub const ORDERS: [(&str, &[&str]); 15] = [
             "floating",
             "lint",
             "angle_snap",
+            "agreement",
             "linear_angle",
             "polygon",
+            "assembly",
             "passive",
             "format",
         ],
@@ -32,7 +35,17 @@ pub const ORDERS: [(&str, &[&str]); 15] = [
     ),
     (
         "crates/modeling",
-        &["random", "kinematics", "derivation", "base", "dynamics", "functions", "robot_function", "robot_module"],
+        &[
+            "random",
+            "kinematics",
+            "derivation",
+            "base",
+            "dynamics",
+            "functions",
+            "robot_function",
+            "robot_module",
+            "size",
+        ],
     ),
     ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
     (

@@ -277,7 +277,7 @@ mod tests {
             controller: &controller,
             drives: &drives,
             quantum: &[0.0],
-            friction: &[FrictionLaw::NONE],
+            friction: &[FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0)],
             substeps: 2,
         };
         let feedforward = [reference.ddq[0].iter().map(|a| 2.0 * a).collect::<Vec<f64>>()];

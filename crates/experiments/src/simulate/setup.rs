@@ -241,7 +241,7 @@ mod tests {
             controller: &Controller::for_inertia(&[lightness], &[BANDWIDTH], velocity_pole),
             drives: &Drives { gain: vec![1.0], greatest_torque: vec![1e5] },
             quantum: &[0.0],
-            friction: &[FrictionLaw::NONE],
+            friction: &[FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0)],
             substeps: 2,
         };
         let count = 1100;

@@ -12,7 +12,6 @@ use linear_model::regressor::Regressor;
 use linear_model::standard_map::StandardMap;
 use linear_model::unit::Unit;
 use logs::Error;
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::artefact::Estimate;
@@ -178,10 +177,4 @@ fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
 /// The standard parameters of each body, by name.
 pub fn bodies<'a>(map: &'a StandardMap, phi: &'a [f64]) -> impl Iterator<Item = (&'a str, Ten)> {
     map.bodies.iter().map(|(name, first)| (name.as_str(), std::array::from_fn(|i| phi[first + i])))
-}
-
-/// A map for a regressor whose parameters are the standard ones themselves.
-pub fn identity_map(standard: &[String], bodies: Vec<(String, usize)>, rotors: Vec<usize>) -> StandardMap {
-    let n = standard.len();
-    StandardMap { standard: standard.to_vec(), matrix: DMatrix::identity(n, n), bodies, rotors }
 }

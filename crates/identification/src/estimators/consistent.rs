@@ -194,7 +194,6 @@ fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::consistent::identity_map;
     use numerics::random::Random;
     use numerics::triangle::TriangleBuilder;
 
@@ -213,8 +212,9 @@ mod tests {
     }
 
     fn map() -> StandardMap {
-        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
-        identity_map(&names, vec![("body".into(), 0)], Vec::new())
+        let standard = (0..10).map(|i| format!("P{i}")).collect();
+        let matrix = DMatrix::identity(10, 10);
+        StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: Vec::new() }
     }
 
     fn prior(gamma: f64, body: Option<Ten>) -> Prior {

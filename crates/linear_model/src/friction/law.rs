@@ -28,9 +28,6 @@ pub struct FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// A joint without friction.
-    pub const NONE: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
-
     /// Equation (5): Fv1, Fs1 for positive velocity, Fv2, Fs2 (negative) for negative velocity.
     pub const fn asymmetric(fv1: f64, fs1: f64, fv2: f64, fs2: f64) -> FrictionLaw {
         FrictionLaw {

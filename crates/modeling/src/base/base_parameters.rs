@@ -89,11 +89,6 @@ impl BaseParameters {
         self.sources.short(&self.columns())
     }
 
-    /// The rules nested, however short they would be expanded.
-    pub fn nested_rules(&self) -> Rules {
-        self.sources.nested(&self.columns())
-    }
-
     /// The rules expanded to standard parameters; `None` where they have more than a million summands.
     pub fn expanded_rules(&self) -> Option<Rules> {
         self.sources.expanded(&self.columns())

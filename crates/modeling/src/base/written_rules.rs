@@ -40,13 +40,6 @@ pub struct Rules {
     pub coefficients: Vec<Vec<String>>,
 }
 
-impl Rules {
-    /// Whether rules name regrouped parameters.
-    pub fn are_nested(&self) -> bool {
-        self.coefficients.is_empty() && !self.base.is_empty()
-    }
-}
-
 /// The data from which rules are written.
 #[derive(Clone, Debug)]
 pub(crate) struct RuleSources {
