@@ -8,8 +8,8 @@
 
 use std::path::Path;
 
-use identification::algebra::random::Random;
 use libfuzzer_sys::fuzz_target;
+use numerics::random::Random;
 use rist::description::{check_values, parse_robot};
 use rist::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::{Model, ModelOptions};
@@ -29,7 +29,7 @@ fuzz_target!(|data: &[u8]| {
         if !is_small || robot.coordinates.is_empty() || check_values(&robot, path).is_err() {
             continue;
         }
-        if let Ok(model) = Model::of(robot, path) {
+        if let Ok(model) = Model::of(robot, path, false) {
             torques_agree(&model);
         }
     }

@@ -1,6 +1,6 @@
 //! Regressors of known robots, written by `cargo xtask gen`, compiled once.
 //!
-//! `robots/` is generated: one file a robot, none of which needs any other. This crate gives all of them one interface.
+//! `robots/` is generated: one file per robot, none of which needs any other. This crate gives all of them one interface.
 
 #![no_std]
 
@@ -40,6 +40,7 @@ mod lanes {
     }
 }
 #[rustfmt::skip]
+#[allow(clippy::too_many_lines, reason = "straight lines that a machine wrote")]
 pub mod robots;
 
 /// One number of eight samples, as they lie in a vector register.

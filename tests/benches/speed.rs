@@ -14,10 +14,10 @@ use expr::{Function, Tape};
 use generated::{Compiled, Eight};
 use harness::{Alternative, Comparison};
 use identification::estimators::weighted::{Weights, fit};
-use identification::model::friction::terms::FrictionTerm;
-use identification::model::linear_model::Model;
-use identification::model::states::States;
 use identification::rows::observation::Observation;
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::states::States;
 use modeling::{BaseParameters, Derivation};
 use robot::Robot;
 use tests::model;
@@ -197,11 +197,11 @@ fn compiled_calls<'a>(compiled: &'static Compiled, truth: &'a Truth, x: &'a [f64
     ]
 }
 
-/// Samples to rows of dynamics and friction, and on into one triangle a joint.
+/// Samples to rows of dynamics and friction, and on into one triangle per joint.
 fn triangles(comparison: &mut Comparison, name: &str, robot: &Robot) {
     const SAMPLES: usize = 4096;
     let truth = Truth::new(robot);
-    let whole = rist::Model::of(robot.clone(), std::path::Path::new(name)).unwrap_or_else(|e| panic!("{e}"));
+    let whole = rist::Model::of(robot.clone(), std::path::Path::new(name), false).unwrap_or_else(|e| panic!("{e}"));
     let friction = [FrictionTerm::Viscous, FrictionTerm::Coulomb, FrictionTerm::Offset];
     let model = Model::new(whole.regressor(), &friction, &[]);
     let n = truth.n;

@@ -9,11 +9,11 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use identification::algebra::random::Random;
-use identification::model::compiled::compiled;
-use identification::model::parameter::BaseParameter;
-use identification::model::regressor::{Coordinate, Regressor};
+use linear_model::compiled::compiled;
+use linear_model::parameter::BaseParameter;
+use linear_model::regressor::{Coordinate, Regressor};
 use logs::LogSource;
+use numerics::random::Random;
 use rist::model::Model;
 use rist::samples::{IdentifyRequest, identify};
 
@@ -26,7 +26,7 @@ fn panda() -> impl Regressor {
     compiled(function.fingerprint, coordinates, parameters).expect("it is compiled in")
 }
 
-/// Sums of three sines a joint at 1 kHz, torques of random parameters with friction and noise.
+/// Sums of three sines per joint at 1 kHz, torques of random parameters with friction and noise.
 fn write_log(path: &Path, rows: usize) -> std::io::Result<()> {
     let arm = panda();
     let (n, p) = (arm.coordinates().len(), arm.parameters().len());

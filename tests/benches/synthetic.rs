@@ -2,7 +2,7 @@
 //!
 //! The arm R3G in closed loop (PD, held torques) from point to point, 1 kHz, 15 base parameters, with gravity, no
 //! friction: the model is exact, so that what is seen is the estimator's. The motion is simulated once; each draw
-//! adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m a sample.
+//! adds noise to it. Torque noise: 0.20, 0.15, 0.10 N m per sample.
 //!
 //! | column | is |
 //! |---|---|
@@ -26,29 +26,29 @@
 
 use std::cell::RefCell;
 
-use identification::algebra::least_squares::solve;
-use identification::algebra::random::Random;
-use identification::algebra::total_least_squares::total_least_squares;
-use identification::algebra::triangle::{Triangle, TriangleBuilder};
+use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::simulate::closed_loop::{Sensing, Simulation};
 use identification::estimate::consistent::{Consistency, identify_consistent};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
 use identification::estimators::essential::{Elimination, essential};
 use identification::estimators::weighted::Weights;
-use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
-use identification::experiments::record::Record;
-use identification::experiments::reference_motion::Reference;
-use identification::model::friction::law::FrictionLaw;
-use identification::model::linear_model::Model;
-use identification::model::pseudo_inertia::Ten;
-use identification::model::standard_map::StandardMap;
-use identification::model::states::States;
+
 use identification::rows::observation::{Observation, weighted};
 use identification::signals::signal_options::Signal;
-use identification::simulate::closed_loop::{Sensing, Simulation};
+use linear_model::linear_model::Model;
+use linear_model::pseudo_inertia::Ten;
+use linear_model::standard_map::StandardMap;
+use linear_model::states::States;
 use logs::{Effort, Error, Log, LogReport};
-use tests::benchmark::arms::{NOISE, r3_arm};
+use numerics::least_squares::solve;
+use numerics::random::Random;
+use numerics::total_least_squares::total_least_squares;
+use numerics::triangle::{Triangle, TriangleBuilder};
+use tests::benchmark::arms::{NO_FRICTION, NOISE, r3_arm};
 use tests::benchmark::monte_carlo::each_draw;
 use tests::benchmark::robots::r3;
 use tests::benchmark::scenario::BenchmarkArm;
@@ -104,7 +104,7 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(robot: &'a TapeRobot) -> Bench<'a> {
-        let arm = BenchmarkArm { friction: vec![FrictionLaw::NONE; 3], ..r3_arm("R3G", robot) };
+        let arm = BenchmarkArm { friction: vec![NO_FRICTION; 3], ..r3_arm("R3G", robot) };
         let motion = ValidationMotion { moves: 8, ..ValidationMotion::default() };
         let (v, a) = (&arm.velocity, &arm.acceleration);
         let reference = validation_trajectory(&motion, &arm.position, v, a, arm.sample_time, &mut Random::new(1000));
@@ -326,7 +326,7 @@ fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option
     let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
     let log = Log {
         name: "R3G".into(),
-        coordinates: identification::model::regressor::Regressor::coordinates(robot).to_vec(),
+        coordinates: linear_model::regressor::Regressor::coordinates(robot).to_vec(),
         t: (0..count).map(|i| i as f64 * record.sample_time).collect(),
         q: record.q.clone(),
         dq: None,

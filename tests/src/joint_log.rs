@@ -7,7 +7,7 @@ use robot::{Robot, StandardParameter};
 use crate::random::{Random, State};
 use crate::recursion;
 
-/// Seconds and rows a second of a log.
+/// Seconds and rows per second of a log.
 const DURATION: f64 = 10.0;
 const RATE: f64 = 500.0;
 

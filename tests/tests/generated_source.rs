@@ -136,6 +136,33 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// The part of `main` that calls each function of a module at all states.
+fn calls_of_c(m: &Module) -> String {
+    let mut main = String::new();
+    for Function { name, inputs, outputs, .. } in m.functions.iter().map(|f| &f.function) {
+        writeln!(main, "    for (k = 0; k < {STATES}; k++) {{").unwrap();
+        for i in inputs {
+            writeln!(main, "        double in_{}[{}];", i.name, i.entries.len()).unwrap();
+        }
+        for o in outputs {
+            let columns = if o.columns == 1 { String::new() } else { format!("[{}]", o.columns) };
+            writeln!(main, "        double out_{}[{}]{columns};", o.name, o.rows).unwrap();
+        }
+        for i in inputs {
+            writeln!(main, "        take(in_{}, {});", i.name, i.entries.len()).unwrap();
+        }
+        let inputs = inputs.iter().map(|i| format!("in_{}", i.name));
+        let names: Vec<String> = inputs.chain(outputs.iter().map(|o| format!("out_{}", o.name))).collect();
+        writeln!(main, "        {}_{name}({});", m.name, names.join(", ")).unwrap();
+        for o in outputs {
+            let first = if o.columns == 1 { "" } else { "[0]" };
+            writeln!(main, "        give(out_{}{first}, {});", o.name, o.entries.len()).unwrap();
+        }
+        main += "    }\n";
+    }
+    main
+}
+
 #[test]
 fn c_agrees_with_the_tape() {
     let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
@@ -155,27 +182,7 @@ fn c_agrees_with_the_tape() {
         std::fs::write(folder.join(format!("{}.c", m.name)), files.source).unwrap();
         writeln!(includes, "#include \"{header}\"").unwrap();
         compile.arg(format!("{}.c", m.name));
-        for Function { name, inputs, outputs, .. } in m.functions.iter().map(|f| &f.function) {
-            writeln!(main, "    for (k = 0; k < {STATES}; k++) {{").unwrap();
-            for i in inputs {
-                writeln!(main, "        double in_{}[{}];", i.name, i.entries.len()).unwrap();
-            }
-            for o in outputs {
-                let columns = if o.columns == 1 { String::new() } else { format!("[{}]", o.columns) };
-                writeln!(main, "        double out_{}[{}]{columns};", o.name, o.rows).unwrap();
-            }
-            for i in inputs {
-                writeln!(main, "        take(in_{}, {});", i.name, i.entries.len()).unwrap();
-            }
-            let inputs = inputs.iter().map(|i| format!("in_{}", i.name));
-            let names: Vec<String> = inputs.chain(outputs.iter().map(|o| format!("out_{}", o.name))).collect();
-            writeln!(main, "        {}_{name}({});", m.name, names.join(", ")).unwrap();
-            for o in outputs {
-                let first = if o.columns == 1 { "" } else { "[0]" };
-                writeln!(main, "        give(out_{}{first}, {});", o.name, o.entries.len()).unwrap();
-            }
-            main += "    }\n";
-        }
+        main += &calls_of_c(m);
     }
     let program = format!(
         "{includes}

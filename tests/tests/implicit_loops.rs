@@ -6,7 +6,11 @@ use robot::{Affine, CoordinateId, PassiveCoordinate, Robot, Value};
 
 /// A planar four-bar: crank L1, coupler L2, rocker L3 on the base at L4. Cut between coupler and rocker.
 fn four_bar(lengths: [f64; 4]) -> Robot {
-    let [l1, l2, l3, l4] = lengths;
+    four_bar_from(lengths, 0.0)
+}
+
+/// The same with the crank at this angle where q1 is zero.
+fn four_bar_from([l1, l2, l3, l4]: [f64; 4], crank: f64) -> Robot {
     let text = format!(
         "convention: khalil-kleinfinger
 name: four_bar
@@ -14,7 +18,7 @@ gravity: [0, -9.81, 0]
 symbols: {{L1: {l1}, L2: {l2}, L3: {l3}, L4: {l4}}}
 coordinates: [q1]
 links:
-  - {{link: 1, antecedent: base, theta: q1}}
+  - {{link: 1, antecedent: base, theta: q1 + {crank}}}
   - {{link: 2, antecedent: 1, drive: passive, d: L1, theta: -q1}}
   - {{link: 3, antecedent: base, drive: passive, d: L4, theta: q1}}
 "
@@ -119,7 +123,8 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
 
 #[test]
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
-    let implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
+    // With its crank along the base it is no linkage of one kind, so it starts elsewhere.
+    let implicit = four_bar_from([0.3, 0.6, 0.3, 0.6], 0.7);
     let mut derivation = Derivation::new(&implicit).unwrap();
     let regressor = derivation.regressor();
     let base = derivation.base_parameters(&regressor).unwrap();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use expr::{Function, SymbolKind, Tape};
+use expr::{Function, Tape};
 use modeling::{BaseParameters, Derivation, UnclearRank};
 use nalgebra::DMatrix;
 use robot::{Drive, Robot, RotorInertia, Value};
@@ -58,13 +58,9 @@ impl Regrouped {
         self.parameters.base[k].terms.iter().map(|t| (self.names[t.parameter].clone(), t.coefficient)).collect()
     }
 
-    /// The named constants of the graph, those of numbers without a symbol among them.
+    /// The named constants of the rules, numbers without a symbol by their place among them.
     fn constants(&self) -> Vec<(String, f64)> {
-        let constant = |(name, kind): &(String, SymbolKind)| match kind {
-            SymbolKind::Constant(x) => Some((name.clone(), *x)),
-            SymbolKind::Input => None,
-        };
-        self.standard.graph().symbols().iter().filter_map(constant).collect()
+        self.parameters.constants.clone()
     }
 }
 
@@ -434,11 +430,38 @@ fn a_relation_that_only_these_numbers_make_is_told_until_the_file_says_it_is_mea
         try_regroup(&edited(&text, &[("links:\n", &gravity), ("joint: prismatic, r: q1", &rail)]))
     };
     let (s, c) = 0.4f64.sin_cos();
-    let by_chance = slanted("0.4", [9.81 * s, -9.81 * c].map(|g| g.to_string()), "").unwrap().parameters;
-    assert_eq!(by_chance.rank.numeric, 4);
-    assert!(by_chance.rank.exact.rank() > Some(4) && !by_chance.coincident.is_empty(), "{:?}", by_chance.rank);
+    let by_chance = slanted("0.4", [9.81 * s, -9.81 * c].map(|g| g.to_string()), "");
+    let Err(UnclearRank::Coincident { numeric, exact, only_exact }) = by_chance else { panic!("no refusal") };
+    assert!(numeric == 4 && exact > 4 && !only_exact.is_empty(), "{numeric} {exact}");
     let meant = slanted("A", ["9.81*sin(A)", "-9.81*cos(A)"].map(String::from), "symbols: {A: 0.4}\n");
     let meant = meant.unwrap().parameters;
     assert_eq!((meant.rank.numeric, meant.rank.exact.rank()), (4, Some(4)));
-    assert!(meant.coincident.is_empty());
+}
+
+#[test]
+fn a_rule_names_the_lengths_of_its_own_links() {
+    // Two fingers of the same lengths: the numbers are one constant of the graph, the rules of each finger name its own.
+    let text = "convention: khalil-kleinfinger
+name: hand
+rotor_inertia: none
+links:
+  - {link: wrist, antecedent: base, alpha: pi/2, theta: q1}
+  - {link: index1, antecedent: wrist, d: 0.1, alpha: pi/2, theta: q2}
+  - {link: index2, antecedent: index1, d: 0.03, theta: q3}
+  - {link: thumb1, antecedent: wrist, d: 0.1, alpha: -pi/2, theta: q4}
+  - {link: thumb2, antecedent: thumb1, d: 0.03, theta: q5}
+";
+    let regrouped = regroup(&robot::format::read_yaml(text, "hand.yaml").unwrap());
+    let at = |finger: &str| format!("d{finger}2^2*M_{finger}2");
+    for finger in ["index", "thumb"] {
+        let rule = regrouped.rule(&format!("ZZR_{finger}1"));
+        assert!(rule.contains(&at(finger)), "{rule}");
+    }
+    for (rule, k) in regrouped.rules.iter().zip(0..) {
+        let right = rule.split_once(" = ").map_or("", |parts| parts.1);
+        same_terms(&coefficients(right, &regrouped.names, &regrouped.constants()), &regrouped.terms(k), rule);
+    }
+    let coefficients = &regrouped.parameters.rules().coefficients;
+    let named = |length: &str| coefficients.iter().flatten().any(|c| c.contains(length));
+    assert!(named("dthumb2") && named("dindex2") && named("dindex1") && named("dthumb1"));
 }

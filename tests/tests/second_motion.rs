@@ -1,12 +1,15 @@
 //! A motion that is designed after a first look at the robot, and a plan that is proven to be near the best.
 
-use identification::algebra::information_matrix::{InformationMatrix, Rows};
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::plan_proof::{PlanProof, ProofNode};
+use experiments::simulate::dynamics::RegressorDynamics;
+use experiments::simulate::setup::{SimulationSetup, motion_limits};
 use identification::estimate::artefact::Estimate;
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::plan_proof::{PlanProof, ProofNode};
-use identification::model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::FrictionTerm;
 use nalgebra::{Cholesky, DMatrix};
+use numerics::information_matrix::{InformationMatrix, Rows};
 use rist::Model;
 use rist::planning::PlanRequest;
 use tests::program::{folder, rist as run};
@@ -139,13 +142,30 @@ fn proven_bound(blocks: &[Rows], proof: &PlanProof, count: usize) -> f64 {
     worst
 }
 
+/// The motions that a plan of this request chooses from, in the order of its proof.
+fn candidates_of(model: &Model, request: &PlanRequest) -> Vec<Candidate> {
+    let limits = motion_limits(&model.robot).0;
+    let dynamics = RegressorDynamics::new(model.regressor(), model.described_parameters().unwrap());
+    let noise = SimulationSetup::for_robot(&model.robot, &dynamics).sensing.torque_noise;
+    let grid = CandidateGrid {
+        profile: request.profile,
+        steps: request.steps,
+        configurations: request.configurations,
+        duration: request.duration,
+        sample_time: 1.0 / request.rate,
+        gravity: model.robot.gravity_number() != [0.0; 3],
+        seed: request.seed,
+    };
+    candidates(&grid, &limits, model.regressor(), &noise)
+}
+
 /// The least D-efficiency that follows from a plan's file and the candidates, with the candidates' scaled rows.
 fn efficiency_by_hand(model: &Model, request: &PlanRequest) -> (rist::planning::ExperimentPlan, f64, Vec<Rows>, f64) {
     let planned = rist::plan(model, request, &|_, _, _| ()).unwrap().plan;
     let read = rist::planning::ExperimentPlan::from_yaml("plan.yaml", &planned.to_yaml().unwrap()).unwrap();
     assert_eq!(read, planned);
     let proof = read.proof.as_ref().unwrap();
-    let (candidates, _) = rist::planning::plan_candidates(model, request).unwrap();
+    let candidates = candidates_of(model, request);
     let blocks: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
     // Columns of like size, for the Cholesky factor: log det grows by what they are scaled with.
     let p = blocks[0].width() as f64;

@@ -1,13 +1,14 @@
 //! A motion that is a quintic spline, with a limit of the power of drives: found, proven, held against dense samples,
 //! played, simulated, and refused where it is broken by hand.
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::limits::LimitKind;
-use identification::experiments::excitation::motion::Motion;
-use identification::experiments::excitation::proof::Kept;
-use identification::simulate::dynamics::torque;
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::LimitKind;
+use experiments::excitation::motion::Motion;
+use experiments::excitation::proof::Kept;
+use experiments::simulate::dynamics::torque;
 use rist::Model;
 use robot::value::CoordinateId;
+use std::path::Path;
 use tests::dense_samples::violations;
 use tests::program::{folder, rist as run};
 use tests::workspace;
@@ -47,6 +48,18 @@ fn hold_samples(model: &Model, artefact: &ExcitingMotion, motion: &Motion) {
     assert!(greatest > 0.7 * SHARE * POWER, "{greatest}");
 }
 
+/// The files that play it, and what a controller makes of it.
+fn hold_played(folder: &Path, urdf: &str) {
+    let played = std::fs::read_to_string(folder.join("m.csv")).unwrap();
+    assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
+    assert!(std::fs::read_to_string(folder.join("m.script")).unwrap().contains("servoj"));
+    assert!(std::fs::read_to_string(folder.join("ros.yaml")).unwrap().contains("time_from_start"));
+    let simulated = run(folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]);
+    assert_eq!(simulated.code, Some(0), "{}", simulated.err);
+    let found = run(folder, &["identify", urdf, "logs/motion.csv"]);
+    assert!(found.out.contains("ZZR_shoulder_pan"), "{}{}", found.out, found.err);
+}
+
 #[test]
 fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     let folder = folder("spline_motion");
@@ -72,15 +85,7 @@ fn a_spline_is_found_proven_played_and_refused_where_it_is_broken() {
     let (model, motion) = (Model::read(urdf).unwrap(), artefact.motion("motion.yaml").unwrap());
     hold_samples(&model, &artefact, &motion);
 
-    // The files that play it, and what a controller makes of it.
-    let played = std::fs::read_to_string(folder.join("m.csv")).unwrap();
-    assert_eq!(played.lines().count(), 1 + 8 * 200 + 1);
-    assert!(std::fs::read_to_string(folder.join("m.script")).unwrap().contains("servoj"));
-    assert!(std::fs::read_to_string(folder.join("ros.yaml")).unwrap().contains("time_from_start"));
-    let simulated = run(&folder, &["simulate", urdf, "motion.yaml", "--validation", "0", "--out", "logs"]);
-    assert_eq!(simulated.code, Some(0), "{}", simulated.err);
-    let found = run(&folder, &["identify", urdf, "logs/motion.csv"]);
-    assert!(found.out.contains("ZZR_shoulder_pan"), "{}{}", found.out, found.err);
+    hold_played(&folder, urdf);
 
     // The proof is found again, and does not believe the file.
     let checked = run(&folder, &["check", urdf, "motion.yaml"]);

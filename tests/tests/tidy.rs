@@ -1,8 +1,8 @@
 //! The repository keeps its own rules: who knows whom, the length of files, clean lines.
 
 mod source {
-    pub mod functions;
     pub mod imports;
+    pub mod orders;
     pub mod tokens;
 }
 
@@ -11,189 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value as Json;
+use source::orders::{ORDERS, WITHOUT_ORDER};
 use tests::workspace;
-
-/// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
-/// place in the list.
-const ORDERS: [(&str, &[&str]); 13] = [
-    ("crates/fft", &[]),
-    ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
-    (
-        "crates/robot",
-        &[
-            "error",
-            "vector",
-            "inertial",
-            "collision",
-            "value",
-            "robot",
-            "convention",
-            "kinematics",
-            "parameter",
-            "closure",
-            "floating",
-            "lint",
-            "angle_snap",
-            "linear_angle",
-            "polygon",
-            "passive",
-            "format",
-        ],
-    ),
-    (
-        "crates/clearance",
-        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance", "gaps"],
-    ),
-    (
-        "crates/modeling",
-        &["random", "kinematics", "derivation", "base", "dynamics", "functions", "robot_function", "robot_module"],
-    ),
-    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
-    (
-        "crates/logs",
-        &[
-            "error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "ahead", "part",
-            "stream",
-        ],
-    ),
-    (
-        "crates/identification",
-        &[
-            "yaml",
-            "algebra",
-            "model",
-            "experiments",
-            "signals",
-            "rows",
-            "estimators",
-            "estimate",
-            "portrait",
-            "simulate",
-            "spectrum",
-            "write",
-        ],
-    ),
-    (
-        "crates/report",
-        &[
-            "number",
-            "scale",
-            "wrap",
-            "chart",
-            "template",
-            "sheet",
-            "robot",
-            "joints",
-            "motion",
-            "parameters",
-            "excitation",
-            "experiments",
-            "identification",
-        ],
-    ),
-    (
-        "crates/rist",
-        &[
-            "error",
-            "thread_tapes",
-            "output",
-            "state_tape",
-            "tape_regressor",
-            "torque_difference",
-            "description",
-            "model",
-            "evaluation",
-            "doctor",
-            "regressor_slope",
-            "torque_enclosure",
-            "load",
-            "samples",
-            "fleet",
-            "harmonic_request",
-            "experiments",
-            "planning",
-            "excite_request",
-            "excite_timing",
-            "described",
-            "after_estimate",
-            "surroundings",
-            "exciting",
-            "checking",
-            "motion_portrait",
-            "tape_dynamics",
-            "closed_loop",
-            "simulation",
-            "source",
-            "validation",
-            "verdict",
-            "page",
-            "write_back",
-        ],
-    ),
-    (
-        "crates/cli",
-        &[
-            "failure",
-            "terminal",
-            "interrupt",
-            "verdict",
-            "model",
-            "artefact",
-            "check",
-            "convert",
-            "doctor",
-            "evaluate",
-            "generate",
-            "report",
-            "identify",
-            "accumulate",
-            "merge",
-            "solve",
-            "compare",
-            "excite",
-            "inspect",
-            "lint",
-            "plan",
-            "shell",
-            "simulate",
-            "validate",
-            "main",
-        ],
-    ),
-    (
-        "tests",
-        &[
-            "number",
-            "random",
-            "rules",
-            "running_error",
-            "lib",
-            "urdf_text",
-            "pose",
-            "recursion",
-            "lagrangian",
-            "joint_log",
-            "known_arms",
-            "dense_samples",
-            "faults",
-            "planar_log",
-            "program",
-            "promise",
-            "tape_robot",
-            "benchmark",
-        ],
-    ),
-    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
-];
-
-/// Packages without an order, each with the reason.
-const WITHOUT_ORDER: [(&str, &str); 2] = [
-    ("generated", "the machine's table of robots takes the macro of the root, and the root the table"),
-    (
-        "crates/python",
-        "the classes of Python name each other: an estimate has its model, and a model takes an estimate",
-    ),
-];
 
 /// Package -> packages of this workspace it depends on, in whatever way.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -242,7 +61,7 @@ fn packages_know_whom_architecture_lets_them_know() {
 #[test]
 fn what_repairs_generated_builds_without_it() {
     let found = dependencies();
-    for package in ["xtask", "codegen", "modeling", "expr", "robot"] {
+    for package in ["xtask", "codegen", "modeling", "claims", "expr", "robot"] {
         let mut reached: BTreeSet<&String> = BTreeSet::new();
         let mut next: Vec<&String> = vec![found.get_key_value(package).unwrap().0];
         while let Some(name) = next.pop() {
@@ -312,26 +131,13 @@ fn a_file_over_four_hundred_lines_says_why() {
         }
         let n = std::fs::read_to_string(&path).unwrap().lines().count();
         if n > 400 {
-            let why = "one algorithm a file: divide it, or give the reason in tests/data/long_files.yaml";
+            let why = "one algorithm per file: divide it, or give the reason in tests/data/long_files.yaml";
             assert!(reasons.get(&name).is_some_and(|r| !r.is_empty()), "{name} has {n} lines; {why}");
             long.insert(name);
         }
     }
     let stale: Vec<&String> = reasons.keys().filter(|name| !long.contains(*name)).collect();
     assert!(stale.is_empty(), "no longer long: {stale:?}; take them out of tests/data/long_files.yaml");
-}
-
-#[test]
-fn a_function_is_read_at_one_sight() {
-    for path in files() {
-        let name = relative(&path);
-        if !name.ends_with(".rs") || name.starts_with("generated/src/robots/") || name.contains("/tests/") {
-            continue;
-        }
-        for (function, lines) in source::functions::functions(&std::fs::read_to_string(&path).unwrap()) {
-            assert!(lines <= 60, "{name}: {function} has {lines} lines; give its blocks names of their own");
-        }
-    }
 }
 
 /// Whoever opens the library sees the steps, and looks into a module for the rest.
@@ -362,12 +168,30 @@ fn lines_end_where_they_end() {
 }
 
 #[test]
-fn nothing_is_left_for_later() {
+fn dead_code_is_allowed_nowhere() {
     for path in files().iter().filter(|p| p.extension().is_some_and(|e| e == "rs")) {
         let name = relative(path);
         let text = std::fs::read_to_string(path).unwrap();
-        let left = source::tokens::left_for_later(source::tokens::tokens(&text, &name));
-        assert!(left.is_empty(), "{name}: {}", left.join(", "));
+        let allows = source::tokens::allows(source::tokens::tokens(&text, &name), "dead_code");
+        assert!(!allows, "{name}: allow(dead_code)");
+    }
+}
+
+/// The list is one paragraph of a page, or one point of a list of points.
+#[test]
+fn pages_name_the_files_with_unsafe() {
+    let sources = files().into_iter().filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    let with_unsafe = |path: &PathBuf| {
+        let text = std::fs::read_to_string(path).unwrap();
+        source::tokens::says(source::tokens::tokens(&text, &relative(path)), "unsafe")
+    };
+    let found: BTreeSet<String> = sources.filter(with_unsafe).map(|path| relative(&path)).collect();
+    for page in ["SECURITY.md", "ARCHITECTURE.md"] {
+        let text = std::fs::read_to_string(workspace().join(page)).unwrap();
+        let (_, list) = text.split_once("`unsafe` stands in").unwrap_or_else(|| panic!("{page} says where it stands"));
+        let list = list.split("\n\n").next().and_then(|list| list.split("\n- ").next()).unwrap_or_default();
+        let named = list.split('`').filter(|word| word.ends_with(".rs")).map(String::from).collect();
+        assert_eq!(found, named, "{page}: the files that hold `unsafe`, and those that it names");
     }
 }
 
@@ -378,7 +202,7 @@ fn files_import_neither_in_circles_nor_back_up() {
         places.extend(path.split_once("/src/").map(|(package, _)| package.to_string()));
     }
     let named = ORDERS.iter().map(|o| o.0).chain(WITHOUT_ORDER.iter().map(|w| w.0)).map(String::from).collect();
-    assert_eq!(places, named, "each package has its order at the head of this file, or a reason why it has none");
+    assert_eq!(places, named, "each package has its order in source/orders.rs, or a reason why it has none");
     let mut faults = Vec::new();
     for (package, order) in ORDERS {
         let source = format!("{package}/src/");

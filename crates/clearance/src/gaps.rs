@@ -26,9 +26,9 @@ pub struct Rules {
 /// The rest pose and the moving coordinates, by which gaps are chosen.
 #[derive(Clone, Debug)]
 pub struct Situation {
-    /// One a coordinate: where the robot rests, rad (m).
+    /// Where each coordinate rests, rad (m).
     pub rest: Vec<f64>,
-    /// One a coordinate: whether it moves.
+    /// Whether each coordinate moves.
     pub moves: Vec<bool>,
 }
 

@@ -39,7 +39,7 @@ impl KinematicTree {
         robot.passive.is_empty().then(|| KinematicTree { places: robot.links.iter().map(place).collect() })
     }
 
-    /// The pose of every link in the base frame; `q`: one a coordinate.
+    /// The pose of every link in the base frame; `q`: one per coordinate.
     pub fn poses(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.places.len());
         for place in &self.places {

@@ -52,7 +52,7 @@ enum Format {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     at_work(format_args!("deriving {}", arguments.model.model.display()));
-    let model = Model::of(robot, &arguments.model.model)?;
+    let model = Model::of(robot, &arguments.model.model, arguments.model.any_size)?;
     let derived = &model;
     let tilted = Tilted::new(arguments, derived)?;
     let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
@@ -93,7 +93,7 @@ impl Tilted {
         let given = rist::description::read_robot(&arguments.model.model, &options)?;
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
-        tilted.appear = match Model::of(given, &arguments.model.model) {
+        tilted.appear = match Model::of(given, &arguments.model.model, arguments.model.any_size) {
             Ok(model) => {
                 let more = model.parameters.base.iter().filter(|b| !kept(b.column));
                 Ok(more.map(|b| (name(&model, b.column), b.share)).collect())
@@ -143,8 +143,28 @@ fn sheet(derived: &Model, rules: &Rules, tilted: &Tilted) -> Sheet {
     if derived.is_compiled() {
         sheet.evidence.push("the base regressor is compiled into this program".into());
     }
+    sheet.evidence.extend(assembly(derived));
     sheet.evidence.extend(tilted.sentence());
     sheet
+}
+
+/// Where the loops were found closed; `None` without loops that are solved numerically.
+fn assembly(derived: &Model) -> Option<String> {
+    if derived.assembly.is_empty() {
+        return None;
+    }
+    let (q, passive) = derived.assembly.split_at(derived.robot.n_coordinates());
+    // Shown with six decimals: -0 is 0.
+    let list = |of: &[(String, f64)]| {
+        let value = |(name, x): &(String, f64)| format!("{name} = {}", (x * 1e6).round() / 1e6 + 0.0);
+        of.iter().map(value).collect::<Vec<_>>().join(", ")
+    };
+    Some(format!(
+        "at {} the loops are closed by {} (rad, m), and every other configuration is followed from there; another start \
+         may choose another assembly",
+        list(q),
+        list(passive)
+    ))
 }
 
 /// The values of the base parameters by the description; `None` without inertials, or where a symbol has no value.
@@ -246,9 +266,11 @@ fn as_json(derived: &Model, rules: &Rules, tilted: &Tilted) -> Value {
         "coordinates": robot.coordinates.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "symbols": (0..robot.symbols.len()).map(|i| symbol(robot, i)).collect::<Vec<_>>(),
         "links": robot.links.iter().map(|l| link(robot, l)).collect::<Vec<_>>(),
+        "constants": parameters.constants.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
         "standard": (0..parameters.standard.len()).map(name).collect::<Vec<_>>(),
         "base": (0..parameters.len()).map(|k| base(derived, rules, described.as_deref(), k)).collect::<Vec<_>>(),
         "regrouped": rules.regrouped,
+        "assembly": derived.assembly.iter().map(|(name, x)| (name.clone(), json!(x))).collect::<serde_json::Map<_, _>>(),
         "as_given": tilted.appear.iter().flatten().map(added).collect::<Vec<_>>(),
         "as_given_refused": tilted.appear.as_ref().err(),
         "no_effect": names(&parameters.no_effect),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::model::description_options::DescriptionOptions;
+use linear_model::description_options::DescriptionOptions;
 use rist::description::RotorInertias;
 use rist::{Model, ModelOptions};
 use robot::Robot;
@@ -40,6 +40,10 @@ pub struct ModelArguments {
     /// base_roll), and the base becomes a link with its own parameters
     #[arg(long)]
     floating_base: bool,
+
+    /// Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the figures otherwise
+    #[arg(long)]
+    pub any_size: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -81,6 +85,7 @@ impl ModelArguments {
             },
             rotor_inertias: self.rotor_inertia.map(rotors),
             floating_base: self.floating_base,
+            any_size: self.any_size,
         }
     }
 
@@ -123,7 +128,7 @@ impl ModelArguments {
         let robot = self.read_by(options)?;
         rist::description::check_values(&robot, &self.model)?;
         at_work(format_args!("deriving {}", self.model.display()));
-        let mut model = Model::of(robot, &self.model)?;
+        let mut model = Model::of(robot, &self.model, self.any_size)?;
         model.description = options.description();
         Ok(model)
     }

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::experiments::exchange::Criterion;
-use identification::experiments::profile::Profile;
-use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
+use experiments::motion::profile::Profile;
+use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+use experiments::plan::exchange::Criterion;
 use rist::planning::PlanRequest;
 use serde_json::json;
 

@@ -1,4 +1,4 @@
-//! A Function as straight-line steps, one an operation, in the order of its schedule. Every target
+//! A Function as straight-line steps, one per operation, in the order of its schedule. Every target
 //! language writes the same steps in its own way.
 //!
 //! An entry is stored as soon as it is known. Sine and cosine of an angle are one step. [`expr::Fusion`] decides which

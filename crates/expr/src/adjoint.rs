@@ -1,7 +1,7 @@
 //! The reverse mode of differentiation: the gradient of a weighted sum of a function's outputs with respect to its
 //! inputs.
 //!
-//! The weights are w_k, one an output entry, and the sum is L = sum_k w_k y_k(x). One pass forward evaluates the nodes.
+//! The weights are w_k, one per output entry, and the sum is L = sum_k w_k y_k(x). One pass forward evaluates the nodes.
 //! One pass backward carries dL/dnode from each node to its operands [Griewank, Walther 2008]:
 //!
 //! c = a + b: a' += c', b' += c';   c = a b: a' += c' b, b' += c' a;   c = a / b: a' += c' / b, b' -= c' c / b;
@@ -19,7 +19,7 @@ pub struct Adjoint {
     n_outputs: usize,
 }
 
-/// Memory of one evaluation at a time; make one a thread.
+/// Memory of one evaluation at a time; make one per thread.
 #[derive(Clone, Debug)]
 pub struct AdjointWorkspace {
     values: Vec<[f64; LANES]>,

@@ -7,7 +7,7 @@ use crate::graph::{Expr, Graph, Node, Symbol, SymbolKind};
 pub struct Input {
     /// Name of the argument in generated code: `q`.
     pub name: String,
-    /// Input symbols, one an entry.
+    /// Input symbols, one per entry.
     pub entries: Vec<Expr>,
 }
 

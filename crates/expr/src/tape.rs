@@ -55,7 +55,7 @@ enum Code {
     SinCos,
 }
 
-/// Memory of one evaluation at a time; make one a thread.
+/// Memory of one evaluation at a time; make one per thread.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     one: Vec<[f64; 1]>,

@@ -27,7 +27,7 @@ pub enum Effort {
     Current,
 }
 
-/// Measured signals of one run, SI, one series a coordinate in the order of the robot.
+/// Measured signals of one run, SI, one series per coordinate in the order of the robot.
 #[derive(Clone, Debug)]
 pub struct Log {
     /// The file, as the user named it.

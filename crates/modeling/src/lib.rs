@@ -15,6 +15,7 @@ mod kinematics;
 mod random;
 mod robot_function;
 mod robot_module;
+mod size;
 
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
 pub use base::closed::reason::NoCertificate;
@@ -26,3 +27,4 @@ pub use dynamics::pose::LinkFrame;
 pub use kinematics::closure::{Closure, Open};
 pub use robot_function::RobotFunction;
 pub use robot_module::module;
+pub use size::Size;

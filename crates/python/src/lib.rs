@@ -1,7 +1,9 @@
 //! The package `rist` of Python: the library `rist`, with arrays of NumPy for slices and keyword arguments for options.
 //!
-//! Nothing is computed here. Names are those of the library, options those of the program. Long work runs without the
-//! interpreter lock (`work`). A failure is `rist.Error` with the program's message.
+//! Nothing is computed here. Functions are named after the commands of the program, most options after its flags, classes
+//! after the library. `Model.regressor` is that of the standard parameters; the library's `Model::regressor` is
+//! `Model.base_regressor` here. Long work runs without the interpreter lock (`work`). A failure is `rist.Error` with the
+//! program's message.
 
 mod arrays;
 mod arrow;

@@ -20,7 +20,7 @@ use crate::html;
 use crate::keywords::Keywords;
 
 /// Options of a description, as of the program.
-const OPTIONS: [&str; 5] = ["value", "mimic", "angles", "rotor_inertia", "floating_base"];
+const OPTIONS: [&str; 6] = ["value", "mimic", "angles", "rotor_inertia", "floating_base", "any_size"];
 
 /// States that are evaluated between two looks for signals.
 const TOGETHER: usize = 1 << 14;
@@ -77,6 +77,9 @@ impl Model {
         }
         if given.floating_base {
             options.set_item("floating_base", true)?;
+        }
+        if given.any_size {
+            options.set_item("any_size", true)?;
         }
         Ok((self.inner.path.display().to_string(), self.text.clone(), options))
     }
@@ -189,6 +192,7 @@ fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResul
         angles: given.word("angles", &[("meant", Angles::Meant), ("as-given", Angles::AsGiven)])?.unwrap_or_default(),
         rotor_inertias: given.word("rotor_inertia", &ROTORS)?,
         floating_base: given.get("floating_base", "True or False")?.unwrap_or(false),
+        any_size: given.get("any_size", "True or False")?.unwrap_or(false),
     })
 }
 
@@ -197,10 +201,11 @@ impl Model {
     /// Reads a description (.yaml, .urdf, .par) and derives its dynamics.
     ///
     /// Options, as of the program: value={"D3": 0.45} (m or rad, of symbols), mimic="constraint" or "independent",
-    /// angles="meant" or "as-given", rotor_inertia="none", "actuated" or "all", floating_base=True. Angles that are taken
+    /// angles="meant" or "as-given", rotor_inertia="none", "actuated" or "all", floating_base=True, any_size=True (derive what takes
+    /// more than about 10 s or 1 GiB). Angles that are taken
     /// for others are a warning. Raises rist.Error with the place of what cannot be read.
     #[staticmethod]
-    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False)")]
+    #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         let options = self::options("Model.read", options)?;
         let text = robot::format::text_of(&path).or_error()?;
@@ -209,7 +214,7 @@ impl Model {
 
     /// The same of a text; `name` ends in .yaml, .urdf or .par, which tells its format, and stands in messages.
     #[staticmethod]
-    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False)")]
+    #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn parse(py: Python<'_>, text: String, name: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         Model::derive(py, text, name.into(), self::options("Model.parse", options)?)
     }

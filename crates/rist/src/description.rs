@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use identification::model::description_options::DescriptionOptions;
-pub use identification::model::description_options::RotorInertias;
+use linear_model::description_options::DescriptionOptions;
+pub use linear_model::description_options::RotorInertias;
 use robot::format::{Angles, Mimic, ReadOptions};
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
@@ -23,6 +23,8 @@ pub struct ModelOptions {
     pub rotor_inertias: Option<RotorInertias>,
     /// Six coordinates in front, and the base a link with parameters of its own.
     pub floating_base: bool,
+    /// Derive the model however large it is.
+    pub any_size: bool,
 }
 
 impl ModelOptions {
@@ -34,6 +36,7 @@ impl ModelOptions {
             angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
             rotor_inertias: description.rotor_inertia,
             floating_base: description.floating_base,
+            any_size: false,
         }
     }
 

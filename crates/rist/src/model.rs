@@ -3,23 +3,23 @@
 use std::path::{Path, PathBuf};
 
 use expr::Function;
-use identification::model::compiled::compiled;
-use identification::model::description_options::DescriptionOptions;
-use identification::model::known_load::KnownLoad;
-use identification::model::label::Label;
-use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
-use identification::model::reference::ModelReference;
-use identification::model::regressor::{Coordinate, Regressor};
-use identification::model::standard_map::StandardMap;
+use linear_model::compiled::compiled;
+use linear_model::description_options::DescriptionOptions;
+use linear_model::known_load::KnownLoad;
+use linear_model::label::Label;
+use linear_model::parameter::{BaseName, BaseParameter, ParameterId};
+use linear_model::reference::ModelReference;
+use linear_model::regressor::{Coordinate, Regressor};
+use linear_model::standard_map::StandardMap;
 use logs::{ColumnNames, Columns, LogSource, Table};
-use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
+use modeling::{BaseParameters, Closure, Derivation, Size, UnclearRank};
 use robot::value::CoordinateId;
 use robot::{Inertial, JointKind, LinkId, Robot};
 
 use crate::Estimate;
 use crate::description::{ModelOptions, check_values, parse_robot};
 use crate::error::Error;
-use crate::tape_regressor::TapeRegressor;
+use crate::tape::tape_regressor::TapeRegressor;
 
 /// A robot and what follows from it.
 pub struct Model {
@@ -39,6 +39,9 @@ pub struct Model {
     pub reference: ModelReference,
     /// How its file was read, for artefacts.
     pub description: Option<DescriptionOptions>,
+    /// Where the loops that are solved numerically were found closed: the value of each coordinate, then of each passive
+    /// one, rad or m, by name. All other configurations are followed from there. Empty without such loops.
+    pub assembly: Vec<(String, f64)>,
     closure: Option<Closure>,
     regressor: Box<dyn Regressor + Send>,
 }
@@ -63,20 +66,25 @@ impl Model {
         let path = path.as_ref();
         let robot = parse_robot(text, path, options)?;
         check_values(&robot, path)?;
-        Ok(Model { description: options.description(), ..Model::of(robot, path)? })
+        Ok(Model { description: options.description(), ..Model::of(robot, path, options.any_size)? })
     }
 
     /// Derives the dynamics of a robot; `path` stands in messages.
     ///
-    /// Fails where the rank of the base parameters is not clear-cut.
-    pub fn of(robot: Robot, path: &Path) -> Result<Model, Error> {
+    /// Fails where the rank of the base parameters is not clear-cut, and on robots whose derivation takes long or much
+    /// memory, with the figures, unless `any_size` asks for it.
+    pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
+        let size = Size::of(&robot);
+        if size.is_large() && !any_size {
+            return Err(Error::new(format_args!("{}: {size}; --any-size derives it all the same", path.display())));
+        }
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
         let mut derivation = Derivation::new(&robot).map_err(|e| refused(e.into()))?;
         let standard = derivation.regressor();
         let parameters = derivation.base_parameters(&standard).map_err(refused)?;
         let base_regressor = parameters.regressor(&standard).bound();
         let (torque, closure) = (derivation.torque().bound(), derivation.closure());
-        let for_regressor = derivation.closure();
+        let (for_regressor, assembly) = (derivation.closure(), assembly(&robot, derivation.closure()));
         let (coordinates, columns) = (coordinates(&robot), base_columns(&robot, &parameters));
         let fingerprint = base_regressor.fingerprint();
         let regressor: Box<dyn Regressor + Send> = match compiled(fingerprint, coordinates.clone(), columns.clone()) {
@@ -91,6 +99,7 @@ impl Model {
             base_regressor,
             torque,
             parameters,
+            assembly,
             closure,
             regressor,
             robot,
@@ -122,11 +131,6 @@ impl Model {
         columns.with_sliding(&slides).map_err(|e| Error::new(format_args!("{file}: {e}")))
     }
 
-    /// The base regressor alone.
-    pub fn into_regressor(self) -> Box<dyn Regressor + Send> {
-        self.regressor
-    }
-
     /// The solver for the passive joints, taken out of the model; `None` where no joint is found numerically.
     pub fn take_closure(&mut self) -> Option<Closure> {
         self.closure.take()
@@ -134,7 +138,7 @@ impl Model {
 
     /// Whether the base regressor is compiled into this program.
     pub fn is_compiled(&self) -> bool {
-        identification::model::compiled::is_compiled(self.base_regressor.fingerprint())
+        linear_model::compiled::is_compiled(self.base_regressor.fingerprint())
     }
 
     /// How the base parameters follow from the standard ones, in numbers.
@@ -253,6 +257,14 @@ pub(crate) fn coordinates(robot: &Robot) -> Vec<Coordinate> {
     let coordinate =
         |(k, c): (usize, &robot::Coordinate)| Coordinate { name: c.name.clone(), is_prismatic: is_prismatic(k) };
     robot.coordinates.iter().enumerate().map(coordinate).collect()
+}
+
+/// The closed configuration that the solver starts from, by name.
+fn assembly(robot: &Robot, closure: Option<Closure>) -> Vec<(String, f64)> {
+    let found = closure.and_then(|mut closure| closure.find_origin(robot.n_coordinates()));
+    let Some((q, passive)) = found else { return Vec::new() };
+    let name = |k: usize| robot.coordinate_name(CoordinateId(k)).to_string();
+    q.into_iter().chain(passive).enumerate().map(|(k, x)| (name(k), x)).collect()
 }
 
 /// The columns of the base regressor: their names, and the coordinates that the joints of their links follow.

@@ -1,14 +1,15 @@
 //! From a model to the experiments that identify it best.
 
-use identification::algebra::interruption::Interruption;
-use identification::experiments::candidates::{Candidate, CandidateGrid, candidates};
-use identification::experiments::exchange::{Criterion, Search};
-use identification::experiments::profile::Profile;
-use identification::experiments::ranges::{check_limits, check_samples};
-use identification::simulate::dynamics::RegressorDynamics;
-use identification::simulate::setup::{SimulationSetup, motion_limits};
+use experiments::motion::profile::Profile;
+use experiments::motion::sample_count::check_samples;
+use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
+use experiments::plan::exchange::{Criterion, Search};
+use experiments::plan::ranges::check_limits;
+use experiments::simulate::dynamics::RegressorDynamics;
+use experiments::simulate::setup::{SimulationSetup, motion_limits};
+use numerics::interruption::Interruption;
 
-pub use identification::experiments::experiment_plan::ExperimentPlan;
+pub use experiments::plan::experiment_plan::ExperimentPlan;
 
 use crate::error::Error;
 use crate::model::Model;
@@ -94,13 +95,6 @@ pub fn plan(
         notes.push("the search was interrupted: this is the best plan up to there".into());
     }
     Ok(Planned { plan, notes })
-}
-
-/// The motions that a plan of this request chooses from, in the order of its proof, and the assumptions behind them.
-///
-/// Fails as [`plan`] does.
-pub fn plan_candidates(model: &Model, request: &PlanRequest) -> Result<(Vec<Candidate>, Vec<String>), Error> {
-    candidates_of(model, request).map(|found| (found.candidates, found.notes))
 }
 
 /// The motions to choose from.

@@ -21,7 +21,7 @@ pub(crate) const ROUNDING: f64 = 1e-9;
 pub(crate) struct Polygon {
     /// In the order of the loop: from the common link to the cut, then from the twin back.
     pub sides: Vec<Side>,
-    /// Coefficients of Phi_cut - Phi_twin, one a variable of the robot.
+    /// Coefficients of Phi_cut - Phi_twin, one per variable of the robot.
     pub turn: Vec<f64>,
     /// delta, rad.
     pub angle: f64,

@@ -1,12 +1,15 @@
 //! The robots with their drives, controllers, friction and sensors.
 
-use identification::model::friction::law::FrictionLaw;
-use identification::simulate::closed_loop::{Controller, Drives, Sensing};
+use experiments::simulate::closed_loop::{Controller, Drives, Sensing};
+use linear_model::friction::law::FrictionLaw;
 
 use crate::benchmark::scenario::BenchmarkArm;
 use crate::tape_robot::TapeRobot;
 
-/// Of R3G and R3B: rad/s, rad/s^2, and N m a sample.
+/// A joint without friction.
+pub const NO_FRICTION: FrictionLaw = FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0);
+
+/// Of R3G and R3B: rad/s, rad/s^2, and N m per sample.
 pub const VELOCITY: [f64; 3] = [5.0, 5.0, 7.0];
 pub const ACCELERATION: [f64; 3] = [30.0, 40.0, 60.0];
 pub const NOISE: [f64; 3] = [0.20, 0.15, 0.10];

@@ -1,7 +1,7 @@
 //! Simulates a fleet of robots, some of which carry a load or have more friction. It counts how many of these `rist
 //! compare` finds, and how many of the robots that it names are unchanged.
 //!
-//! Every robot has logs of its own motions, two sines a joint. Torques have noise of 1 % of the joint's torque, half of
+//! Every robot has logs of its own motions, two sines per joint. Torques have noise of 1 % of the joint's torque, half of
 //! it white, half correlated over a tenth of a second. Friction differs from log to log by 2 %, as it does with
 //! temperature. A changed robot has a load on its last link, or other viscous and Coulomb friction in one joint.
 //!
@@ -10,10 +10,10 @@
 
 use std::f64::consts::TAU;
 
-use identification::algebra::in_order::in_order;
-use identification::algebra::random::Random;
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
+use numerics::in_order::in_order;
+use numerics::random::Random;
 use rist::fleet::{Comparison, compare};
 use rist::{Accumulator, Model};
 use robot::{Inertial, StandardParameter};

@@ -7,7 +7,7 @@ use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 
-/// The gains of one scenario, each figure in % of the gain, one a joint.
+/// The gains of one scenario, each figure in % of the gain, one per joint.
 #[derive(Clone, Debug)]
 pub struct GainComparison {
     pub draws: usize,

@@ -12,12 +12,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use identification::algebra::random::Random;
-use identification::model::friction::terms::sign;
-use identification::model::regressor::Regressor;
-use identification::simulate::dynamics::Dynamics;
+use experiments::simulate::dynamics::Dynamics;
+use linear_model::friction::terms::sign;
+use linear_model::regressor::Regressor;
 use logs::{Effort, Log, LogReport};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use numerics::random::Random;
 use robot::RotorInertia;
 
 use crate::tape_robot::TapeRobot;
@@ -62,7 +62,7 @@ impl Truth {
     }
 }
 
-/// N m/(rad/s), N m, N m, kg m^2, a joint.
+/// N m/(rad/s), N m, N m, kg m^2, of each joint.
 const VISCOUS: [f64; 6] = [9.1, 6.4, 8.3, 1.9, 1.2, 1.6];
 const COULOMB: [f64; 6] = [5.2, 7.4, 6.6, 0.8, 1.3, 1.1];
 const OFFSET: [f64; 6] = [0.3, -0.4, 0.1, 0.05, -0.08, 0.02];
@@ -240,7 +240,7 @@ fn rows() -> usize {
     (REPEATED as f64 * MOTION / PERIOD) as usize
 }
 
-/// Signals without noise, one series a joint.
+/// Signals without noise, one series per joint.
 struct Clean {
     q: Vec<Vec<f64>>,
     dq: Vec<Vec<f64>>,

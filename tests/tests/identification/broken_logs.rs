@@ -4,9 +4,9 @@ use std::path::Path;
 
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
-use identification::model::parameter::BaseParameter;
-use identification::model::regressor::Regressor;
 use identification::signals::signal_options::Signal;
+use linear_model::parameter::BaseParameter;
+use linear_model::regressor::Regressor;
 use logs::{Log, Table};
 
 use crate::log_files::parquet::{self, PLAIN, Pages, Values};
@@ -131,6 +131,7 @@ fn replaced(mut bytes: Vec<u8>, old: &[u8], new: &[u8]) -> Vec<u8> {
 }
 
 /// Broken containers and the message each must bring.
+#[expect(clippy::too_many_lines, reason = "one table")]
 fn broken_containers() -> Vec<(Vec<u8>, &'static str)> {
     let no_joint_states = || {
         let mut file = Mcap::new(Some("lz4"));

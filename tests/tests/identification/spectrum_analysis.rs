@@ -1,19 +1,19 @@
 //! Identification by spectrum analysis from the plan to the parameters, on simulated experiments.
 
-use identification::algebra::fourier as spectrum;
-use identification::algebra::information_matrix::Rows;
+use experiments::motion::record::Record;
+use experiments::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
-use identification::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::record::Record;
-use identification::model::friction::law::FrictionLaw;
+
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use identification::spectrum::rist_mh::effects::Effect;
-use tests::benchmark::arms::{NOISE, r3_arm, race_arm};
+use numerics::fourier as spectrum;
+use numerics::information_matrix::Rows;
+use tests::benchmark::arms::{NO_FRICTION, NOISE, r3_arm, race_arm};
 use tests::benchmark::candidates::{r3_candidates, race_candidates};
 use tests::benchmark::gain_monte_carlo::GainComparison;
 use tests::benchmark::monte_carlo::{Figures, Fixture, Method};
@@ -86,7 +86,7 @@ fn the_papers_rows_without_feedforward_and_without_gravity() {
 fn without_friction_and_noise_the_parameters_come_back() {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
-    arm.friction = vec![FrictionLaw::NONE; 3];
+    arm.friction = vec![NO_FRICTION; 3];
     let mut scenario = Scenario::all(&arm).into_iter().find(|s| s.name == "S1").unwrap();
     scenario.sensing.quantum = vec![0.0; 3];
     let fixture = Fixture::new(&arm, scenario, &golden_plan()).unwrap();
@@ -117,7 +117,7 @@ fn threads_change_nothing() {
 /// Differences that stop at the edges of the window put noise/h^2 into every bin.
 #[test]
 fn differences_must_wrap_around() {
-    let mut random = identification::algebra::random::Random::new(1);
+    let mut random = numerics::random::Random::new(1);
     let (n, h, noise) = (4000, 1e-3, 5e-5);
     let (mut wrapped, mut cut) = (0.0, 0.0);
     for _ in 0..20 {
@@ -176,7 +176,7 @@ fn plans_are_certified() {
     }
     let golden: Vec<Rows> = golden_plan()
         .into_iter()
-        .map(|t| identification::experiments::candidates::Candidate::new(t, &r3(true), &NOISE).information)
+        .map(|t| experiments::plan::candidates::Candidate::new(t, &r3(true), &NOISE).information)
         .collect();
     let all: Vec<usize> = (0..8).collect();
     let value = value_of(&golden, &all, Criterion::Determinant);
@@ -227,7 +227,7 @@ mod reconstruction {
         let robot = race();
         let plan = plan(&robot);
         let mut arm = race_arm(&robot);
-        arm.friction = vec![FrictionLaw::NONE; 3];
+        arm.friction = vec![NO_FRICTION; 3];
         arm.sensing.quantum = vec![0.0; 3];
         arm.sensing.position_noise = vec![1e-6; 3];
         let scenario = Scenario::all(&arm).swap_remove(1);
@@ -288,7 +288,7 @@ fn a_known_load_gives_all_gains() {
 fn deviations_of_gains_are_honest() {
     let robot = r3(true);
     let mut arm = r3_arm("R3G", &robot);
-    arm.friction = vec![FrictionLaw::NONE; 3];
+    arm.friction = vec![NO_FRICTION; 3];
     arm.sensing.quantum = vec![0.0; 3];
     arm.sensing.position_noise = vec![1e-6; 3];
     let scenario = Scenario::all(&arm).swap_remove(1);

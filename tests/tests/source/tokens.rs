@@ -36,46 +36,36 @@ pub fn without_tests(stream: TokenStream) -> TokenStream {
     kept.into_iter().collect()
 }
 
-/// What is left for later, as it stands in the code: `todo!`, `unimplemented!`, `#[ignore]`,
-/// `allow(dead_code)`.
-pub fn left_for_later(stream: TokenStream) -> Vec<&'static str> {
+/// Whether an attribute allows a lint: `#[allow(unused, dead_code)]`.
+pub fn allows(stream: TokenStream, lint: &str) -> bool {
     let tokens: Vec<TokenTree> = stream.into_iter().collect();
-    let mut found = Vec::new();
-    for (k, token) in tokens.iter().enumerate() {
-        let next = tokens.get(k + 1);
-        let is_called = matches!(next, Some(TokenTree::Punct(p)) if p.as_char() == '!');
-        let word = token.to_string();
-        match (word.as_str(), next) {
-            ("todo", _) if is_called => found.push("todo!"),
-            ("unimplemented", _) if is_called => found.push("unimplemented!"),
-            ("#", Some(TokenTree::Group(g))) if begins_with(g.stream(), "ignore") => found.push("#[ignore]"),
-            ("allow", Some(TokenTree::Group(g))) if holds(g.stream(), "dead_code") => found.push("allow(dead_code)"),
-            _ => {}
-        }
-        if let TokenTree::Group(g) = token {
-            found.extend(left_for_later(g.stream()));
-        }
-    }
-    found
+    let is_list = |pair: &[TokenTree]| match pair {
+        [TokenTree::Ident(i), TokenTree::Group(g)] => i == "allow" && says(g.stream(), lint),
+        _ => false,
+    };
+    let inside = |token: &TokenTree| matches!(token, TokenTree::Group(g) if allows(g.stream(), lint));
+    tokens.windows(2).any(is_list) || tokens.iter().any(inside)
 }
 
-fn begins_with(stream: TokenStream, word: &str) -> bool {
-    stream.into_iter().next().is_some_and(|t| t.to_string() == word)
-}
-
-fn holds(stream: TokenStream, word: &str) -> bool {
-    stream.into_iter().any(|t| matches!(&t, TokenTree::Ident(i) if i == word))
+/// Whether a word stands in the code: in bodies and macros too, not in comments and texts.
+pub fn says(stream: TokenStream, word: &str) -> bool {
+    stream.into_iter().any(|token| match token {
+        TokenTree::Ident(i) => i == word,
+        TokenTree::Group(g) => says(g.stream(), word),
+        _ => false,
+    })
 }
 
 #[test]
-fn texts_and_comments_leave_nothing_for_later() {
-    let harmless = r##"// todo!()
-        /// `#[ignore]`
-        fn f() -> &'static str { "allow(dead_code) todo!()" }"##;
-    assert!(left_for_later(tokens(harmless, "harmless")).is_empty());
-    let guilty = r##"#[allow(unused, dead_code)] // "
-        fn f(s: &str) { if s == "a" { todo!("b") } }
-        #[ignore = "slow"] fn g() { unimplemented!() }"##;
-    let found = left_for_later(tokens(guilty, "guilty"));
-    assert_eq!(found, ["allow(dead_code)", "todo!", "#[ignore]", "unimplemented!"]);
+fn a_word_is_found_in_code_alone() {
+    let says = |text: &str| says(tokens(text, "text"), "unsafe");
+    assert!(says("fn f() { let x = unsafe { g() }; }") && says("macro_rules! m { () => { unsafe fn f() {} } }"));
+    assert!(!says("//! unsafe\n/// unsafe\n#![allow(unsafe_code)] fn f() -> &'static str { \"unsafe\" } // unsafe"));
+}
+
+#[test]
+fn an_attribute_is_found_in_code_alone() {
+    let allows = |text: &str| allows(tokens(text, "text"), "dead_code");
+    assert!(allows("#[allow(unused, dead_code)] // \"\nfn f() {}") && allows("mod a { #![allow(dead_code)] }"));
+    assert!(!allows("/// allow(dead_code)\n#[allow(unused)] fn f() -> &'static str { \"allow(dead_code)\" }"));
 }

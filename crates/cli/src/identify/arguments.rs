@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use identification::estimators::weighted::Weights;
-use identification::model::friction::terms::FrictionTerm;
 use identification::signals::signal_options::possible_delay;
-use rist::harmonic_request::{Delay, Whose};
+use linear_model::friction::terms::FrictionTerm;
+use rist::request::harmonic_request::{Delay, Whose};
 
 use crate::model::ModelArguments;
 
@@ -79,8 +79,10 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..), help_heading = SIGNALS)]
     pub decimate: Option<usize>,
 
-    /// Seconds by which the torques lag the positions, or auto, the delay with the smallest residual [default: 0];
-    /// rist-mh: auto estimates the remaining delay with the parameters
+    /// Seconds by which the torques lag the positions, negative where they come before [default: 0]; or auto. ls and
+    /// essential then take the delay, up to a quarter of a second to both sides, with the smallest residual on rows away
+    /// from reversals of their joint; the residual of all rows may be larger with it than without. rist-mh estimates one
+    /// delay with the parameters
     #[arg(long, value_name = "SECONDS", value_parser = delay, help_heading = SIGNALS)]
     pub delay: Option<Delay>,
 

@@ -5,8 +5,13 @@
 //! does not show is bounded by the torque that it would make. The standard deviation of FV_j is max|tau_j| / (fastest
 //! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|.
 
+use linear_model::linear_model::Model;
+use linear_model::parameter::{CouplingParameter, Parameter, ParameterId};
+use linear_model::pseudo_inertia::Ten;
+use linear_model::regressor::Regressor;
+use linear_model::standard_map::StandardMap;
+use linear_model::unit::Unit;
 use logs::Error;
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::artefact::Estimate;
@@ -16,12 +21,6 @@ use crate::estimate::options::Options;
 use crate::estimators::barrier::{LARGER, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
-use crate::model::linear_model::Model;
-use crate::model::parameter::{CouplingParameter, Parameter, ParameterId};
-use crate::model::pseudo_inertia::Ten;
-use crate::model::regressor::Regressor;
-use crate::model::standard_map::StandardMap;
-use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
 
 /// The options of the consistent estimate.
@@ -178,10 +177,4 @@ fn friction_deviation(model: &Model, fit: &Fit, bounded: bool) -> Vec<f64> {
 /// The standard parameters of each body, by name.
 pub fn bodies<'a>(map: &'a StandardMap, phi: &'a [f64]) -> impl Iterator<Item = (&'a str, Ten)> {
     map.bodies.iter().map(|(name, first)| (name.as_str(), std::array::from_fn(|i| phi[first + i])))
-}
-
-/// A map for a regressor whose parameters are the standard ones themselves.
-pub fn identity_map(standard: &[String], bodies: Vec<(String, usize)>, rotors: Vec<usize>) -> StandardMap {
-    let n = standard.len();
-    StandardMap { standard: standard.to_vec(), matrix: DMatrix::identity(n, n), bodies, rotors }
 }

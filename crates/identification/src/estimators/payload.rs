@@ -4,13 +4,12 @@
 //! torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs
 //! are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
+use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
+use linear_model::standard_map::StandardMap;
 use logs::Error;
 use nalgebra::DMatrix;
-
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
-use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
-use crate::model::standard_map::StandardMap;
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::{Triangle, TriangleBuilder};
 
 /// A load and how well it is known.
 #[derive(Clone, Debug)]
@@ -86,15 +85,20 @@ pub fn payload(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::estimate::consistent::identity_map;
+    use numerics::random::Random;
+
+    /// A body whose ten parameters are the base parameters.
+    fn one_body() -> StandardMap {
+        let standard = (0..10).map(|i| format!("P{i}")).collect();
+        let matrix = DMatrix::identity(10, 10);
+        StandardMap { standard, matrix, bodies: vec![("body".into(), 0)], rotors: Vec::new() }
+    }
 
     /// Two logs of random rows hold ten columns of the body and one of friction; the second has the load on the body.
     /// The load comes back within its own sigma.
     #[test]
     fn the_load_comes_back_within_its_sigma() {
-        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
-        let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+        let map = one_body();
         let load: Ten = std::array::from_fn(|k| 0.1 * (k + 1) as f64);
         let noise = 0.02;
         let mut random = Random::new(23);
@@ -127,8 +131,7 @@ mod tests {
 
     #[test]
     fn refusals() {
-        let names: Vec<String> = (0..10).map(|i| format!("P{i}")).collect();
-        let map = identity_map(&names, vec![("body".into(), 0)], Vec::new());
+        let map = one_body();
         let t = [Triangle::new(10)];
         assert!(payload(&t, &t, &[1.0], &map, 1).unwrap_err().to_string().contains("no body 1"));
         assert!(payload(&t, &[], &[1.0], &map, 0).unwrap_err().to_string().contains("do not fit"));

@@ -42,11 +42,11 @@ pub struct Columns {
     pub coordinates: Vec<String>,
     /// Where the clock stands.
     pub time: Source,
-    /// One a coordinate.
+    /// One per coordinate.
     pub position: Vec<Source>,
-    /// One a coordinate, where the file has them.
+    /// One per coordinate, where the file has them.
     pub velocity: Option<Vec<Source>>,
-    /// One a coordinate, where the file has them.
+    /// One per coordinate, where the file has them.
     pub acceleration: Option<Vec<Source>>,
     /// Torque, or current when there is no torque.
     pub effort: Vec<Source>,

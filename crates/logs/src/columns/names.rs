@@ -20,13 +20,13 @@ pub struct ColumnNames {
     pub current: Option<Names>,
 }
 
-/// `taum_abs{}`, the braces standing for 1, 2, ..; or one name a joint. A unit at the end of the
+/// `taum_abs{}`, the braces standing for 1, 2, ..; or one name per joint. A unit at the end of the
 /// name (`_deg`, `_mA`, also before the number) counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Names {
     /// `q_{}`: braces stand for the number of the coordinate.
     Pattern(String),
-    /// One a coordinate.
+    /// One per coordinate.
     Each(Vec<String>),
 }

@@ -17,7 +17,7 @@ use crate::table::Lines;
 pub struct Dialect {
     /// `None`: runs of blanks.
     pub delimiter: Option<u8>,
-    /// One a column of the header.
+    /// One per column of the header.
     pub wanted: Vec<bool>,
 }
 

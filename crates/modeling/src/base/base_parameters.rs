@@ -14,7 +14,9 @@
 //! parameters ([`crate::base::evidence`]). Their text is written only on request
 //! ([`crate::base::written_rules`]).
 
-use expr::{Function, Tape};
+use std::collections::BTreeMap;
+
+use expr::{Function, SymbolKind, Tape};
 use nalgebra::DMatrix;
 use robot::{Robot, StandardParameter};
 
@@ -41,6 +43,9 @@ pub struct BaseParameters {
     pub no_effect: Vec<usize>,
     /// The evidence for the number of base parameters.
     pub rank: Rank,
+    /// What rules and coefficients may name, with its value, m or rad: the symbols of the file, and numbers by their place
+    /// (`d3`, `alpha5`; always their magnitude).
+    pub constants: Vec<(String, f64)>,
     /// The data from which [`BaseParameters::rules`] writes the rules.
     pub(crate) sources: RuleSources,
 }
@@ -83,11 +88,6 @@ impl BaseParameters {
     /// The rules as text: expanded to standard parameters where that is short, else nested.
     pub fn rules(&self) -> Rules {
         self.sources.short(&self.columns())
-    }
-
-    /// The rules nested, however short they would be expanded.
-    pub fn nested_rules(&self) -> Rules {
-        self.sources.nested(&self.columns())
     }
 
     /// The rules expanded to standard parameters; `None` where they have more than a million summands.
@@ -137,12 +137,12 @@ pub(crate) fn base_parameters(
 
     let sampled = sampled(regressor, derivation.closure());
     let mut closed = None;
-    let exact = |numeric: usize| {
+    let exact = |stand_out: &dyn Fn(&[usize]) -> bool, expected: usize| {
         if derivation.robot.passive.is_empty() {
             let columns = independent_columns(regressor);
             return (ExactRank::Free(columns.len()), columns);
         }
-        match closed_rank(derivation, regressor, numeric) {
+        match closed_rank(derivation, regressor, stand_out, expected) {
             Ok(found) => {
                 let columns = closed.insert(found).columns.clone();
                 let other_assemblies = closed.as_ref().is_some_and(|c| c.other_assemblies);
@@ -175,34 +175,60 @@ pub(crate) fn base_parameters(
     let no_effect = (0..standard.len())
         .filter(|c| scan.kept.binary_search(c).is_err() && shares.get(c).is_none_or(Vec::is_empty))
         .collect();
-    let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph());
-    Ok(BaseParameters { standard, base, no_effect, rank, sources })
+    let places = derivation.constants.places(&derivation.graph);
+    let constants = constants(regressor, &places);
+    let sources = RuleSources::new(regrouping, robot, &standard, regressor.graph(), places);
+    Ok(BaseParameters { standard, base, no_effect, rank, constants, sources })
 }
 
-/// The columns to keep, with the evidence of the numbers: those of the field where there are such. `exact` is told the
-/// rank by the numbers.
+/// The named constants of the regressor, each number at each of its places.
+fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Vec<(String, f64)> {
+    let symbols = regressor.graph().symbols().iter();
+    let constant = |(name, kind): &(String, SymbolKind)| match kind {
+        SymbolKind::Constant(x) => Some((name.clone(), *x)),
+        SymbolKind::Input => None,
+    };
+    symbols
+        .filter_map(constant)
+        .flat_map(|(name, x)| {
+            let names = places.get(&name).cloned().unwrap_or(vec![name]);
+            names.into_iter().map(move |name| (name, x))
+        })
+        .collect()
+}
+
+/// The columns to keep, with the evidence of the numbers: those of the field where there are such. `exact` may ask
+/// whether columns stand out by the numbers.
 fn chosen_columns(
     sampled: &DMatrix<f64>,
     joints: usize,
-    exact: impl FnOnce(usize) -> (ExactRank, Vec<usize>),
+    exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
     name: impl Fn(usize) -> String,
 ) -> Result<(Scan, ExactRank), UnclearRank> {
     let not_finite =
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let triangle = triangle(sampled, joints);
     let numeric = scan(&triangle, None).map_err(not_finite)?;
-    clear_cut(&numeric, &Rank::of(&numeric), &name)?;
-    let (exact, columns) = exact(numeric.kept.len());
+    let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
+    // The numbers alone draw the line at one distance for all robots. Where the chosen columns stand out of the others
+    // clearly, they may do so by less.
+    let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
+        if is_clear.is_ok() && numeric.kept == columns {
+            return Ok(numeric.clone());
+        }
+        let chosen = scan(&triangle, Some(columns)).map_err(not_finite)?;
+        stand_out(&chosen, columns, &name).map(|()| chosen)
+    };
+    let (exact, columns) = exact(&|columns: &[usize]| chosen(columns).is_ok(), numeric.kept.len());
     if exact.rank().is_none() {
-        return Ok((numeric, exact));
+        return is_clear.map(|()| (numeric, exact));
     }
-    of_one_rank(&numeric, &columns, &name)?;
-    if numeric.kept == columns {
-        return Ok((numeric, exact));
-    }
-    let chosen = scan(&triangle, Some(&columns)).map_err(not_finite)?;
-    stand_out(&chosen, &columns, &name)?;
-    Ok((chosen, exact))
+    let scan = chosen(&columns).or_else(|weak| {
+        of_one_rank(&numeric, &columns, &name)?;
+        is_clear?;
+        Err(weak)
+    })?;
+    Ok((scan, exact))
 }
 
 /// The base parameter of a kept column: what it absorbs, and its name.

@@ -3,9 +3,9 @@
 //! Base parameters are believed if these conditions hold; where one does not, nobody gets any:
 //!
 //! - every number is finite;
-//! - the numbers leave a wide gap between what they keep and what they drop;
-//! - they keep as many columns as are independent in a finite field ([`crate::base::exact_rank`]). The columns of the field
-//!   are taken, which may be others than the numbers would keep; each must stand out of the span of the others;
+//! - the numbers leave a wide gap between what is kept and what is dropped;
+//! - the rank is that in a finite field ([`crate::base::exact_rank`]), and the columns are those of the field, which may be
+//!   others than the numbers alone would keep; each must stand out of the span of the others;
 //! - the exact coefficients of the regrouping agree with the numeric ones.
 
 use std::cmp::Ordering;
@@ -288,7 +288,7 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
 
 /// A chosen column that stands out less than this, relative to its norm, has coefficients of no digits: rounding is 1e-16,
 /// and [`ROUNDING`] of a coefficient is looked at.
-const STANDS_OUT: f64 = 1e-10;
+const STANDS_OUT: f64 = 1e-9;
 
 /// Refuses chosen columns that do not stand out of the span of the others. `scan` is the one that keeps them.
 pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {

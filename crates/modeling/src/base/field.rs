@@ -1,7 +1,7 @@
 //! The field of integers modulo the prime P = 2^61 - 465, where a zero is a zero.
 //!
 //! A polynomial identity that holds at random points of this field holds, up to a chance of
-//! degree / 2^61 a point [Schwartz 1980]. Lengths are random elements; an angle is a random point
+//! degree / 2^61 per point [Schwartz 1980]. Lengths are random elements; an angle is a random point
 //! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value. P is 23 modulo 24: the field has the square roots
 //! of two and three, so that every twelfth of pi has its cosine and sine, and none of minus one, so that 1 + t^2 is never
 //! zero.

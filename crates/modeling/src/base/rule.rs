@@ -17,7 +17,7 @@ impl Factor {
         Factor { negative: false, magnitude: "1".into() }
     }
 
-    /// The factors of a coefficient, one a summand.
+    /// The factors of a coefficient, one per summand.
     pub fn summands(c: &Coefficient, graph: &Graph) -> Vec<Factor> {
         let factor = |c: Coefficient| {
             let text = c.display(graph).to_string();

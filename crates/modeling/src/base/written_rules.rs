@@ -10,9 +10,11 @@
 //! [Khalil, Dombre 2002, chapter 9]. A chain of n links has n such rules of bounded length; expanded, those of
 //! oblique axes grow faster than n^2, those of prismatic joints on them faster than any power of n.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
-use expr::Graph;
+use expr::{Graph, SymbolKind};
 use robot::{Inertial, Robot, StandardParameter};
 
 use crate::base::coefficient::Coefficient;
@@ -38,13 +40,6 @@ pub struct Rules {
     pub coefficients: Vec<Vec<String>>,
 }
 
-impl Rules {
-    /// Whether rules name regrouped parameters.
-    pub fn are_nested(&self) -> bool {
-        self.coefficients.is_empty() && !self.base.is_empty()
-    }
-}
-
 /// The data from which rules are written.
 #[derive(Clone, Debug)]
 pub(crate) struct RuleSources {
@@ -52,16 +47,30 @@ pub(crate) struct RuleSources {
     /// Name of each standard parameter, and which inertial parameter of its link it is.
     names: Vec<String>,
     inertials: Vec<Inertial>,
-    /// The constants of the robot's graph, for their names in coefficients.
+    /// The constants of the robot's graph, for their values and names in coefficients.
     symbols: Graph,
+    /// Constants that stand at several places ([`crate::kinematics::constants`]).
+    places: BTreeMap<String, Vec<String>>,
+    /// Link of each standard parameter; label and antecedent of each link.
+    links: Vec<usize>,
+    labels: Vec<(String, Option<usize>)>,
 }
 
 /// A rule's coefficients in full: by dropped column, the kept columns it is made of.
 type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
 
 impl RuleSources {
-    pub fn new(regrouping: Regrouping, robot: &Robot, standard: &[StandardParameter], graph: &Graph) -> RuleSources {
+    pub fn new(
+        regrouping: Regrouping,
+        robot: &Robot,
+        standard: &[StandardParameter],
+        graph: &Graph,
+        places: BTreeMap<String, Vec<String>>,
+    ) -> RuleSources {
         RuleSources {
+            places,
+            links: standard.iter().map(|s| s.link.0).collect(),
+            labels: robot.links.iter().map(|l| (l.label.clone(), l.antecedent.map(|i| i.0))).collect(),
             regrouping,
             names: standard.iter().map(|s| s.display(robot).to_string()).collect(),
             inertials: standard.iter().map(|s| s.inertial).collect(),
@@ -118,11 +127,12 @@ impl RuleSources {
             }
         }
         let mut rules = Rules { base: Vec::new(), regrouped: Vec::new(), coefficients: Vec::new() };
+        let names = Names::new(self);
         for &column in kept {
             let terms = by_kept.get(&column).map_or(&[][..], Vec::as_slice);
             let left = self.regrouped_name(column, !terms.is_empty());
-            rules.base.push(self.text(&left, column, terms, &|c| self.names[c].clone()));
-            let coefficients = terms.iter().map(|(_, beta)| beta.text(&self.symbols));
+            rules.base.push(self.text(&names, &left, column, terms, &|c| self.names[c].clone()));
+            let coefficients = terms.iter().map(|(dropped, beta)| beta.text(&names.of(column, *dropped)));
             rules.coefficients.push([String::from("1")].into_iter().chain(coefficients).collect());
         }
         rules
@@ -146,10 +156,11 @@ impl RuleSources {
         }
         absorbed.values_mut().for_each(|terms| terms.sort_by_key(|t| t.0));
 
+        let names = Names::new(self);
         let name = |c: usize| self.regrouped_name(c, absorbed.contains_key(&c));
         let rule = |c: &usize| {
             let terms = absorbed.get(c).map_or(&[][..], Vec::as_slice);
-            self.text(&name(*c), *c, terms, &|d| if d == *c { self.names[d].clone() } else { name(d) })
+            self.text(&names, &name(*c), *c, terms, &|d| if d == *c { self.names[d].clone() } else { name(d) })
         };
         // The regrouped parameters that the base rules name, directly or through others.
         let mut wanted: BTreeSet<usize> = BTreeSet::new();
@@ -168,10 +179,17 @@ impl RuleSources {
         }
     }
 
-    fn text(&self, left: &str, own: usize, terms: &[(usize, &Beta)], name: &impl Fn(usize) -> String) -> String {
+    fn text(
+        &self,
+        names: &Names,
+        left: &str,
+        own: usize,
+        terms: &[(usize, &Beta)],
+        name: &impl Fn(usize) -> String,
+    ) -> String {
         let factors = |(dropped, beta): &(usize, &Beta)| {
             let factors = match beta {
-                Beta::Exact(c) => rule::Factor::summands(c, &self.symbols),
+                Beta::Exact(c) => rule::Factor::summands(c, &names.of(own, *dropped)),
                 Beta::Number(x) => vec![rule::Factor::number(*x)],
             };
             let dropped = *dropped;
@@ -187,6 +205,47 @@ impl RuleSources {
         if absorbs { names::regrouped(plain, self.inertials[column]) } else { plain.clone() }
     }
 }
+
+/// The names of the constants in a rule, made once for each pair of links.
+struct Names<'a> {
+    sources: &'a RuleSources,
+    made: RefCell<BTreeMap<(usize, usize), Rc<Graph>>>,
+    /// Without places at several links.
+    plain: Rc<Graph>,
+}
+
+impl<'a> Names<'a> {
+    fn new(sources: &'a RuleSources) -> Names<'a> {
+        Names { sources, made: RefCell::default(), plain: Rc::new(sources.symbols.clone()) }
+    }
+
+    /// Of the coefficient with which the parameter of column `kept` absorbs that of `dropped`: a number that stands at
+    /// several places is called by the one on the way between their links, the outermost where there are several.
+    fn of(&self, kept: usize, dropped: usize) -> Rc<Graph> {
+        let RuleSources { places, links, labels, symbols, .. } = self.sources;
+        let (from, to) = (links[dropped], links[kept]);
+        if places.is_empty() || from == to && kept != dropped {
+            return self.plain.clone();
+        }
+        let make = || {
+            let way = std::iter::successors(Some(from), |&j| labels[j].1).take_while(|&j| j != to);
+            let way: Vec<&str> = way.map(|j| labels[j].0.as_str()).collect();
+            let own = |label: &str, place: &str| {
+                let place = place.trim_end_matches('_');
+                PLACES.iter().any(|letters| place.strip_prefix(letters) == Some(label))
+            };
+            let named = |(name, kind): &(String, SymbolKind)| {
+                let among = |label: &&str| places.get(name)?.iter().find(|place| own(label, place));
+                (way.iter().find_map(among).unwrap_or(name).clone(), *kind)
+            };
+            Rc::new(Graph::with_symbols(symbols.symbols().iter().map(named).collect()))
+        };
+        self.made.borrow_mut().entry((to, from)).or_insert_with(make).clone()
+    }
+}
+
+/// The letters of a place, before the label of its link.
+const PLACES: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
 impl Beta {
     fn plus(&self, other: &Beta, graph: &Graph) -> Beta {

@@ -1,4 +1,4 @@
-//! The functions of a robot in which its inertial parameters act, one a file.
+//! The functions of a robot in which its inertial parameters act, one per file.
 
 pub(crate) mod composite;
 pub(crate) mod energy;

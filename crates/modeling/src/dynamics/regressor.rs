@@ -17,7 +17,7 @@ use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::{LinkMotion, Twist};
 use crate::kinematics::vector::{NULL, Vector, cross, dot, plus_dot};
 
-/// D(q, dq, ddq), n x p: one row a coordinate, one column a parameter of
+/// D(q, dq, ddq), n x p: one row per coordinate, one column per parameter of
 /// [`StandardParameter::all`]. Inputs `q`, `dq`, `ddq`; output `y`.
 pub(crate) fn regressor(derivation: &mut Derivation) -> Function {
     let entries = entries(derivation);

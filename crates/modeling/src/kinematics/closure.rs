@@ -7,9 +7,10 @@
 //! q_p <- q_p - J_p^+ e        [Gauss-Newton, halved while |e| grows]
 //! ```
 //! until e is rounding. Near a singular configuration J_p loses rank; the smallest singular value
-//! relative to the largest says how near.
+//! relative to the largest says how near. Loops that share no passive joint are blocks of J_p, each with singular values
+//! of its own.
 
-use expr::{Function, Tape, Workspace};
+use expr::{Function, Output, Tape, Workspace};
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
 
@@ -37,6 +38,8 @@ const STRIDE: f64 = 0.05;
 /// Random configurations tried until one closes. A mechanism whose loops close at less than one place in a thousand may
 /// not be found.
 const ORIGINS: usize = 2000;
+/// Attempts until the random coordinates cover a whole turn.
+const NEAR: usize = 100;
 /// Paths tried for each sample wanted. Many paths end at once, where the assembly ends.
 const WAYS_A_SAMPLE: usize = 20;
 
@@ -46,8 +49,48 @@ pub struct Closure {
     work: Workspace,
     start: Vec<f64>,
     n_equations: usize,
+    blocks: Vec<Block>,
     /// A closed configuration of the assembly that the start chooses.
     origin: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+/// Loops that are solved together: their equations and the passive coordinates in them.
+struct Block {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+}
+
+impl Block {
+    /// The blocks of J_p, by where it is not zero.
+    fn all(jacobian: &Output) -> Vec<Block> {
+        let m = jacobian.columns;
+        let mut blocks: Vec<Block> = (0..m).map(|c| Block { rows: Vec::new(), columns: vec![c] }).collect();
+        for row in 0..jacobian.rows {
+            let meets = |c: usize| !jacobian.entries[row * m + c].is_zero();
+            let (met, mut others): (Vec<Block>, Vec<Block>) =
+                blocks.into_iter().partition(|b| b.columns.iter().any(|&c| meets(c)));
+            let mut one = Block { rows: Vec::new(), columns: Vec::new() };
+            for block in met {
+                one.rows.extend(block.rows);
+                one.columns.extend(block.columns);
+            }
+            if !one.columns.is_empty() {
+                one.rows.push(row);
+                others.push(one);
+            }
+            blocks = others;
+        }
+        for block in &mut blocks {
+            block.rows.sort_unstable();
+            block.columns.sort_unstable();
+        }
+        blocks.sort_by_key(|b| b.columns[0]);
+        blocks
+    }
+
+    fn of(&self, j: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.rows.len(), self.columns.len(), |r, c| j[(self.rows[r], self.columns[c])])
+    }
 }
 
 /// Why there are no passive coordinates at these coordinates.
@@ -88,7 +131,8 @@ impl Closure {
     pub(crate) fn new(function: &Function, start: Vec<f64>) -> Closure {
         let tape = Tape::new(function);
         let work = tape.workspace();
-        Closure { work, start, n_equations: function.outputs[0].rows, tape, origin: None }
+        let blocks = Block::all(&function.outputs[1]);
+        Closure { work, start, n_equations: function.outputs[0].rows, blocks, tape, origin: None }
     }
 
     /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
@@ -97,11 +141,11 @@ impl Closure {
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
             // NaN is not closed: it ends the search below.
-            if e.norm() <= CLOSED * size(&j) || !is_finite(&e, &j) {
+            if !is_finite(&e, &j) {
                 break;
             }
-            let Some(svd) = j.clone().try_svd(true, true, f64::EPSILON, SWEEPS) else { break };
-            let Ok(step) = svd.solve(&e, SINGULAR * svd.singular_values.max()) else { break };
+            let is_closed = e.norm() <= CLOSED * size(&j);
+            let Some(step) = self.step(&e, &j) else { break };
             let mut fraction = 1.0;
             loop {
                 let next = &passive - fraction * &step;
@@ -110,7 +154,15 @@ impl Closure {
                     (passive, e, j) = (next, e_next, j_next);
                     break;
                 }
+                if is_closed {
+                    break;
+                }
                 fraction *= 0.5;
+            }
+            // The step from a closed loop squares what is left, to rounding: near singular configurations the passive
+            // coordinates are off by more than the gap.
+            if is_closed {
+                break;
             }
         }
         let gap = e.norm();
@@ -169,11 +221,12 @@ impl Closure {
     }
 
     /// A closed configuration of the assembly that the start chooses, the same at every call: at q = 0 if it closes and is
-    /// not singular there, else at random coordinates of a fixed seed. `None` where none was found.
+    /// not singular there, else at random coordinates near it, of a fixed seed. `None` where none was found.
     pub fn find_origin(&mut self, n: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let random = &mut SplitMix(7);
         (0..ORIGINS).find_map(|attempt| {
-            let reach = if attempt == 0 { 0.0 } else { std::f64::consts::PI };
+            // Ever further from zero: the start is that of q = 0.
+            let reach = std::f64::consts::PI * (attempt as f64 / NEAR as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
             let passive = self.solve(&q, None).ok()?;
             (self.ratio(&q, &passive) > FAR_FROM_SINGULAR).then_some((q, passive))
@@ -181,29 +234,58 @@ impl Closure {
     }
 
     /// The configuration nearest to `goal` on the straight path to it that the same assembly reaches.
+    ///
+    /// Where assemblies meet, J_p is singular and a step that passes over the place may end on another one. So a step is
+    /// short enough that the ratio of singular values, going on as it changed last, loses no more than half.
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let steps = (length / STRIDE).ceil().max(1.0) as usize;
-        let mut at = from.clone();
-        for step in 1..=steps {
-            let fraction = step as f64 / steps as f64;
+        let (mut at, mut done) = (from.clone(), 0.0);
+        let (mut ratio, mut slope) = (self.ratio(&from.0, &from.1), 1.0_f64);
+        while done < length {
+            let stride = STRIDE.min(0.5 * ratio / slope).min(length - done);
+            let fraction = if stride < length - done { (done + stride) / length } else { 1.0 };
             let q: Vec<f64> = from.0.iter().zip(goal).map(|(a, b)| a + fraction * (b - a)).collect();
-            match self.solve(&q, Some(&at.1)) {
-                Ok(passive) if self.ratio(&q, &passive) > FAR_FROM_SINGULAR => at = (q, passive),
-                _ => break,
+            let Ok(passive) = self.solve(&q, Some(&at.1)) else { break };
+            let next = self.ratio(&q, &passive);
+            if next <= FAR_FROM_SINGULAR {
+                break;
             }
+            slope = ((next - ratio).abs() / stride).max(1.0);
+            (at, ratio) = ((q, passive), next);
+            done = if fraction < 1.0 { done + stride } else { length };
         }
         at
     }
 
-    /// Smallest over largest singular value of J_p.
+    /// J_p^+ e, block by block.
+    fn step(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> Option<DVector<f64>> {
+        let mut step = DVector::zeros(j.ncols());
+        for block in self.blocks.iter().filter(|b| !b.rows.is_empty()) {
+            let svd = block.of(j).try_svd(true, true, f64::EPSILON, SWEEPS)?;
+            let right = DVector::from_iterator(block.rows.len(), block.rows.iter().map(|&row| e[row]));
+            let solved = svd.solve(&right, SINGULAR * svd.singular_values.max()).ok()?;
+            for (x, &column) in solved.iter().zip(&block.columns) {
+                step[column] = *x;
+            }
+        }
+        Some(step)
+    }
+
+    /// Smallest over largest singular value of J_p, of the block where it is the least.
     fn ratio(&mut self, q: &[f64], passive: &[f64]) -> f64 {
         let (e, j) = self.at(q, &DVector::from_column_slice(passive));
-        if j.is_empty() {
-            return 1.0;
+        if !is_finite(&e, &j) {
+            return 0.0;
         }
-        let svd = if is_finite(&e, &j) { j.try_svd(false, false, f64::EPSILON, SWEEPS) } else { None };
-        svd.map_or(0.0, |svd| svd.singular_values.min() / svd.singular_values.max())
+        let ratio = |block: &Block| {
+            // Fewer equations than joints leave some of them free.
+            if block.rows.len() < block.columns.len() {
+                return None;
+            }
+            let values = block.of(&j).try_svd(false, false, f64::EPSILON, SWEEPS)?.singular_values;
+            Some(values.min() / values.max())
+        };
+        self.blocks.iter().map(|block| ratio(block).unwrap_or(0.0)).fold(1.0, f64::min)
     }
 }
 

@@ -1,11 +1,14 @@
 //! The robot's numbers as expressions: exact zeros and quarter turns, everything else a name.
 //!
 //! A symbol of the robot is a named constant of the graph. So is a number that stands alone for a
-//! length or an angle: it is named after its place (`d3`, `r4`, `alpha5`), and equal numbers share
-//! one name, since the file says they are equal. The value of a symbol decides only whether it is
+//! length or an angle: it is named after its place (`d3`, `r4`, `alpha5`), and equal numbers are one
+//! constant of the graph, since the file says they are equal. Rules call it by its place at their own links
+//! ([`Constants::places`]). The value of a symbol decides only whether it is
 //! exactly zero or an exact multiple of pi/2: then it becomes that number.
 
-use expr::{Expr, Graph, SymbolKind};
+use std::collections::BTreeMap;
+
+use expr::{Expr, Graph, Node, SymbolKind};
 use robot::{Robot, SymbolId, Value};
 
 use crate::kinematics::angle::Angle;
@@ -15,8 +18,22 @@ use crate::kinematics::vector::Vector;
 pub(crate) struct Constants<'a> {
     robot: &'a Robot,
     symbols: Vec<Option<Expr>>,
-    /// Kind and magnitude of a number -> its name.
-    numbers: Vec<(Kind, f64, Expr)>,
+    numbers: Vec<Number>,
+}
+
+/// A number that stands alone.
+struct Number {
+    kind: Kind,
+    magnitude: f64,
+    /// Its constant in the graph.
+    constant: Expr,
+    /// Where it stands: `d3`, `d7`.
+    places: Vec<String>,
+}
+
+/// Whether two numbers are one but for the rounding of this program, which computes angles of loops from those of the file.
+fn is_one(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 4.0 * f64::EPSILON * a
 }
 
 /// A length and an angle of the same number of m and rad are not the same.
@@ -49,19 +66,35 @@ impl<'a> Constants<'a> {
         if x == 0.0 {
             return Expr::ZERO;
         }
-        let magnitude = match self.numbers.iter().find(|n| n.0 == kind && n.1 == x.abs()) {
-            Some(n) => n.2,
-            None => {
-                let mut name = place.to_string();
-                while self.robot.symbols.iter().any(|s| s.name == name) {
-                    name.push('_');
+        let mut name = place.to_string();
+        while self.robot.symbols.iter().any(|s| s.name == name) {
+            name.push('_');
+        }
+        let constant = match self.numbers.iter_mut().find(|n| n.kind == kind && is_one(n.magnitude, x.abs())) {
+            Some(number) => {
+                if !number.places.contains(&name) {
+                    number.places.push(name);
                 }
-                let symbol = g.symbol(&name, SymbolKind::Constant(x.abs()));
-                self.numbers.push((kind, x.abs(), symbol));
-                symbol
+                number.constant
+            }
+            None => {
+                let constant = g.symbol(&name, SymbolKind::Constant(x.abs()));
+                self.numbers.push(Number { kind, magnitude: x.abs(), constant, places: vec![name] });
+                constant
             }
         };
-        if x < 0.0 { -magnitude } else { magnitude }
+        if x < 0.0 { -constant } else { constant }
+    }
+
+    /// The constants that stand at several places, by the name they have in the graph: `d3` -> `d3`, `d7`.
+    pub fn places(&self, g: &Graph) -> BTreeMap<String, Vec<String>> {
+        let several = self.numbers.iter().filter(|n| n.places.len() > 1);
+        several
+            .filter_map(|n| match g.node(n.constant) {
+                Node::Symbol(s) => Some((g.symbols()[s.0 as usize].0.clone(), n.places.clone())),
+                _ => None,
+            })
+            .collect()
     }
 
     fn symbol(&mut self, g: &mut Graph, s: SymbolId) -> Expr {

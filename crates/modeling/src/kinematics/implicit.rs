@@ -42,10 +42,9 @@ pub(crate) fn implicit(
     motion: &mut Motion,
 ) -> Option<Implicit> {
     let (n, m) = (robot.n_coordinates(), robot.passive.len());
-    let (open, pairs) = with_loop_frames(robot);
+    let loops: Vec<OpenLoop> = open_loops(robot);
     let still = Motion { dq: vec![Expr::ZERO; n + m], ddq: vec![Expr::ZERO; n + m], ..motion.clone() };
-    let links = link_motions(g, &open, constants, &still);
-    let (gaps, equations) = loop_equations(g, &open, &links, &pairs);
+    let (gaps, equations) = loop_equations(g, &loops, constants, &still);
     let function = closure_function(g, motion, gaps, &equations);
 
     let start = robot.passive.iter().map(|p| p.start).collect();
@@ -59,7 +58,7 @@ pub(crate) fn implicit(
         motion.dq[n + p] = combination(g, &G[p], &motion.dq[..n]);
     }
     // ddq_p = G ddq - J_p^-1 c.
-    let c = relative_accelerations(g, open, constants, motion, &pairs);
+    let c = relative_accelerations(g, &loops, constants, motion);
     let coast = solver.solve(g, |row| -c[row]);
     for p in 0..m {
         let driven = combination(g, &G[p], &motion.ddq[..n]);
@@ -69,23 +68,24 @@ pub(crate) fn implicit(
 }
 
 /// e and [J_a J_p], six rows a loop: the twist of the twin frame less that of the cut frame, per unit
-/// of every joint variable.
+/// of every joint variable. `still`: the motion at rest.
 fn loop_equations(
     g: &mut Graph,
-    open: &Robot,
-    links: &[LinkMotion],
-    pairs: &[(LinkId, LinkId)],
+    loops: &[OpenLoop],
+    constants: &mut Constants,
+    still: &Motion,
 ) -> (Vec<Expr>, Vec<Vec<Expr>>) {
     let mut equations: Vec<Vec<Expr>> = Vec::new();
     let mut gaps = Vec::new();
-    for &(cut, twin) in pairs {
+    for OpenLoop { robot, cut, twin } in loops {
+        let links = link_motions(g, robot, constants, still);
         for row in 0..6 {
             let entry = |j: LinkId, k: usize| {
                 links[j.0].jacobian[k].map_or(Expr::ZERO, |t| if row < 3 { t.d[row] } else { t.z[row - 3] })
             };
-            equations.push((0..open.n_variables()).map(|k| g.sub(entry(twin, k), entry(cut, k))).collect());
+            equations.push((0..robot.n_variables()).map(|k| g.sub(entry(*twin, k), entry(*cut, k))).collect());
         }
-        gaps.extend(gap(g, open, links, cut, twin));
+        gaps.extend(gap(g, robot, &links, *cut, *twin));
     }
     (gaps, equations)
 }
@@ -101,23 +101,15 @@ fn closure_function(g: &Graph, motion: &Motion, gaps: Vec<Expr>, equations: &[Ve
     Function::new("closure", g, inputs, outputs)
 }
 
-/// c: the frames' relative acceleration at ddq = ddq_p = 0, six numbers a loop. Gravity is the same for
-/// both frames and left out.
-fn relative_accelerations(
-    g: &mut Graph,
-    open: Robot,
-    constants: &mut Constants,
-    motion: &Motion,
-    pairs: &[(LinkId, LinkId)],
-) -> Vec<Expr> {
-    let weightless = Robot { gravity: [Value::ZERO, Value::ZERO, Value::ZERO], ..open };
+/// c: the frames' relative acceleration at ddq = ddq_p = 0, six numbers a loop.
+fn relative_accelerations(g: &mut Graph, loops: &[OpenLoop], constants: &mut Constants, motion: &Motion) -> Vec<Expr> {
     let coasting = Motion { ddq: vec![Expr::ZERO; motion.ddq.len()], ..motion.clone() };
-    let links = link_motions(g, &weightless, constants, &coasting);
     let mut rest: Vec<Expr> = Vec::new();
-    for &(cut, twin) in pairs {
+    for OpenLoop { robot, cut, twin } in loops {
+        let links = link_motions(g, robot, constants, &coasting);
         for row in 0..6 {
             let entry = |j: LinkId| if row < 3 { links[j.0].a[row] } else { links[j.0].dw[row - 3] };
-            rest.push(g.sub(entry(twin), entry(cut)));
+            rest.push(g.sub(entry(*twin), entry(*cut)));
         }
     }
     rest
@@ -169,38 +161,63 @@ fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
     sum(g, &terms)
 }
 
-/// The robot with its implicit loops' frames as links of their own, and which those are.
-pub(crate) fn with_loop_frames(robot: &Robot) -> (Robot, Vec<(LinkId, LinkId)>) {
-    let mut open = robot.clone();
-    let mut pairs = Vec::new();
-    for (i, one) in robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one)) {
-        let mut link = |frame: &LoopFrame, side: &str| {
-            let label = format!("_{side}{}", i + 1);
-            open.links.push(Link {
-                name: label.clone(),
-                label: label.clone(),
-                antecedent: frame.antecedent,
-                geometry: frame.geometry.clone(),
-                joint: Joint {
-                    name: label,
-                    kind: frame.kind,
-                    drive: Drive::Passive,
-                    variable: frame.variable.clone(),
-                    rotor_inertia: RotorInertia::Absent,
-                    friction: robot::Friction::default(),
-                    drive_gain: None,
-                },
-                inertial: None,
-                file_frame: Pose::IDENTITY,
-                parts: Vec::new(),
-                frames: Vec::new(),
-                collisions: Vec::new(),
+/// The two sides of a loop from the last link that carries both, which is the base here; gravity is left out. What moves
+/// that link moves both sides alike, so its variables are not in the equations of the loop.
+pub(crate) struct OpenLoop {
+    pub robot: Robot,
+    pub cut: LinkId,
+    pub twin: LinkId,
+}
+
+/// The loops that no affine function closes.
+pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
+    let implicit = robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one));
+    implicit
+        .map(|(i, one)| {
+            let [cut, twin] = [&one.cut, &one.twin].map(|frame| {
+                let mut way: Vec<LinkId> =
+                    std::iter::successors(frame.antecedent, |&j| robot.link(j).antecedent).collect();
+                way.reverse();
+                way
             });
-            LinkId(open.links.len() - 1)
-        };
-        pairs.push((link(&one.cut, "cut"), link(&one.twin, "twin")));
+            let common = cut.iter().zip(&twin).take_while(|(a, b)| a == b).count();
+            let gravity = [Value::ZERO, Value::ZERO, Value::ZERO];
+            let mut open = Robot { links: Vec::new(), loops: Vec::new(), massless: 0, gravity, ..robot.clone() };
+            let cut = side(robot, &mut open, &cut[common..], &one.cut, &format!("_cut{}", i + 1));
+            let twin = side(robot, &mut open, &twin[common..], &one.twin, &format!("_twin{}", i + 1));
+            OpenLoop { robot: open, cut, twin }
+        })
+        .collect()
+}
+
+/// Adds the links of a side and its loop frame as the last of them.
+fn side(robot: &Robot, open: &mut Robot, way: &[LinkId], frame: &LoopFrame, label: &str) -> LinkId {
+    let mut antecedent = None;
+    for &j in way {
+        open.links.push(Link { antecedent, ..robot.link(j).clone() });
+        antecedent = Some(LinkId(open.links.len() - 1));
     }
-    (open, pairs)
+    open.links.push(Link {
+        name: label.into(),
+        label: label.into(),
+        antecedent,
+        geometry: frame.geometry.clone(),
+        joint: Joint {
+            name: label.into(),
+            kind: frame.kind,
+            drive: Drive::Passive,
+            variable: frame.variable.clone(),
+            rotor_inertia: RotorInertia::Absent,
+            friction: robot::Friction::default(),
+            drive_gain: None,
+        },
+        inertial: None,
+        file_frame: Pose::IDENTITY,
+        parts: Vec::new(),
+        frames: Vec::new(),
+        collisions: Vec::new(),
+    });
+    LinkId(open.links.len() - 1)
 }
 
 /// Position of T in C, and the vector part of the rotation from C to T: six numbers, zero when closed.

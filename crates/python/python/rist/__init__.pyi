@@ -51,6 +51,7 @@ class Model:
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
         floating_base: bool = False,
+        any_size: bool = False,
     ) -> Model: ...
     @staticmethod
     def parse(
@@ -62,6 +63,7 @@ class Model:
         angles: Literal["meant", "as-given"] = "meant",
         rotor_inertia: Literal["none", "actuated", "all"] | None = None,
         floating_base: bool = False,
+        any_size: bool = False,
     ) -> Model: ...
     @property
     def name(self) -> str: ...

@@ -165,7 +165,7 @@ fn pack(codec: u8, body: &[u8]) -> Vec<u8> {
     }
 }
 
-/// One run of bit fields, eight a group.
+/// One run of bit fields, eight per group.
 fn groups_of_eight(values: impl ExactSizeIterator<Item = u64>, width: u32) -> Vec<u8> {
     let groups = values.len().div_ceil(8);
     let mut out = varint((groups as u64) << 1 | 1);

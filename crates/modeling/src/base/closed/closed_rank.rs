@@ -45,44 +45,45 @@ impl ClosedRank {
     }
 }
 
-/// The columns of the assemblies whose number of them is `numeric`, else those of all assemblies that were looked at.
+/// The columns of those assemblies that the numbers agree with, else of all that were looked at. About
+/// `expected` columns are expected.
 pub(crate) fn closed_rank(
     derivation: &mut Derivation,
     regressor: &Function,
-    numeric: usize,
+    agrees: &dyn Fn(&[usize]) -> bool,
+    expected: usize,
 ) -> Result<ClosedRank, NoCertificate> {
     let Some(closure) = derivation.closure_function() else { return Err(NoCertificate::OtherForm) };
     let points = ClosedPoints::new(derivation, closure)?;
     let angles = Angles::of(regressor.graph());
-    let mut found: Vec<At> = Vec::new();
-    let mut failure = NoCertificate::OtherForm;
+    let (mut found, mut failure): (Vec<At>, _) = (Vec::new(), NoCertificate::OtherForm);
+    // The first assembly that the numbers agree with.
+    let mut chosen: Option<Vec<usize>> = None;
     for k in 0..POINTS {
-        let agreeing = found.iter().filter(|at| at.columns.len() == numeric).count();
-        if agreeing >= AGREE {
-            break;
-        }
         let mut random = SplitMix(1979 + k);
-        let at = points.point(&mut random)?;
-        match columns_at(&points, regressor, &angles, numeric, &at, &mut random) {
-            Ok(at) => found.push(at),
+        let point = points.point(&mut random)?;
+        match columns_at(&points, regressor, &angles, expected, &point, &mut random) {
+            Ok(at) => {
+                if chosen.is_none() && agrees(&at.columns) {
+                    chosen = Some(at.columns.clone());
+                }
+                found.push(at);
+            }
             Err(reason) => failure = reason,
         }
-        // Another assembly may not be singular; one that does not move does so at other lengths no more.
+        if found.iter().filter(|at| chosen.as_ref() == Some(&at.columns)).count() == AGREE {
+            break;
+        }
+        // Another assembly may not be singular; one that does not move will not move at other lengths.
         if found.is_empty() && k >= 1 && failure != NoCertificate::Singular {
             break;
         }
     }
     let Some(first) = found.first() else { return Err(failure) };
-    let columns = match found.iter().find(|at| at.columns.len() == numeric) {
-        Some(at) => at.columns.clone(),
-        None => first.columns.clone(),
-    };
+    let columns = chosen.clone().unwrap_or(first.columns.clone());
     let (same, others): (Vec<At>, Vec<At>) = found.into_iter().partition(|at| at.columns == columns);
-    if columns.len() != numeric && !others.is_empty() {
+    if same.len() < AGREE || (chosen.is_none() && !others.is_empty()) {
         return Err(NoCertificate::OtherAssemblies);
-    }
-    if same.len() < AGREE {
-        return Err(failure);
     }
     let rows = same.into_iter().map(|at| at.rows).collect();
     Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), rows })
@@ -98,12 +99,12 @@ fn columns_at(
     points: &ClosedPoints,
     regressor: &Function,
     angles: &Angles,
-    numeric: usize,
+    expected: usize,
     point: &ClosedPoint,
     random: &mut SplitMix,
 ) -> Result<At, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
-    let mut order = (numeric + numeric / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
+    let mut order = (expected + expected / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
     loop {
         let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
         for _ in 0..CURVES {

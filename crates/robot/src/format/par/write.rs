@@ -46,7 +46,7 @@ fn head(robot: &Robot, names: &Names, text: &mut String) {
     }
 }
 
-/// The table: one list a parameter, one entry a frame, links before cuts before twins.
+/// The table: one list per parameter, one entry per frame, links before cuts before twins.
 fn geometric_parameters(robot: &Robot, names: &Names, text: &mut String) {
     let cuts = robot.loops.iter().map(|l| Frame::of_loop(&l.cut));
     let twins = robot.loops.iter().map(|l| Frame::of_loop(&l.twin));
@@ -70,7 +70,7 @@ fn geometric_parameters(robot: &Robot, names: &Names, text: &mut String) {
     line!(text, "r = {{{}}}", row(&|f| moved(f, &f.geometry.r, JointKind::Prismatic)));
 }
 
-/// Inertias, rotors, friction, and the forces of the environment, which are zero: one entry a link.
+/// Inertias, rotors, friction, and the forces of the environment, which are zero: one entry per link.
 fn dynamic_parameters(robot: &Robot, text: &mut String) {
     line!(text, "\n(* Dynamic parameters *)");
     let of_links = |of: &dyn Fn(usize, &Link) -> String| {

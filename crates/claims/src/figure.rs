@@ -1,0 +1,75 @@
+//! Numbers with their unit, and bounds.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// A number with its unit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figure {
+    /// The number.
+    pub value: f64,
+    /// Its unit as printed: `N m`, `%`, `columns`.
+    pub unit: String,
+}
+
+impl Figure {
+    /// A number with its unit.
+    pub fn new(value: f64, unit: impl Into<String>) -> Figure {
+        Figure { value, unit: unit.into() }
+    }
+
+    /// Four significant digits, or all of them where four would say something false.
+    fn rounded(&self, is_false: impl Fn(f64) -> bool) -> String {
+        let rounded = format!("{:.3e}", self.value).parse().unwrap_or(self.value);
+        format!("{} {}", if is_false(rounded) { self.value } else { rounded }, self.unit)
+    }
+}
+
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.rounded(|_| false))
+    }
+}
+
+/// On which side of a figure a quantity stays.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bound {
+    /// It is no greater.
+    AtMost(Figure),
+    /// It is no less.
+    AtLeast(Figure),
+    /// It is the figure itself.
+    Exactly(Figure),
+}
+
+impl Bound {
+    /// The figure.
+    pub fn figure(&self) -> &Figure {
+        match self {
+            Bound::AtMost(figure) | Bound::AtLeast(figure) | Bound::Exactly(figure) => figure,
+        }
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Bound::AtMost(most) => write!(f, "at most {}", most.rounded(|shown| shown < most.value)),
+            Bound::AtLeast(least) => write!(f, "at least {}", least.rounded(|shown| shown > least.value)),
+            Bound::Exactly(figure) => write!(f, "exactly {}", figure.rounded(|shown| shown != figure.value)),
+        }
+    }
+}
+
+#[test]
+fn a_bound_is_true_as_printed() {
+    let of = |value: f64| Figure::new(value, "m");
+    assert_eq!(of(0.66664).to_string(), "0.6666 m");
+    assert_eq!(Bound::AtMost(of(0.66666)).to_string(), "at most 0.6667 m");
+    assert_eq!(Bound::AtMost(of(0.66664)).to_string(), "at most 0.66664 m");
+    assert_eq!(Bound::AtLeast(of(0.66664)).to_string(), "at least 0.6666 m");
+    assert_eq!(Bound::AtLeast(of(0.66666)).to_string(), "at least 0.66666 m");
+    assert_eq!(Bound::Exactly(of(12345.0)).to_string(), "exactly 12345 m");
+}

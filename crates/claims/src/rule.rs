@@ -1,0 +1,91 @@
+//! The rule: the worst claim that a purpose needs.
+
+use crate::claim::Claim;
+use crate::purpose::Purpose;
+use crate::standing::Standing;
+
+/// The lowest standing among all that a purpose needs.
+///
+/// One more claim never raises it, but for the first one about what nobody had told.
+pub fn worst(claims: &[Claim], purpose: &Purpose) -> Standing {
+    purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(Standing::Open)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Bound, Figure};
+    use crate::outcome::Outcome;
+    use crate::purpose::Need;
+    use crate::remedy::{Remedy, Trial};
+    use crate::standing::Trust;
+    use crate::subject::{Subject, Topic};
+
+    const ZERO: Topic = Topic("zero");
+    const FLOOR: Topic = Topic("floor");
+
+    /// From proven to contradicted.
+    fn outcomes() -> [Outcome; 6] {
+        let (figure, text) = (|| Figure::new(1.0, "m"), || "a text".to_string());
+        let trial = Trial::NotTried { why: text() };
+        [
+            Outcome::Proven { bound: Bound::AtLeast(figure()), derivation: text() },
+            Outcome::Agrees { smallest: figure() },
+            Outcome::Assumed { what: text(), by: text() },
+            Outcome::CannotTell { why: text(), would_tell: text() },
+            Outcome::NotLookedAt { why: text(), would_tell: text() },
+            Outcome::Contradicted { fault: text(), remedy: Remedy::new("lint", "look"), trial },
+        ]
+    }
+
+    #[test]
+    fn the_rule_is_the_lowest_of_what_is_needed() {
+        let joints: [&[&str]; 4] = [&[], &["q1"], &["q2"], &["q1", "q2"]];
+        let of = |topic, k: usize| Subject::of(topic, joints[k].iter().copied());
+        let subjects = (0..8).map(|k| of(if k < 4 { ZERO } else { FLOOR }, k % 4));
+        let pool: Vec<Claim> =
+            subjects.flat_map(|s| outcomes().map(|outcome| Claim::new(s.clone(), outcome))).collect();
+        let purposes = [
+            Purpose::new("any joint", Need::new(of(ZERO, 0))),
+            Purpose::new("both joints", Need::new(of(ZERO, 3))),
+            Purpose::new("two needs", Need::new(of(ZERO, 2))).and(Need::at_least(of(FLOOR, 0), Standing::Assumed)),
+            Purpose::new("a proof", Need::at_least(of(ZERO, 0), Standing::Proven)),
+        ];
+        for purpose in &purposes {
+            let is_told = |claims: &[Claim]| purpose.needs.iter().all(|need| need.is_told(claims));
+            let needs = |claim: &Claim| claim.subject().topic == ZERO || purpose.needs.len() == 2;
+            assert!(worst(&[], purpose) <= Standing::Open);
+            for a in &pool {
+                for b in &pool {
+                    let one = [a.clone()];
+                    let (before, after) = (worst(&one, purpose), worst(&[a.clone(), b.clone()], purpose));
+                    assert_eq!(
+                        after,
+                        worst(&[b.clone(), a.clone(), b.clone()], purpose),
+                        "order, repetition: {a}; {b}"
+                    );
+                    assert!(after <= before || !is_told(&one), "a claim raises {}: {a}; {b}", purpose.name);
+                    assert!(after == before || needs(b), "{} does not need {b}", purpose.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_asked_for_may_not_stay_open() {
+        use Standing::{Agreed, Assumed, Proven, Refused};
+        let asked = Purpose::new("a motion", Need::at_least(Subject::whole(FLOOR), Assumed));
+        let found = outcomes().map(|outcome| worst(&[Claim::new(Subject::whole(FLOOR), outcome)], &asked));
+        assert_eq!(found, [Proven, Agreed, Assumed, Refused, Refused, Refused]);
+        assert_eq!(worst(&[], &asked), Refused);
+    }
+
+    #[test]
+    fn a_contradiction_of_what_is_needed_is_a_no() {
+        let purpose = Purpose::new("one", Need::new(Subject::of(ZERO, ["q1"])));
+        let of = |topic, outcome: &Outcome| Claim::new(Subject::whole(topic), outcome.clone());
+        let [proven, .., contradicted] = &outcomes();
+        assert_eq!(worst(&[of(ZERO, proven), of(ZERO, contradicted)], &purpose).trust(), Trust::No);
+        assert!(worst(&[of(ZERO, proven), of(FLOOR, contradicted)], &purpose).is_proven());
+    }
+}

@@ -1,0 +1,87 @@
+//! The friction of a simulated joint.
+//!
+//! G = s+ (Fv1 v + Fs1 m) + s- (Fv2 v + Fs2 m),  s+ = (1 + tanh(v/w))/2,  s- = 1 - s+,
+//! m = 1 + stribeck exp(-(v/v_s)^2) + load |tau|.
+//!
+//! Equation (5) of [Vandanjon, Gautier, Desbats 1995], smoothed over w at rest; the Stribeck and load
+//! terms are those of [Bittencourt, Wernholt, Sander-Tavallaey, Brogardh 2010]. Friction is estimated elsewhere.
+
+/// Friction of one joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionLaw {
+    /// N m s/rad (N s/m), forward.
+    pub viscous_positive: f64,
+    /// N m (N), forward.
+    pub coulomb_positive: f64,
+    /// N m s/rad (N s/m), backward.
+    pub viscous_negative: f64,
+    /// N m (N), backward; negative.
+    pub coulomb_negative: f64,
+    /// Velocity over which the sign changes, w, rad/s.
+    pub smoothing: f64,
+    /// Excess of Coulomb friction at rest, relative to Coulomb friction.
+    pub stribeck: f64,
+    /// Velocity v_s over which that excess decays, rad/s.
+    pub stribeck_velocity: f64,
+    /// Growth of Coulomb friction with the drive torque, 1/(N m).
+    pub load: f64,
+}
+
+impl FrictionLaw {
+    /// Equation (5): Fv1, Fs1 for positive velocity, Fv2, Fs2 (negative) for negative velocity.
+    pub const fn asymmetric(fv1: f64, fs1: f64, fv2: f64, fs2: f64) -> FrictionLaw {
+        FrictionLaw {
+            viscous_positive: fv1,
+            coulomb_positive: fs1,
+            viscous_negative: fv2,
+            coulomb_negative: fs2,
+            smoothing: 0.005,
+            stribeck: 0.0,
+            stribeck_velocity: 0.1,
+            load: 0.0,
+        }
+    }
+
+    /// The same law with all its torques multiplied.
+    pub fn scaled(mut self, factor: f64) -> FrictionLaw {
+        self.viscous_positive *= factor;
+        self.coulomb_positive *= factor;
+        self.viscous_negative *= factor;
+        self.coulomb_negative *= factor;
+        self
+    }
+
+    /// dG/dv at rest without load, N m s/rad.
+    pub fn slope_at_rest(&self) -> f64 {
+        let turn = (1.0 + self.stribeck) * (self.coulomb_positive - self.coulomb_negative) / (2.0 * self.smoothing);
+        turn + 0.5 * (self.viscous_positive + self.viscous_negative)
+    }
+
+    /// Torque that opposes the motion at velocity `v` under the drive torque `tau`, N m.
+    #[inline]
+    pub fn torque(&self, v: f64, tau: f64) -> f64 {
+        let positive = 0.5 * (1.0 + (v / self.smoothing).tanh());
+        let mut m = 1.0 + self.load * tau.abs();
+        if self.stribeck != 0.0 {
+            m += self.stribeck * (-(v / self.stribeck_velocity).powi(2)).exp();
+        }
+        positive * (self.viscous_positive * v + self.coulomb_positive * m)
+            + (1.0 - positive) * (self.viscous_negative * v + self.coulomb_negative * m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equation_5_away_from_rest() {
+        let law = FrictionLaw::asymmetric(0.25, 0.6, 0.18, -0.75);
+        assert!((law.torque(1.0, 3.0) - 0.85).abs() < 1e-12);
+        assert!((law.torque(-1.0, 3.0) + 0.93).abs() < 1e-12);
+        assert!((law.torque(0.0, 0.0) - 0.5 * (0.6 - 0.75)).abs() < 1e-15);
+        let loaded = FrictionLaw { load: 0.05, ..law };
+        assert!((loaded.torque(1.0, -2.0) - (0.25 + 0.6 * 1.1)).abs() < 1e-12);
+        assert!((law.scaled(2.0).torque(1.0, 0.0) - 1.7).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,4 @@
+//! What a step is asked for.
+
+pub mod excite_request;
+pub mod harmonic_request;

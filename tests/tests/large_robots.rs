@@ -1,0 +1,234 @@
+//! Robots of many joints: right results, not only an end.
+//!
+//! A joint's rows of the regressor are fewer than the columns, so a rank that is right for ten joints may be wrong for fifty.
+//! Every rank here is that of a regressor by the recursion of Newton and Euler, column by column, which shares no code with
+//! `modeling`; where that is too large, it is the known number and nothing may be lost.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use expr::Tape;
+use modeling::{BaseParameters, Derivation, RobotFunction};
+use nalgebra::DMatrix;
+use robot::Robot;
+use robot::format::{ReadOptions, read_urdf_with, read_yaml};
+use tests::random::Random;
+use tests::{dot, recursion, standard_names};
+
+#[derive(Clone, Copy, PartialEq)]
+enum Axes {
+    /// 0, 90, -90 degrees in turn, lengths along z and x in turn.
+    Right,
+    /// Any angle, offsets in all directions.
+    Oblique,
+}
+
+/// A URDF of n joints; each hangs on one of the last `reach` links, every `sliding`-th slides.
+fn urdf(n: usize, axes: Axes, reach: usize, sliding: Option<usize>) -> String {
+    let random = &mut Random(n as u64);
+    let mut text = format!("<robot name=\"many\"><link name=\"l0\">{BODY}</link>\n");
+    for k in 1..=n {
+        let parent = k - 1 - random.below(reach.min(k));
+        let right = std::f64::consts::FRAC_PI_2;
+        let (rpy, xyz) = match axes {
+            Axes::Right => {
+                let x = 0.3 * random.unit();
+                let xyz = if k % 2 == 1 { [0.0, 0.0, x] } else { [x, 0.0, 0.0] };
+                ([[0.0, right, -right][k % 3], 0.0, 0.0], xyz)
+            }
+            Axes::Oblique => ([0, 1, 2].map(|_| 1.4 * random.unit()), [0, 1, 2].map(|_| 0.3 * random.unit())),
+        };
+        let kind = if sliding.is_some_and(|every| k % every == 0) { "prismatic" } else { "revolute" };
+        let three = |v: [f64; 3]| v.map(|x| if x.abs() == right { x.to_string() } else { format!("{x:.4}") }).join(" ");
+        writeln!(
+            text,
+            "<link name=\"l{k}\">{BODY}</link><joint name=\"j{k}\" type=\"{kind}\"><parent link=\"l{parent}\"/>\
+             <child link=\"l{k}\"/><origin xyz=\"{}\" rpy=\"{}\"/><axis xyz=\"0 0 1\"/>\
+             <limit lower=\"-2\" upper=\"2\" velocity=\"3\" effort=\"50\"/></joint>",
+            three(xyz),
+            three(rpy)
+        )
+        .unwrap();
+    }
+    text + "</robot>"
+}
+
+const BODY: &str = "<inertial><origin xyz=\"0.1 0 0\" rpy=\"0 0 0\"/><mass value=\"1\"/>\
+     <inertia ixx=\"0.02\" ixy=\"0.001\" ixz=\"0\" iyy=\"0.03\" iyz=\"0.002\" izz=\"0.025\"/></inertial>";
+
+fn read(text: &str, floating_base: bool) -> Robot {
+    let options = ReadOptions { floating_base, ..ReadOptions::default() };
+    let robot = read_urdf_with(text, "many.urdf", options).unwrap_or_else(|e| panic!("{e}"));
+    if floating_base { robot.floating() } else { robot }
+}
+
+/// The base parameters, after D_base X_base = D X was found to hold at some states.
+fn regrouped(robot: &Robot) -> BaseParameters {
+    let mut derivation = Derivation::new(robot).unwrap();
+    let regressor = derivation.regressor();
+    let base = derivation.base_parameters(&regressor).unwrap_or_else(|e| panic!("{}: {e}", robot.links.len()));
+    let tape = Tape::new(&base.regressor(&regressor));
+    let random = &mut Random(1);
+    for _ in 0..2 {
+        let (state, x) = (random.state(robot), random.parameters(robot));
+        let mut y = vec![f64::NAN; tape.n_outputs()];
+        tape.evaluate(&state.inputs(), &mut tape.workspace(), &mut y);
+        let x_base = base.values(&x);
+        for (row, tau) in y.chunks(base.len()).zip(recursion::torque(robot, &state, &x)) {
+            let (found, size) = dot(row, &x_base);
+            // Thousands of terms, and rules that add up lengths over all links.
+            assert!((found - tau).abs() <= 1e-12 * (1.0 + size), "{} joints: {found} {tau}", robot.links.len());
+        }
+    }
+    let n_standard = standard_names(robot).len();
+    assert_eq!(base.rank.exact, Some(base.len()));
+    assert!(base.len() + base.no_effect.len() <= n_standard);
+    base
+}
+
+/// The rank of the recursion's regressor: QR with pivots, rows and columns scaled, and the gap behind the rank.
+fn independent_rank(robot: &Robot) -> (usize, f64) {
+    let (n, p) = (robot.n_coordinates(), standard_names(robot).len());
+    // The last link's columns need a dozen states; its rows alone tell them.
+    let states = p.div_ceil(n) + 4;
+    let random = &mut Random(2);
+    let mut observed = DMatrix::zeros(states * n, p);
+    for s in 0..states {
+        let state = random.state(robot);
+        let mut unit = vec![0.0; p];
+        for c in 0..p {
+            unit[c] = 1.0;
+            let column = recursion::torque(robot, &state, &unit);
+            observed.view_mut((s * n, c), (n, 1)).copy_from_slice(&column);
+            unit[c] = 0.0;
+        }
+    }
+    let largest = observed.column_iter().map(|c| c.norm()).fold(0.0, f64::max);
+    for mut column in observed.column_iter_mut() {
+        let norm = column.norm();
+        // What has no effect leaves rounding.
+        if norm > 1e-10 * largest { column /= norm } else { column.fill(0.0) }
+    }
+    // The triangle of a plain QR first, so that pivoting looks at p rows only.
+    let r = observed.qr().unpack_r().col_piv_qr().unpack_r();
+    let diagonal: Vec<f64> = r.diagonal().iter().map(|x| x.abs()).collect();
+    // A column of unit norm leaves 1e-14 of rounding; what is independent leaves more than 1e-8 of itself here.
+    let rank = diagonal.iter().filter(|x| **x > 1e-11).count();
+    (rank, diagonal[rank - 1] / diagonal.get(rank).copied().unwrap_or(0.0))
+}
+
+fn has_its_rank(text: &str, floating: bool, expected: Option<usize>) {
+    let robot = read(text, floating);
+    let found = regrouped(&robot).len();
+    let (rank, gap) = independent_rank(&robot);
+    assert!(gap > 1e3, "the test cannot tell: {rank} with a gap of {gap:.0e}");
+    assert_eq!(found, rank, "{} joints", robot.n_coordinates());
+    if let Some(expected) = expected {
+        assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn chains_of_right_angles() {
+    // One above and one below the length from which columns were once lost.
+    for (n, expected) in [(43, 297), (44, 304), (45, 311), (60, 416)] {
+        has_its_rank(&urdf(n, Axes::Right, 1, None), false, Some(expected));
+    }
+}
+
+#[test]
+fn a_chain_of_a_hundred() {
+    has_its_rank(&urdf(100, Axes::Right, 1, None), false, Some(696));
+}
+
+#[test]
+fn a_chain_of_two_hundred_loses_nothing() {
+    // 7 a joint less 4, as of shorter chains of these axes.
+    assert_eq!(regrouped(&read(&urdf(200, Axes::Right, 1, None), false)).len(), 1396);
+}
+
+#[test]
+fn oblique_chains_and_trees() {
+    for (reach, sliding) in [(1, None), (6, None), (1, Some(4))] {
+        has_its_rank(&urdf(50, Axes::Oblique, reach, sliding), false, None);
+    }
+}
+
+#[test]
+fn an_oblique_tree_of_a_hundred() {
+    has_its_rank(&urdf(100, Axes::Oblique, 6, None), false, None);
+}
+
+#[test]
+fn two_arms_on_a_floating_base() {
+    // Joint 26 hangs on the base as joint 1 does.
+    let text = urdf(50, Axes::Oblique, 1, None).replace("<parent link=\"l25\"/>", "<parent link=\"l0\"/>");
+    has_its_rank(&text, true, None);
+}
+
+#[test]
+fn a_generated_regressor_of_sixty_joints_gives_the_torque() {
+    let found = |cc: &&str| Command::new(cc).arg("--version").output().is_ok_and(|o| o.status.success());
+    let Some(cc) = ["cc", "gcc", "clang"].into_iter().find(found) else {
+        println!("skipped: no C compiler");
+        return;
+    };
+    let robot = read(&urdf(60, Axes::Right, 1, None), false);
+    let base = regrouped(&robot);
+    let word = RobotFunction::of_robot("base-regressor").unwrap();
+    let module = modeling::module(&robot, &[word]).unwrap_or_else(|e| panic!("{e}"));
+    let files = codegen::c_files(&module, "this test", "many.h");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sixty");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("many.h"), files.header).unwrap();
+    std::fs::write(folder.join("many.c"), files.source).unwrap();
+
+    let (state, x) = (Random(3).state(&robot), Random(4).parameters(&robot));
+    let list = |v: &[f64]| v.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ");
+    let (n, p) = (60, base.len());
+    let main = format!(
+        "#include <stdio.h>\n#include \"many.h\"\n\
+         static const double q[] = {{{}}}, dq[] = {{{}}}, ddq[] = {{{}}}, x[] = {{{}}};\n\
+         static double y[{n}][{p}];\n\
+         int main(void) {{ int i, k; many_base_regressor(q, dq, ddq, y);\n\
+         for (i = 0; i < {n}; i++) {{ double tau = 0, size = 0; for (k = 0; k < {p}; k++) {{ tau += y[i][k] * x[k]; \
+         size += y[i][k] * x[k] > 0 ? y[i][k] * x[k] : -y[i][k] * x[k]; }}\n\
+         printf(\"%.17g %.17g\\n\", tau, size); }} return 0; }}\n",
+        list(&state.q),
+        list(&state.dq),
+        list(&state.ddq),
+        list(&base.values(&x)),
+    );
+    std::fs::write(folder.join("main.c"), main).unwrap();
+    let mut compile = Command::new(cc);
+    compile.args("-std=c99 -Wall -Wextra -pedantic -Werror -o program main.c many.c -lm".split(' '));
+    let made = compile.current_dir(&folder).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let ran = Command::new(folder.join("program")).output().unwrap();
+    let printed = String::from_utf8(ran.stdout).unwrap();
+    let expected = recursion::torque(&robot, &state, &x);
+    assert_eq!(printed.lines().count(), n);
+    for (line, tau) in printed.lines().zip(expected) {
+        let (found, size) = line.split_once(' ').unwrap();
+        let (found, size): (f64, f64) = (found.parse().unwrap(), size.parse().unwrap());
+        // Thousands of terms, and rules that add up lengths over all links.
+        assert!((found - tau).abs() <= 1e-12 * (1.0 + size), "{found} {tau}");
+    }
+}
+
+/// A chain of links of 1e15 m: lengths of the first drown all that the last does.
+#[test]
+fn what_rounding_drowns_is_refused() {
+    let link = |j: usize| {
+        let antecedent = if j == 1 { "base".into() } else { (j - 1).to_string() };
+        format!("  - {{link: {j}, antecedent: {antecedent}, alpha: 0.3, d: 1.0e15, theta: q{j}}}\n")
+    };
+    let links: String = (1..=25).map(link).collect();
+    let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
+    let robot = read_yaml(&text, "long.yaml").unwrap();
+    let mut derivation = Derivation::new(&robot).unwrap();
+    let regressor = derivation.regressor();
+    let refused = derivation.base_parameters(&regressor).map(|base| base.len());
+    assert!(refused.is_err(), "{refused:?}");
+}
