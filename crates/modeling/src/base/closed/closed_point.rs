@@ -15,15 +15,17 @@ use std::collections::BTreeMap;
 
 use expr::{Function, Node, Symbol, SymbolKind};
 
+use crate::base::angles::Angles;
 use crate::base::closed::lengths::random_zero;
 use crate::base::closed::orientation::Orientation;
-use crate::base::closed::planar_loop::{Closing, PlanarLoop};
+use crate::base::closed::planar_closing::Closing;
+use crate::base::closed::planar_loop::PlanarLoop;
 use crate::base::closed::pose::Pose;
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
 use crate::base::closed::variables::{State, Variables};
 use crate::base::exact_rank::{Echelon, assigned};
-use crate::base::field::{Angles, Assignment, Residue, turned};
+use crate::base::field::{Assignment, Residue, turned};
 use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use crate::random::SplitMix;

@@ -7,11 +7,12 @@
 
 use expr::Function;
 
+use crate::base::angles::Angles;
 use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::curve::{curve, regressor_rows};
 use crate::base::closed::reason::NoCertificate;
 use crate::base::exact_rank::Echelon;
-use crate::base::field::{Angles, Residue, solve};
+use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
 use crate::random::SplitMix;
 
