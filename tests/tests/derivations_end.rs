@@ -74,7 +74,7 @@ fn mimic_joints_in_parallel_chains_end() {
     for n_before in [2, 12] {
         let (parameters, _) = derived(&two_fingers(n_before));
         let rank = parameters.rank;
-        assert_eq!(rank.exact, Some(rank.numeric));
+        assert_eq!(rank.exact.rank(), Some(rank.numeric));
         // What has no short closed form is said to hold only for these numbers.
         assert!(rank.exact_relations > 0, "{rank:?}");
     }
@@ -100,7 +100,7 @@ fn slides_on_one_axis_end() {
     ];
     for n in 1..=3 {
         let (parameters, _) = derived(&yaml(&(head.to_string() + &oblique[..n].concat())));
-        assert_eq!(parameters.rank.exact, Some(parameters.rank.numeric), "{n} slides");
+        assert_eq!(parameters.rank.exact.rank(), Some(parameters.rank.numeric), "{n} slides");
     }
 }
 

@@ -241,12 +241,14 @@ fn symbol(robot: &Robot, i: usize) -> Value {
 fn rank(rank: &modeling::Rank) -> Value {
     json!({
         "numeric": rank.numeric,
-        "exact": rank.exact,
+        "exact": rank.exact.rank(),
+        "evidence": rank.exact.to_string(),
         // JSON has no infinity, which stands for a model without dropped columns.
         "gap": if rank.gap().is_finite() { json!(rank.gap()) } else { Value::Null },
         "smallest_kept": rank.smallest_kept,
         "largest_dropped": rank.largest_dropped,
         "exact_relations": rank.exact_relations,
+        "general_relations": rank.general_relations,
         "numeric_relations": rank.numeric_relations,
     })
 }

@@ -18,7 +18,8 @@ mod robot_module;
 mod size;
 
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
-pub use base::evidence::{Rank, UnclearRank};
+pub use base::closed::reason::NoCertificate;
+pub use base::evidence::{ExactRank, Rank, UnclearRank};
 pub use base::meaning::standard_meaning;
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};

@@ -281,24 +281,33 @@ fn fates(robot: &Robot, parameters: &BaseParameters) -> Vec<Fates> {
 
 fn evidence(parameters: &BaseParameters) -> Vec<String> {
     let rank = &parameters.rank;
-    let certificate = match rank.exact {
+    let certificate = match rank.exact.rank() {
         Some(exact) => format!(
             "rank {exact}, exact: no experiment can tell more than these {exact} numbers, and the right motion tells all of \
-             them (the same columns are independent in a finite field)"
+             them ({})",
+            rank.exact
         ),
-        None => format!("rank {}, numeric: the loops are closed by a search", rank.numeric),
+        None => format!("rank {}, numeric: {}", rank.numeric, rank.exact),
     };
     let numbers = format!(
         "in numbers, every kept column stands {:.1e} or more out of the span of those before it, every dropped one {:.1e} \
          or less",
         rank.smallest_kept, rank.largest_dropped
     );
-    let relations = match rank.numeric_relations {
-        0 => format!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
-        n => format!(
-            "{} relations between columns are proven in the robot's symbols; {n} hold only for these numbers",
-            rank.exact_relations
-        ),
+    let relations = match (rank.general_relations, rank.numeric_relations) {
+        (0, 0) => format!("all {} relations between columns are proven in the robot's symbols", rank.exact_relations),
+        (general, numeric) => {
+            let mut text =
+                format!("{} relations between columns are proven in the robot's symbols", rank.exact_relations);
+            if general > 0 {
+                text +=
+                    &format!("; {general} more hold at every value of the symbols, with coefficients known as numbers");
+            }
+            if numeric > 0 {
+                text += &format!("; {numeric} hold only for these numbers");
+            }
+            text
+        }
     };
     vec![certificate, numbers, relations]
 }

@@ -20,7 +20,8 @@ use expr::{Function, SymbolKind, Tape};
 use nalgebra::DMatrix;
 use robot::{Robot, StandardParameter};
 
-use crate::base::evidence::{Rank, UnclearRank, clear_cut, held_against_numbers, of_one_rank, stand_out};
+use crate::base::closed::closed_rank::closed_rank;
+use crate::base::evidence::{ExactRank, Rank, UnclearRank, clear_cut, held_against_numbers, of_one_rank, stand_out};
 use crate::base::exact_rank::independent_columns;
 use crate::base::names;
 use crate::base::rank::{Scan, scan};
@@ -134,17 +135,39 @@ pub(crate) fn base_parameters(
     let name = |c: usize| standard[c].display(robot).to_string();
     let joints = regressor.outputs[0].rows;
 
-    // Passive coordinates are solved numerically, so they cannot be drawn freely in a finite field.
-    let exact = robot.passive.is_empty().then(|| independent_columns(regressor));
-    let scan = chosen_columns(&sampled(regressor, derivation.closure()), joints, exact.as_deref(), name)?;
+    let sampled = sampled(regressor, derivation.closure());
+    let mut closed = None;
+    let exact = |stand_out: &dyn Fn(&[usize]) -> bool, expected: usize| {
+        if derivation.robot.passive.is_empty() {
+            let columns = independent_columns(regressor);
+            return (ExactRank::Free(columns.len()), columns);
+        }
+        match closed_rank(derivation, regressor, stand_out, expected) {
+            Ok(found) => {
+                let columns = closed.insert(found).columns.clone();
+                let other_assemblies = closed.as_ref().is_some_and(|c| c.other_assemblies);
+                (ExactRank::Closed { rank: columns.len(), other_assemblies }, columns)
+            }
+            Err(reason) => (ExactRank::Unknown(reason), Vec::new()),
+        }
+    };
+    let (scan, exact) = chosen_columns(&sampled, joints, exact, name)?;
     let mut rank = Rank::of(&scan);
-    rank.exact = exact.map(|exact| exact.len());
+    rank.exact = exact;
 
     let regrouping = regrouping(derivation, regressor, &standard, &scan);
     let shares = &regrouping.shares;
-    let all_exact = |row: &&Vec<(usize, Share)>| row.iter().all(|(_, share)| share.residue.is_some());
-    rank.exact_relations = shares.values().filter(all_exact).count();
-    rank.numeric_relations = shares.len() - rank.exact_relations;
+    for (&column, row) in shares {
+        let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();
+        let count = if row.iter().all(|(_, share)| share.residue.is_some()) {
+            &mut rank.exact_relations
+        } else if closed.as_ref().is_some_and(|closed| closed.is_spanned(column, &support)) {
+            &mut rank.general_relations
+        } else {
+            &mut rank.numeric_relations
+        };
+        *count += 1;
+    }
     held_against_numbers(&scan, shares, name)?;
 
     let base: Vec<BaseParameter> =
@@ -174,31 +197,38 @@ fn constants(regressor: &Function, places: &BTreeMap<String, Vec<String>>) -> Ve
         .collect()
 }
 
-/// The columns to keep, with the evidence of the numbers: those of the field where there are such.
+/// The columns to keep, with the evidence of the numbers: those of the field where there are such. `exact` may ask
+/// whether columns stand out by the numbers.
 fn chosen_columns(
     sampled: &DMatrix<f64>,
     joints: usize,
-    exact: Option<&[usize]>,
+    exact: impl FnOnce(&dyn Fn(&[usize]) -> bool, usize) -> (ExactRank, Vec<usize>),
     name: impl Fn(usize) -> String,
-) -> Result<Scan, UnclearRank> {
+) -> Result<(Scan, ExactRank), UnclearRank> {
     let not_finite =
         |broken: Vec<usize>| UnclearRank::NotFinite { parameters: broken.into_iter().map(&name).collect() };
     let triangle = triangle(sampled, joints);
     let numeric = scan(&triangle, None).map_err(not_finite)?;
     let is_clear = clear_cut(&numeric, &Rank::of(&numeric), &name);
-    let Some(exact) = exact else { return is_clear.map(|()| numeric) };
-    if is_clear.is_ok() && numeric.kept == exact {
-        return Ok(numeric);
-    }
     // The numbers alone draw the line at one distance for all robots. Where the chosen columns stand out of the others
     // clearly, they may do so by less.
-    let chosen = scan(&triangle, Some(exact)).map_err(not_finite)?;
-    stand_out(&chosen, exact, &name).or_else(|weak| {
-        of_one_rank(&numeric, exact, &name)?;
+    let chosen = |columns: &[usize]| -> Result<Scan, UnclearRank> {
+        if is_clear.is_ok() && numeric.kept == columns {
+            return Ok(numeric.clone());
+        }
+        let chosen = scan(&triangle, Some(columns)).map_err(not_finite)?;
+        stand_out(&chosen, columns, &name).map(|()| chosen)
+    };
+    let (exact, columns) = exact(&|columns: &[usize]| chosen(columns).is_ok(), numeric.kept.len());
+    if exact.rank().is_none() {
+        return is_clear.map(|()| (numeric, exact));
+    }
+    let scan = chosen(&columns).or_else(|weak| {
+        of_one_rank(&numeric, &columns, &name)?;
         is_clear?;
         Err(weak)
     })?;
-    Ok(chosen)
+    Ok((scan, exact))
 }
 
 /// The base parameter of a kept column: what it absorbs, and its name.

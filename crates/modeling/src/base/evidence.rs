@@ -11,6 +11,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
+use crate::base::closed::reason::NoCertificate;
 use crate::base::rank::{CLEAR_GAP, Scan};
 use crate::base::regrouping::Shares;
 use crate::derivation::NeverCloses;
@@ -25,9 +26,8 @@ const ROUNDING: f64 = 1e-6;
 pub struct Rank {
     /// Number of base parameters.
     pub numeric: usize,
-    /// The rank in a finite field, without a tolerance; `None` where loops are closed numerically,
-    /// since their passive coordinates are no free elements of a field.
-    pub exact: Option<usize>,
+    /// The rank in a finite field, without a tolerance.
+    pub exact: ExactRank,
     /// Smallest relative distance of a kept column from the span of those before it.
     pub smallest_kept: f64,
     /// Largest relative distance of a dropped one; zero columns count with their norm relative to
@@ -35,8 +35,62 @@ pub struct Rank {
     pub largest_dropped: f64,
     /// How many relations are proven in the symbols.
     pub exact_relations: usize,
+    /// How many relations hold at every value of the symbols, with coefficients that are known as numbers only.
+    pub general_relations: usize,
     /// How many relations are only numeric.
     pub numeric_relations: usize,
+}
+
+/// What a finite field says of the rank.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExactRank {
+    /// The rank where every coordinate is free.
+    Free(usize),
+    /// The rank at states that close the loops in the field ([`crate::base::closed`]).
+    Closed {
+        /// The rank.
+        rank: usize,
+        /// Whether the loops have assemblies of another rank than the one of the start.
+        other_assemblies: bool,
+    },
+    /// Nothing, and why.
+    Unknown(NoCertificate),
+}
+
+impl ExactRank {
+    /// The rank, where it is known.
+    pub fn rank(self) -> Option<usize> {
+        match self {
+            ExactRank::Free(rank) | ExactRank::Closed { rank, .. } => Some(rank),
+            ExactRank::Unknown(_) => None,
+        }
+    }
+
+    /// Why it is not known.
+    pub fn reason(self) -> Option<NoCertificate> {
+        match self {
+            ExactRank::Unknown(reason) => Some(reason),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for ExactRank {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ExactRank::Free(_) => f.write_str("the same columns are independent in a finite field"),
+            ExactRank::Closed { other_assemblies, .. } => {
+                f.write_str(
+                    "the same columns are independent in a finite field, at states that close the loops there",
+                )?;
+                if *other_assemblies {
+                    f.write_str("; other assemblies of these loops have other base parameters")?;
+                }
+                Ok(())
+            }
+            ExactRank::Unknown(reason) => write!(f, "the loops are closed by a search, and {reason}"),
+        }
+    }
 }
 
 impl Rank {
@@ -47,10 +101,12 @@ impl Rank {
         let largest_dropped = dropped.map(|c| scan.distance[c]).fold(0.0, f64::max);
         Rank {
             numeric: scan.kept.len(),
-            exact: None,
+            // Replaced by whoever knows.
+            exact: ExactRank::Unknown(NoCertificate::OtherForm),
             smallest_kept,
             largest_dropped,
             exact_relations: 0,
+            general_relations: 0,
             numeric_relations: 0,
         }
     }

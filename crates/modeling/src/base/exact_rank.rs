@@ -5,7 +5,9 @@
 //! numbers they are. A column that is independent there is independent for almost every robot of this
 //! structure; the chance of an accident is below 1e-12 [Schwartz 1980].
 
-use expr::{Function, SymbolKind};
+use std::collections::BTreeMap;
+
+use expr::{Function, Graph, SymbolKind};
 
 use crate::base::field::{Angles, Assignment, FieldAlgebra, Residue, twelfth_turn};
 use crate::random::SplitMix;
@@ -14,16 +16,7 @@ use crate::random::SplitMix;
 pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     let mut random = SplitMix(1979);
     let graph = regressor.graph();
-    let assign = |(_, kind): &(String, SymbolKind)| {
-        let mut assignment = Assignment::random(&mut random);
-        if let SymbolKind::Constant(x) = kind
-            && let Some((cos, sin)) = twelfth_turn(*x)
-        {
-            (assignment.cos, assignment.sin) = (cos, sin);
-        }
-        assignment
-    };
-    let constants: Vec<Assignment> = graph.symbols().iter().map(assign).collect();
+    let constants = assigned(graph, &mut random);
     let angles = Angles::of(graph);
 
     let output = &regressor.outputs[0];
@@ -33,26 +26,63 @@ pub(crate) fn independent_columns(regressor: &Function) -> Vec<usize> {
     }
     // A link's eleven columns may be non-zero in only one row of each state.
     let n_states = (p.div_ceil(n) + 2).max(14);
-    let mut rows: Vec<Vec<Residue>> = Vec::with_capacity(n_states * n);
+    let mut echelon = Echelon::default();
     for _ in 0..n_states {
         let mut algebra = FieldAlgebra::new(graph, &angles, &constants, &mut random);
         let values = regressor.evaluate_in(&mut algebra).swap_remove(0);
-        rows.extend(values.chunks(p).map(<[Residue]>::to_vec));
+        for row in values.chunks(p) {
+            echelon.add(row.to_vec());
+        }
     }
-    let mut kept = Vec::new();
-    for c in 0..p {
-        let Some(pivot) = rows.iter().position(|row| row[c] != Residue::ZERO) else { continue };
-        let pivot = rows.swap_remove(pivot);
-        let scale = pivot[c].inverse();
-        for row in rows.iter_mut().filter(|row| row[c] != Residue::ZERO) {
-            let factor = row[c] * scale;
-            for k in c..p {
-                if pivot[k] != Residue::ZERO {
-                    row[k] = row[k] - factor * pivot[k];
+    echelon.columns()
+}
+
+/// The elements that stand for the constants: random, but for the cosine and sine of multiples of pi/12.
+pub(crate) fn assigned(graph: &Graph, random: &mut SplitMix) -> Vec<Assignment> {
+    let assign = |(_, kind): &(String, SymbolKind)| {
+        let mut assignment = Assignment::random(random);
+        if let SymbolKind::Constant(x) = kind
+            && let Some((cos, sin)) = twelfth_turn(*x)
+        {
+            (assignment.cos, assignment.sin) = (cos, sin);
+        }
+        assignment
+    };
+    graph.symbols().iter().map(assign).collect()
+}
+
+/// Independent rows, each one at its first entry and zero before it.
+#[derive(Default)]
+pub(crate) struct Echelon {
+    /// By the column of the first entry.
+    rows: BTreeMap<usize, Vec<Residue>>,
+}
+
+impl Echelon {
+    /// Whether the row is independent of those that were added before.
+    pub fn add(&mut self, mut row: Vec<Residue>) -> bool {
+        for c in 0..row.len() {
+            if row[c] == Residue::ZERO {
+                continue;
+            }
+            let Some(pivot) = self.rows.get(&c) else {
+                let scale = row[c].inverse();
+                row[c..].iter_mut().for_each(|x| *x = *x * scale);
+                self.rows.insert(c, row);
+                return true;
+            };
+            let factor = row[c];
+            for (x, p) in row[c..].iter_mut().zip(&pivot[c..]) {
+                if *p != Residue::ZERO {
+                    *x = *x - factor * *p;
                 }
             }
         }
-        kept.push(c);
+        false
     }
-    kept
+
+    /// The columns that are independent of those before them: where the rows begin.
+    pub fn columns(&self) -> Vec<usize> {
+        self.rows.keys().copied().collect()
+    }
 }

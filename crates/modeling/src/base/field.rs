@@ -85,6 +85,12 @@ impl Residue {
         result
     }
 
+    /// A square root, where there is one: P is 3 modulo 4.
+    pub fn root(self) -> Option<Residue> {
+        let root = self.power((P + 1) / 4);
+        (root * root == self).then_some(root)
+    }
+
     /// n/d with |n|, d <= bound, when there is one.
     pub fn as_ratio(self, bound: i64) -> Option<(i64, i64)> {
         for d in 1..=bound {
@@ -181,10 +187,10 @@ impl Assignment {
 }
 
 /// A point (cos, sin) of the circle.
-type Point = (Residue, Residue);
+pub(crate) type Point = (Residue, Residue);
 
 /// A random point of the circle: ((1 - t^2), 2 t) / (1 + t^2).
-fn circle(random: &mut SplitMix) -> Point {
+pub(crate) fn circle(random: &mut SplitMix) -> Point {
     let t = Residue::random(random);
     let scale = (Residue::ONE + t * t).inverse();
     ((Residue::ONE - t * t) * scale, (t + t) * scale)
@@ -196,7 +202,7 @@ pub(crate) fn turned((a, b): Point, (c, d): Point) -> Point {
 }
 
 /// An angle n times.
-fn times(mut point: Point, mut n: u128) -> Point {
+pub(crate) fn times(mut point: Point, mut n: u128) -> Point {
     let mut sum = (Residue::ONE, Residue::ZERO);
     while n > 0 {
         if n & 1 == 1 {
@@ -224,6 +230,8 @@ pub(crate) fn twelfth_turn(angle: f64) -> Option<Point> {
 pub(crate) struct Angles {
     /// Argument -> the symbol and by which power of its point it turns.
     powers: BTreeMap<Expr, (Symbol, u128)>,
+    /// The common denominator of each symbol's ratios.
+    common: BTreeMap<Symbol, u128>,
 }
 
 impl Angles {
@@ -246,14 +254,21 @@ impl Angles {
             let power = (common[symbol]? / *d as u128).checked_mul(*n as u128)?;
             Some((*argument, (*symbol, power)))
         };
-        Angles { powers: ratios.iter().filter_map(power).collect() }
+        let powers = ratios.iter().filter_map(power).collect();
+        Angles { powers, common: common.iter().filter_map(|(&s, &d)| Some((s, d?))).collect() }
+    }
+
+    /// The symbol of an argument, and the ratio of the argument to it: numerator and denominator.
+    pub fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
+        let &(symbol, power) = self.powers.get(&argument)?;
+        Some((symbol, power, self.common[&symbol]))
     }
 }
 
 /// The largest power an angle is taken to.
 const MAX_POWER: u128 = 1 << 100;
 
-fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
+pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
     let (mut x, mut y) = (a, b);
     while y != 0 {
         (x, y) = (y, x % y);
@@ -401,6 +416,9 @@ mod tests {
         assert_eq!((Residue::integer(-2) * Residue::integer(3).inverse()).as_ratio(100), Some((-2, 3)));
         let (c, s) = circle(&mut SplitMix(1));
         assert_eq!(c * c + s * s, Residue::ONE);
+        let root = (x * x).root().unwrap();
+        assert!(root == x || root == -x);
+        assert_eq!((-(x * x)).root(), None);
     }
 
     #[test]

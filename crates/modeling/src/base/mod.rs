@@ -5,6 +5,7 @@
 //! against the numbers ([`evidence`]), named ([`names`]), and written as rules when asked ([`written_rules`]).
 
 pub(crate) mod base_parameters;
+pub(crate) mod closed;
 pub(crate) mod coefficient;
 pub(crate) mod evidence;
 pub(crate) mod exact_rank;

@@ -163,14 +163,14 @@ fn combination(g: &mut Graph, row: &[Expr], x: &[Expr]) -> Expr {
 
 /// The two sides of a loop from the last link that carries both, which is the base here; gravity is left out. What moves
 /// that link moves both sides alike, so its variables are not in the equations of the loop.
-struct OpenLoop {
-    robot: Robot,
-    cut: LinkId,
-    twin: LinkId,
+pub(crate) struct OpenLoop {
+    pub robot: Robot,
+    pub cut: LinkId,
+    pub twin: LinkId,
 }
 
 /// The loops that no affine function closes.
-fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
+pub(crate) fn open_loops(robot: &Robot) -> Vec<OpenLoop> {
     let implicit = robot.loops.iter().enumerate().filter(|(_, one)| robot.is_implicit(one));
     implicit
         .map(|(i, one)| {

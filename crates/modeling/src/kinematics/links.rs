@@ -204,18 +204,18 @@ fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Lin
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.
-struct Geometry {
-    gamma: Angle,
-    b: Expr,
-    alpha: Angle,
-    d: Expr,
-    theta: Angle,
-    r: Expr,
+pub(crate) struct Geometry {
+    pub gamma: Angle,
+    pub b: Expr,
+    pub alpha: Angle,
+    pub d: Expr,
+    pub theta: Angle,
+    pub r: Expr,
 }
 
 impl Geometry {
     /// The constant part, from the link's description.
-    fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
+    pub fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
         let name = |letter: &str| format!("{letter}{}", link.label);
         let dh = &link.geometry;
         let gamma = constants.angle(g, &dh.gamma, &name("gamma"));

@@ -8,4 +8,5 @@ pub(crate) mod closure;
 pub(crate) mod constants;
 pub(crate) mod implicit;
 pub(crate) mod links;
+pub(crate) mod loop_chain;
 pub(crate) mod vector;

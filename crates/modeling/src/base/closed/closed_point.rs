@@ -1,0 +1,381 @@
+//! A point of the field at which the loops of a robot are closed: its constants, and every variable.
+//!
+//! Two ways, the first where it can be gone:
+//!
+//! - constants first: all constants are drawn, then the variables, loop by loop. Of each loop some variables are drawn and
+//!   the last two or three solved for ([`crate::base::closed::planar_loop`]), whether they are coordinates or passive: at a
+//!   closed point nobody asks who drives whom. Lengths that are one symbol stay equal. For planar loops;
+//! - angles first: all angles are drawn but those that close the orientation of each loop
+//!   ([`crate::base::closed::orientation`]). What is left is affine in the lengths ([`crate::base::closed::lengths`]), and a
+//!   random solution is taken.
+//!
+//! An equation of the second degree has roots in the field for half of the draws: another draw is taken where it has none.
+
+use std::collections::BTreeMap;
+
+use expr::{Function, Node, Symbol, SymbolKind};
+
+use crate::base::closed::lengths::random_zero;
+use crate::base::closed::orientation::Orientation;
+use crate::base::closed::planar_loop::{Closing, PlanarLoop};
+use crate::base::closed::pose::Pose;
+use crate::base::closed::reason::NoCertificate;
+use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
+use crate::base::closed::variables::{State, Variables};
+use crate::base::exact_rank::{Echelon, assigned};
+use crate::base::field::{Angles, Assignment, Residue, turned};
+use crate::derivation::Derivation;
+use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
+use crate::random::SplitMix;
+
+/// Draws of all constants before it is given up: with k equations of the second degree, one of 2^k draws has a point.
+const DRAWS: usize = 400;
+/// Draws that end for another reason than a root before it is given up: roots that meet leave equations of another form.
+const FAILURES: usize = 24;
+/// The same where angles are drawn first, which meet nowhere.
+const FAILURES_OF_ANGLES: usize = 4;
+/// Draws of the free variables of one loop, the others as they are.
+const DRAWS_OF_A_LOOP: usize = 8;
+/// Choices of the variables that close one loop.
+const MOST_CHOICES: usize = 200;
+
+/// A closed point.
+#[derive(Clone, Debug)]
+pub(crate) struct ClosedPoint {
+    /// By symbol.
+    pub constants: Vec<Assignment>,
+    pub state: State,
+}
+
+/// The closure of one robot's loops in the field.
+pub(crate) struct ClosedPoints {
+    chains: LoopChains,
+    pub variables: Variables,
+    /// e and J_p.
+    pub closure: Function,
+    pub closure_angles: Angles,
+    placement_angles: Angles,
+    /// The symbol of each variable.
+    pub symbols: Vec<Symbol>,
+}
+
+impl ClosedPoints {
+    pub fn new(derivation: &mut Derivation, closure: Function) -> Result<ClosedPoints, NoCertificate> {
+        let Derivation { robot, graph, constants, .. } = derivation;
+        let chains = LoopChains::new(graph, robot, constants);
+        let variables = Variables::new(robot.n_coordinates(), robot.n_variables(), &chains.joints);
+        let symbol = |e: &expr::Expr| match closure.graph().node(*e) {
+            Node::Symbol(s) => Some(s),
+            _ => None,
+        };
+        let symbols: Option<Vec<Symbol>> = closure.inputs.iter().flat_map(|i| &i.entries).map(symbol).collect();
+        Ok(ClosedPoints {
+            variables: variables.ok_or(NoCertificate::Ratio)?,
+            closure_angles: Angles::of(closure.graph()),
+            placement_angles: Angles::of(chains.placements.graph()),
+            symbols: symbols.ok_or(NoCertificate::OtherForm)?,
+            chains,
+            closure,
+        })
+    }
+
+    /// A closed point by random draws of constants, variables and roots.
+    pub fn point(&self, random: &mut SplitMix) -> Result<ClosedPoint, NoCertificate> {
+        let first = self.attempts(FAILURES, random, |random| self.constants_first(random));
+        first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random)))
+    }
+
+    fn attempts(
+        &self,
+        most_failures: usize,
+        random: &mut SplitMix,
+        mut draw: impl FnMut(&mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate>,
+    ) -> Result<ClosedPoint, NoCertificate> {
+        let mut failures = 0;
+        let mut reason = NoCertificate::OtherForm;
+        for _ in 0..DRAWS {
+            match draw(random) {
+                // Whatever way it was found, all equations must hold.
+                Ok(Some(point)) if self.is_closed(&point) => return Ok(point),
+                Ok(None) => {}
+                Ok(Some(_)) => failures += 1,
+                Err(why) => {
+                    reason = why;
+                    failures += 1;
+                }
+            }
+            if failures == most_failures {
+                break;
+            }
+        }
+        Err(reason)
+    }
+
+    /// `None` where a root is not in the field.
+    fn constants_first(&self, random: &mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate> {
+        let mut constants = self.assigned(random);
+        self.fit_planes(&mut constants, random)?;
+        let mut open =
+            self.planar_loops(&constants).into_iter().collect::<Option<Vec<_>>>().ok_or(NoCertificate::OtherForm)?;
+        let mut state = State::unknown(self.variables.len());
+        self.draw(&mut state, random, |k| {
+            !self.variables.may_be_solved_as_angle(k) && !self.variables.may_be_solved_as_length(k)
+        });
+        while let Some(next) = (0..open.len()).min_by_key(|&l| open[l].unknown(&state).len()) {
+            let one = open.remove(next);
+            let mut unknown = one.unknown(&state);
+            // Passive variables are solved for before coordinates are.
+            unknown.reverse();
+            let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
+            let count = one.n_solved(&state);
+            match self.closed_by(&mut state, random, &unknown, count, close) {
+                Closing::Closed => {}
+                Closing::NoRoot => return Ok(None),
+                Closing::OtherForm => return Err(NoCertificate::OtherForm),
+            }
+        }
+        self.draw(&mut state, random, |_| true);
+        Ok(Some(ClosedPoint { constants, state }))
+    }
+
+    /// Closes a loop by `count` of its unknown variables, the first of them that can be; the others are drawn.
+    fn closed_by(
+        &self,
+        state: &mut State,
+        random: &mut SplitMix,
+        unknown: &[usize],
+        count: usize,
+        close: impl Fn(&mut State, &[usize], bool) -> Closing,
+    ) -> Closing {
+        let other_root = random.next() & 1 == 1;
+        for by in choices(unknown, count).into_iter().take(MOST_CHOICES) {
+            let mut outcome = Closing::OtherForm;
+            for _ in 0..DRAWS_OF_A_LOOP {
+                let mut trial = state.clone();
+                unknown.iter().filter(|k| !by.contains(k)).for_each(|&k| trial.draw(k, random));
+                outcome = close(&mut trial, &by, other_root);
+                if outcome == Closing::Closed {
+                    *state = trial;
+                    return outcome;
+                }
+                if outcome == Closing::OtherForm || by.len() == unknown.len() {
+                    break;
+                }
+            }
+            if outcome == Closing::NoRoot {
+                return outcome;
+            }
+        }
+        Closing::OtherForm
+    }
+
+    /// `None` where a root is not in the field.
+    fn angles_first(&self, random: &mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate> {
+        let mut constants = self.assigned(random);
+        self.fit_angles(&mut constants);
+        let placements = self.placements(&constants)?;
+        let word = |branches| Orientation::new(&self.variables, &placements, &self.chains.joints, branches);
+        let mut open: Vec<Orientation> = self.chains.loops.iter().map(word).collect();
+        let mut state = State::unknown(self.variables.len());
+        let slides = |k: usize| self.variables.may_be_solved_as_length(k);
+        self.draw(&mut state, random, |k| !self.variables.may_be_solved_as_angle(k) && !slides(k));
+        while let Some(next) = (0..open.len()).min_by_key(|&l| open[l].unknown(&state).len()) {
+            let one = open.remove(next);
+            let mut unknown = one.unknown(&state);
+            if unknown.is_empty() {
+                if !one.is_closed(&state) {
+                    return Err(NoCertificate::OtherForm);
+                }
+                continue;
+            }
+            // Angles of this loop alone are solved for before angles that others share.
+            let shared: Vec<usize> = open.iter().flat_map(|l| l.unknown(&state)).collect();
+            unknown.sort_by_key(|k| (shared.contains(k), std::cmp::Reverse(*k)));
+            let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
+            let mut by = |count| self.closed_by(&mut state, random, &unknown, count, close);
+            match (1..=3).map(&mut by).find(|outcome| *outcome != Closing::OtherForm).unwrap_or(Closing::OtherForm) {
+                Closing::Closed => {}
+                Closing::NoRoot => return Ok(None),
+                Closing::OtherForm => return Err(NoCertificate::OtherForm),
+            }
+        }
+        self.draw(&mut state, random, |k| !slides(k));
+        let free: Vec<usize> = (0..self.variables.len()).rev().filter(|&k| slides(k)).collect();
+        let lengths = self.lengths_of(&self.closure);
+        let f = |x: &[Residue]| {
+            let (mut state, mut constants) = (state.clone(), constants.clone());
+            free.iter().zip(x).for_each(|(&k, &x)| state.set_length(k, x));
+            lengths.iter().zip(&x[free.len()..]).for_each(|(&s, &x)| constants[s].length = x);
+            self.closure_at(&ClosedPoint { constants, state }).map(|at| at.0)
+        };
+        let x = random_zero(free.len() + lengths.len(), f, random).ok_or(NoCertificate::OtherForm)?;
+        if x[free.len()..].contains(&Residue::ZERO) {
+            return Err(NoCertificate::EqualLengths);
+        }
+        free.iter().zip(&x).for_each(|(&k, &x)| state.set_length(k, x));
+        lengths.iter().zip(&x[free.len()..]).for_each(|(&s, &x)| constants[s].length = x);
+        let point = ClosedPoint { constants, state };
+        if self.lengths_are_free(&point, &lengths) { Ok(Some(point)) } else { Err(NoCertificate::Overconstrained) }
+    }
+
+    /// Whether the loops stay closed where the lengths change: each change of e is then one that passive variables undo, but
+    /// for the offsets across planar loops, which no variable changes.
+    fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
+        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
+            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
+        };
+        let Some((e, j)) = self.closure_at(point) else { return false };
+        let (mut of_passive, mut of_offsets) = (Echelon::default(), Echelon::default());
+        let m = self.variables.len() - self.variables.n;
+        let column = |p: usize| j.iter().skip(p).step_by(m).copied().collect();
+        let n_passive = (0..m).filter(|&p| of_passive.add(column(p))).count();
+        let still = offsets(&point.constants);
+        for &s in lengths {
+            let mut moved = point.clone();
+            moved.constants[s].length = moved.constants[s].length + Residue::ONE;
+            let Some((next, _)) = self.closure_at(&moved) else { return false };
+            let difference = |a: &[Residue], b: &[Residue]| a.iter().zip(b).map(|(a, b)| *a - *b).collect::<Vec<_>>();
+            of_passive.add(difference(&next, &e));
+            of_offsets.add(difference(&offsets(&moved.constants), &still));
+        }
+        of_passive.columns().len() == n_passive + of_offsets.columns().len()
+    }
+
+    fn draw(&self, state: &mut State, random: &mut SplitMix, which: impl Fn(usize) -> bool) {
+        for k in (0..self.variables.len()).filter(|&k| which(k)) {
+            if !state.knows(k) {
+                state.draw(k, random);
+            }
+        }
+    }
+
+    fn assigned(&self, random: &mut SplitMix) -> Vec<Assignment> {
+        assigned(self.chains.placements.graph(), random)
+    }
+
+    fn placements(&self, constants: &[Assignment]) -> Result<Vec<Pose>, NoCertificate> {
+        let graph = self.chains.placements.graph();
+        let inputs = BTreeMap::new();
+        let mut algebra = SeriesAlgebra::new(graph, &self.placement_angles, constants, &inputs, 0);
+        let entries = self.chains.placements.evaluate_in(&mut algebra).swap_remove(0);
+        let entries: Vec<Residue> = entries.iter().map(|x| x.at(0)).collect();
+        if algebra.broken {
+            Err(NoCertificate::OtherForm)
+        } else {
+            Ok(entries.chunks(PLACEMENT).map(Pose::placement).collect())
+        }
+    }
+
+    fn planar_loops(&self, constants: &[Assignment]) -> Vec<Option<PlanarLoop>> {
+        let Ok(placements) = self.placements(constants) else { return vec![None] };
+        let planar = |branches| PlanarLoop::new(&self.variables, &placements, &self.chains.joints, branches);
+        self.chains.loops.iter().map(planar).collect()
+    }
+
+    /// The ends of a planar loop lie in one plane: a condition on the lengths across it, which the numbers fulfil.
+    fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
+        self.fit_angles(constants);
+        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
+            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
+        };
+        if offsets(constants).iter().all(|x| *x == Residue::ZERO) {
+            return Ok(());
+        }
+        let lengths = self.lengths_of(&self.chains.placements);
+        let f = |x: &[Residue]| {
+            let mut constants = constants.to_vec();
+            lengths.iter().zip(x).for_each(|(&s, &x)| constants[s].length = x);
+            Some(offsets(&constants))
+        };
+        let x = random_zero(lengths.len(), f, random).ok_or(NoCertificate::OtherForm)?;
+        if x.contains(&Residue::ZERO) {
+            return Err(NoCertificate::EqualLengths);
+        }
+        lengths.iter().zip(x).for_each(|(&s, x)| constants[s].length = x);
+        Ok(())
+    }
+
+    /// Where the orientation of a planar loop depends on no variable, its constant angles add up to nothing. They do so by
+    /// numbers of the file that are no symbols, such as the constant of a relation between passive angles: one of them is
+    /// fitted.
+    fn fit_angles(&self, constants: &mut [Assignment]) {
+        let none = State::unknown(self.variables.len());
+        let whole = (Residue::ONE, Residue::ZERO);
+        let defects = |constants: &[Assignment]| -> Vec<Option<(Residue, Residue)>> {
+            self.planar_loops(constants).iter().map(|l| l.as_ref().and_then(|l| l.defect(&none))).collect()
+        };
+        let graph = self.chains.placements.graph();
+        let n_bad = |defects: &[Option<(Residue, Residue)>]| defects.iter().flatten().filter(|d| **d != whole).count();
+        let mut found = defects(constants);
+        while let Some((c, s)) = found.iter().flatten().copied().find(|d| *d != whole) {
+            let before = n_bad(&found);
+            let candidates = (0..constants.len()).rev().filter(|&k| {
+                matches!(graph.symbols()[k].1, SymbolKind::Constant(x) if crate::base::field::twelfth_turn(x).is_none())
+            });
+            let fitted = candidates.flat_map(|k| [(k, (c, s)), (k, (c, -s))]).find_map(|(k, by)| {
+                let mut trial = constants.to_vec();
+                (trial[k].cos, trial[k].sin) = turned((trial[k].cos, trial[k].sin), by);
+                let found = defects(&trial);
+                (n_bad(&found) < before).then_some((trial, found))
+            });
+            let Some((trial, left)) = fitted else { return };
+            constants.copy_from_slice(&trial);
+            found = left;
+        }
+    }
+
+    /// The symbols that a function reads as lengths.
+    fn lengths_of(&self, function: &Function) -> Vec<usize> {
+        let graph = function.graph();
+        let mut is_length = vec![false; graph.symbols().len()];
+        let symbol = |e: expr::Expr| match graph.node(e) {
+            Node::Symbol(s) if matches!(graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_)) => Some(s.0 as usize),
+            _ => None,
+        };
+        let not_in_an_angle = graph.nodes().iter().filter(|n| !matches!(n, Node::Sin(_) | Node::Cos(_)));
+        let read = not_in_an_angle.flat_map(|&n| expr::operands(n)).chain(function.outputs[0].entries.iter().copied());
+        read.filter_map(symbol).for_each(|s| is_length[s] = true);
+        (0..is_length.len()).filter(|&s| is_length[s]).collect()
+    }
+
+    /// The variables as inputs of a function, still.
+    pub fn inputs(&self, state: &State) -> BTreeMap<Symbol, Moving> {
+        let moving = |k: usize| Moving {
+            point: state.points[k].unwrap_or_default(),
+            denominator: self.variables.denominators[k],
+            value: Series::number(state.lengths[k].unwrap_or_default()),
+        };
+        self.symbols.iter().enumerate().map(|(k, &s)| (s, moving(k))).collect()
+    }
+
+    /// e and J_p, row by row, at a point; `None` where they are no elements of the field.
+    fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
+        let inputs = self.inputs(&point.state);
+        let graph = self.closure.graph();
+        let mut algebra = SeriesAlgebra::new(graph, &self.closure_angles, &point.constants, &inputs, 0);
+        let values = self.closure.evaluate_in(&mut algebra);
+        let numbers = |k: usize| values[k].iter().map(|x| x.at(0)).collect();
+        (!algebra.broken).then(|| (numbers(0), numbers(1)))
+    }
+
+    fn is_closed(&self, point: &ClosedPoint) -> bool {
+        self.closure_at(point).is_some_and(|(e, _)| e.iter().all(|x| *x == Residue::ZERO))
+    }
+}
+
+/// All choices of `count` of these, the first ones first.
+fn choices(of: &[usize], count: usize) -> Vec<Vec<usize>> {
+    if count == 0 {
+        return vec![Vec::new()];
+    }
+    let mut all = Vec::new();
+    for (i, &first) in of.iter().enumerate() {
+        for rest in choices(&of[i + 1..], count - 1) {
+            all.push([&[first], rest.as_slice()].concat());
+            if all.len() == MOST_CHOICES {
+                return all;
+            }
+        }
+    }
+    all
+}

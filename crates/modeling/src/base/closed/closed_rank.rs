@@ -1,0 +1,132 @@
+//! The independent columns of a regressor with loops, at closed points of a finite field.
+//!
+//! The loops of a robot may be assembled in several ways, and those may have several ranks: the crossed four-bar has 8 base
+//! parameters where the parallelogram of the same lengths has 3. So points are looked at until two agree with the numbers
+//! in the number of columns, each with its own roots. Where all agree with each other and not with the numbers, the numbers
+//! are special. Where they differ, and none agrees with the numbers, nothing is said.
+
+use expr::Function;
+
+use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
+use crate::base::closed::curve::{curve, regressor_rows};
+use crate::base::closed::reason::NoCertificate;
+use crate::base::exact_rank::Echelon;
+use crate::base::field::{Angles, Residue, solve};
+use crate::derivation::Derivation;
+use crate::random::SplitMix;
+
+/// Points looked at for two that agree with the numbers.
+const POINTS: u64 = 12;
+/// Points that must agree.
+const AGREE: usize = 2;
+/// Curves through each point. With one coordinate, three rows of each order may be independent: those of its acceleration,
+/// of its squared rate, and of gravity.
+const CURVES: usize = 4;
+/// Orders at the end that must bring no new row.
+const SETTLED: usize = 2;
+/// The longest series.
+const MOST_ORDERS: usize = 200;
+
+/// The rank at closed points.
+pub(crate) struct ClosedRank {
+    /// The columns that are independent of those before them.
+    pub columns: Vec<usize>,
+    /// Whether other assemblies have another rank.
+    pub other_assemblies: bool,
+    /// Rows of the points that have this rank, a list a point.
+    rows: Vec<Vec<Vec<Residue>>>,
+}
+
+impl ClosedRank {
+    /// Whether a column is a combination of these at every point, with one set of coefficients each.
+    pub fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
+        let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
+        self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
+    }
+}
+
+/// The columns of those assemblies that the numbers agree with, else of all that were looked at. About
+/// `expected` columns are expected.
+pub(crate) fn closed_rank(
+    derivation: &mut Derivation,
+    regressor: &Function,
+    agrees: &dyn Fn(&[usize]) -> bool,
+    expected: usize,
+) -> Result<ClosedRank, NoCertificate> {
+    let Some(closure) = derivation.closure_function() else { return Err(NoCertificate::OtherForm) };
+    let points = ClosedPoints::new(derivation, closure)?;
+    let angles = Angles::of(regressor.graph());
+    let (mut found, mut failure): (Vec<At>, _) = (Vec::new(), NoCertificate::OtherForm);
+    // The first assembly that the numbers agree with.
+    let mut chosen: Option<Vec<usize>> = None;
+    for k in 0..POINTS {
+        let mut random = SplitMix(1979 + k);
+        let point = points.point(&mut random)?;
+        match columns_at(&points, regressor, &angles, expected, &point, &mut random) {
+            Ok(at) => {
+                if chosen.is_none() && agrees(&at.columns) {
+                    chosen = Some(at.columns.clone());
+                }
+                found.push(at);
+            }
+            Err(reason) => failure = reason,
+        }
+        if found.iter().filter(|at| chosen.as_ref() == Some(&at.columns)).count() == AGREE {
+            break;
+        }
+        // Another assembly may not be singular; one that does not move will not move at other lengths.
+        if found.is_empty() && k >= 1 && failure != NoCertificate::Singular {
+            break;
+        }
+    }
+    let Some(first) = found.first() else { return Err(failure) };
+    let columns = chosen.clone().unwrap_or(first.columns.clone());
+    let (same, others): (Vec<At>, Vec<At>) = found.into_iter().partition(|at| at.columns == columns);
+    if same.len() < AGREE || (chosen.is_none() && !others.is_empty()) {
+        return Err(NoCertificate::OtherAssemblies);
+    }
+    let rows = same.into_iter().map(|at| at.rows).collect();
+    Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), rows })
+}
+
+/// The columns at one point, and the rows that tell.
+struct At {
+    columns: Vec<usize>,
+    rows: Vec<Vec<Residue>>,
+}
+
+fn columns_at(
+    points: &ClosedPoints,
+    regressor: &Function,
+    angles: &Angles,
+    expected: usize,
+    point: &ClosedPoint,
+    random: &mut SplitMix,
+) -> Result<At, NoCertificate> {
+    let n = regressor.outputs[0].rows.max(1);
+    let mut order = (expected + expected / 3 + 8).div_ceil(n * (CURVES - 1)).max(SETTLED + 1) + SETTLED;
+    loop {
+        let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
+        for _ in 0..CURVES {
+            let along = curve(points, point, order, random)?;
+            let rows = regressor_rows(regressor, angles, point, along, order, random)?;
+            by_order.iter_mut().zip(rows).for_each(|(all, rows)| all.extend(rows));
+        }
+        let mut echelon = Echelon::default();
+        let mut settled_since = 0;
+        for (k, rows) in by_order.iter().enumerate() {
+            for row in rows {
+                if echelon.add(row.clone()) {
+                    settled_since = k;
+                }
+            }
+        }
+        if order - settled_since >= SETTLED {
+            return Ok(At { columns: echelon.columns(), rows: by_order.concat() });
+        }
+        if order >= MOST_ORDERS {
+            return Err(NoCertificate::OtherForm);
+        }
+        order *= 2;
+    }
+}

@@ -1,0 +1,117 @@
+//! Curves of closed states through a closed point, and the rows of the regressor along them.
+//!
+//! The coordinates move along a random line, q(t) = q_0 + q_1 t; the passive ones follow order by order,
+//!
+//! ```text
+//! J_p p_k = -e_k        e_k the coefficient of t^k in e with p known up to t^(k-1)
+//! ```
+//! All rows of e must vanish, not only those that give p: else the loops do not move at these constants. dq and ddq are
+//! random and stay as they are, since they are free at every state. A relation between columns with constant coefficients
+//! that holds at every state holds for each coefficient of the series, and the other way round: at a general point, the
+//! first orders that bring no new row are the last that could [Schwartz 1980].
+
+use std::collections::BTreeMap;
+
+use expr::{Function, Node, Symbol, SymbolKind};
+
+use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
+use crate::base::closed::reason::NoCertificate;
+use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
+use crate::base::field::{Angles, Residue, solve};
+use crate::random::SplitMix;
+
+/// The variables along a random curve through the point, up to t^order.
+pub(crate) fn curve(
+    points: &ClosedPoints,
+    point: &ClosedPoint,
+    order: usize,
+    random: &mut SplitMix,
+) -> Result<BTreeMap<Symbol, Moving>, NoCertificate> {
+    let n = points.variables.n;
+    let m = points.variables.len() - n;
+    let mut inputs = points.inputs(&point.state);
+    for symbol in &points.symbols[..n] {
+        if let Some(moving) = inputs.get_mut(symbol) {
+            moving.value = Series(vec![moving.value.at(0), Residue::random(random)]);
+        }
+    }
+    let evaluated = |inputs: &BTreeMap<Symbol, Moving>, order: usize| {
+        let graph = points.closure.graph();
+        let mut algebra = SeriesAlgebra::new(graph, &points.closure_angles, &point.constants, inputs, order);
+        let values = points.closure.evaluate_in(&mut algebra);
+        if algebra.broken { Err(NoCertificate::Singular) } else { Ok(values) }
+    };
+    let j: Vec<Vec<Residue>> =
+        evaluated(&inputs, 0)?[1].chunks(m.max(1)).map(|row| row.iter().map(|x| x.at(0)).collect()).collect();
+    let (rows, inverse) = independent(&j, m).ok_or(NoCertificate::Singular)?;
+    for k in 1..=order {
+        let e = evaluated(&inputs, k)?.swap_remove(0);
+        for (p, weights) in inverse.iter().enumerate() {
+            let step = rows.iter().zip(weights).fold(Residue::ZERO, |sum, (&r, &w)| sum + w * e[r].at(k));
+            if let Some(moving) = inputs.get_mut(&points.symbols[n + p]) {
+                moving.value.0.resize(k, Residue::ZERO);
+                moving.value.0.push(-step);
+            }
+        }
+    }
+    let moves = evaluated(&inputs, order)?[0].iter().all(|e| e.0.is_empty());
+    if moves { Ok(inputs) } else { Err(NoCertificate::Overconstrained) }
+}
+
+/// m independent rows of J_p, and the inverse of what they make.
+fn independent(j: &[Vec<Residue>], m: usize) -> Option<(Vec<usize>, Vec<Vec<Residue>>)> {
+    let mut rows: Vec<usize> = Vec::new();
+    let mut echelon: Vec<(usize, Vec<Residue>)> = Vec::new();
+    for (r, row) in j.iter().enumerate() {
+        let mut row = row.clone();
+        for (c, pivot) in &echelon {
+            let factor = row[*c];
+            row.iter_mut().zip(pivot).for_each(|(x, p)| *x = *x - factor * *p);
+        }
+        if let Some(c) = row.iter().position(|x| *x != Residue::ZERO) {
+            let scale = row[c].inverse();
+            echelon.push((c, row.iter().map(|x| *x * scale).collect()));
+            rows.push(r);
+        }
+    }
+    if rows.len() < m {
+        return None;
+    }
+    // Column i of the inverse solves J x = unit i.
+    let column = |i: usize| {
+        let augmented = rows.iter().enumerate().map(|(k, &r)| {
+            let unit = if k == i { Residue::ONE } else { Residue::ZERO };
+            [j[r].as_slice(), &[unit]].concat()
+        });
+        solve(augmented.collect(), m)
+    };
+    let columns: Vec<Vec<Residue>> = (0..m).map(column).collect::<Option<_>>()?;
+    let inverse = (0..m).map(|p| columns.iter().map(|c| c[p]).collect()).collect();
+    Some((rows, inverse))
+}
+
+/// The rows of the regressor along a curve, by order of t.
+pub(crate) fn regressor_rows(
+    regressor: &Function,
+    angles: &Angles,
+    point: &ClosedPoint,
+    mut along: BTreeMap<Symbol, Moving>,
+    order: usize,
+    random: &mut SplitMix,
+) -> Result<Vec<Vec<Vec<Residue>>>, NoCertificate> {
+    let graph = regressor.graph();
+    for node in graph.nodes() {
+        if let Node::Symbol(s) = *node
+            && graph.symbols()[s.0 as usize].1 == SymbolKind::Input
+        {
+            along.entry(s).or_insert_with(|| Moving::still(Residue::random(random)));
+        }
+    }
+    let mut algebra = SeriesAlgebra::new(graph, angles, &point.constants, &along, order);
+    let entries = regressor.evaluate_in(&mut algebra).swap_remove(0);
+    if algebra.broken {
+        return Err(NoCertificate::Singular);
+    }
+    let rows = entries.chunks(regressor.outputs[0].columns.max(1));
+    Ok((0..=order).map(|k| rows.clone().map(|row| row.iter().map(|x| x.at(k)).collect()).collect()).collect())
+}

@@ -1,0 +1,77 @@
+//! Lengths that close what is affine in them.
+
+use crate::base::field::Residue;
+use crate::random::SplitMix;
+
+/// A random x with f(x) = 0, f affine. The first entries that can be are solved for, the others are random. `None` where f
+/// is not affine or has no zero.
+pub(crate) fn random_zero(
+    n: usize,
+    mut f: impl FnMut(&[Residue]) -> Option<Vec<Residue>>,
+    random: &mut SplitMix,
+) -> Option<Vec<Residue>> {
+    let constant = f(&vec![Residue::ZERO; n])?;
+    let mut rows: Vec<Vec<Residue>> = vec![Vec::with_capacity(n + 1); constant.len()];
+    for k in 0..n {
+        let mut unit = vec![Residue::ZERO; n];
+        unit[k] = Residue::ONE;
+        let value = f(&unit)?;
+        for (row, (value, constant)) in rows.iter_mut().zip(value.iter().zip(&constant)) {
+            row.push(*value - *constant);
+        }
+    }
+    rows.iter_mut().zip(&constant).for_each(|(row, c)| row.push(-*c));
+    let mut x: Vec<Residue> = (0..n).map(|_| Residue::random(random)).collect();
+    solve_first(rows, &mut x)?;
+    // Of an f that is affine, x is a zero.
+    f(&x)?.iter().all(|value| *value == Residue::ZERO).then_some(x)
+}
+
+/// Solves the rows [a_1 .. a_n b] for the leftmost entries of x that they determine, given the others.
+fn solve_first(mut rows: Vec<Vec<Residue>>, x: &mut [Residue]) -> Option<()> {
+    let n = x.len();
+    let mut pivots: Vec<(usize, Vec<Residue>)> = Vec::new();
+    for c in 0..n {
+        let Some(place) = rows.iter().position(|row| row[c] != Residue::ZERO) else { continue };
+        let pivot = rows.swap_remove(place);
+        let scale = pivot[c].inverse();
+        let pivot: Vec<Residue> = pivot.into_iter().map(|a| a * scale).collect();
+        for row in rows.iter_mut().filter(|row| row[c] != Residue::ZERO) {
+            let factor = row[c];
+            for k in c..=n {
+                row[k] = row[k] - factor * pivot[k];
+            }
+        }
+        pivots.push((c, pivot));
+    }
+    if rows.iter().any(|row| row[n] != Residue::ZERO) {
+        return None;
+    }
+    for (c, pivot) in pivots.into_iter().rev() {
+        x[c] = (c + 1..n).fold(pivot[n], |rest, k| rest - pivot[k] * x[k]);
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_random_zero_of_an_affine_function() {
+        let n = Residue::integer;
+        let f = |x: &[Residue]| Some(vec![x[0] + n(2) * x[1] - n(3), x[0] + n(2) * x[1] + x[2] - n(4)]);
+        let x = random_zero(3, f, &mut SplitMix(1)).unwrap();
+        assert_eq!((x[2], x[0]), (n(1), n(3) - n(2) * x[1]));
+        // x[1] is free, so it is random.
+        assert_ne!(x[1], random_zero(3, f, &mut SplitMix(2)).unwrap()[1]);
+    }
+
+    #[test]
+    fn what_is_not_affine_or_contradicts_has_none() {
+        let square = |x: &[Residue]| Some(vec![x[0] * x[0] - Residue::integer(4)]);
+        assert!(random_zero(1, square, &mut SplitMix(1)).is_none());
+        let contradiction = |x: &[Residue]| Some(vec![x[0], x[0] - Residue::ONE]);
+        assert!(random_zero(1, contradiction, &mut SplitMix(1)).is_none());
+    }
+}

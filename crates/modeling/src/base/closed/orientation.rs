@@ -1,0 +1,144 @@
+//! The orientation around a loop in the field, closed by one, two or three of its angles.
+//!
+//! Once around, the turns make nothing: A_1 Rz(x_1) A_2 Rz(x_2) .. A_(n+1) = 1. With all angles known but
+//!
+//! - three, Rz(x) B Rz(y) C Rz(z) = M: the last row of B times the last column of C give a cos y + b sin y = M_33 - b_33 c_33,
+//!   then the columns and rows of M give x and z;
+//! - two, where all axes have one of two directions, Rz(x) B Rz(y) = M: both are given by the last row and column of M;
+//! - one, where all axes are parallel: it is M.
+
+use crate::base::closed::planar_loop::Closing;
+use crate::base::closed::pose::Pose;
+use crate::base::closed::pose::{Matrix, UNTURNED, about_z, column, product, transposed, turned};
+use crate::base::closed::variables::{Powers, State, Variables, on_the_circle, quotient};
+use crate::base::field::{Point, Residue};
+use crate::kinematics::loop_chain::ChainJoint;
+use robot::JointKind;
+
+/// The turns around one loop at given constants.
+pub(crate) struct Orientation {
+    /// What stands before each turn about z, and the turn.
+    letters: Vec<(Matrix, Powers)>,
+    last: Matrix,
+}
+
+impl Orientation {
+    pub fn new(
+        variables: &Variables,
+        placements: &[Pose],
+        joints: &[ChainJoint],
+        [cut, twin]: &[Vec<usize>; 2],
+    ) -> Orientation {
+        let mut word = Orientation { letters: Vec::new(), last: UNTURNED };
+        let turn = |j: usize| match joints[j].kind {
+            JointKind::Revolute => variables.powers(&joints[j]),
+            _ => Vec::new(),
+        };
+        for &j in cut {
+            word.fixed(&placements[j].rotation);
+            word.turns(turn(j));
+        }
+        for &j in twin.iter().rev() {
+            word.turns(turn(j).into_iter().map(|(k, p)| (k, -p)).collect());
+            word.fixed(&transposed(&placements[j].rotation));
+        }
+        word
+    }
+
+    fn fixed(&mut self, by: &Matrix) {
+        self.last = product(&self.last, by);
+    }
+
+    fn turns(&mut self, powers: Powers) {
+        if !powers.is_empty() {
+            self.letters.push((std::mem::replace(&mut self.last, UNTURNED), powers));
+        }
+    }
+
+    /// With what is known put in.
+    fn reduced(&self, state: &State) -> Orientation {
+        let mut word = Orientation { letters: Vec::new(), last: UNTURNED };
+        for (before, powers) in &self.letters {
+            word.fixed(before);
+            let (known, rest) = state.turn(powers);
+            word.fixed(&about_z(known));
+            word.turns(rest);
+        }
+        word.fixed(&self.last);
+        word
+    }
+
+    /// The variables that are not known.
+    pub fn unknown(&self, state: &State) -> Vec<usize> {
+        let mut all: Vec<usize> =
+            self.letters.iter().flat_map(|l| l.1.iter().map(|t| t.0)).filter(|&k| state.points[k].is_none()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Whether the turns make nothing, where all are known.
+    pub fn is_closed(&self, state: &State) -> bool {
+        let word = self.reduced(state);
+        word.letters.is_empty() && word.last == UNTURNED
+    }
+
+    /// Closes the orientation by these angles; all others are known.
+    pub fn close(&self, variables: &Variables, state: &mut State, by: &[usize], other_root: bool) -> Closing {
+        let word = self.reduced(state);
+        let single = |powers: &Powers| match powers.as_slice() {
+            [(k, p)] if p.abs() == 1 && variables.may_be_solved_as_angle(*k) && by.contains(k) => Some((*k, *p)),
+            _ => None,
+        };
+        let Some(turns) = word.letters.iter().map(|l| single(&l.1)).collect::<Option<Vec<_>>>() else {
+            return Closing::OtherForm;
+        };
+        if turns.len() != by.len() {
+            return Closing::OtherForm;
+        }
+        // What is left when the outer parts go to the other side: Rz B Rz C Rz = M.
+        let Some((first, _)) = word.letters.first() else { return Closing::OtherForm };
+        let M = product(&transposed(first), &transposed(&word.last));
+        let inner: Vec<Matrix> = word.letters[1..].iter().map(|l| l.0).collect();
+        let found = match inner.as_slice() {
+            [] => Ok(vec![(M[0][0], M[1][0])]),
+            [B] => two(B, &M).ok_or(Closing::OtherForm),
+            [B, C] => three(B, C, &M, other_root),
+            _ => Err(Closing::OtherForm),
+        };
+        let points = match found {
+            Ok(points) => points,
+            Err(closing) => return closing,
+        };
+        for (&(k, p), (c, s)) in turns.iter().zip(points) {
+            state.set_angle(k, (c, if p < 0 { -s } else { s }));
+        }
+        if self.is_closed(state) { Closing::Closed } else { Closing::OtherForm }
+    }
+}
+
+fn plane([x, y, _]: [Residue; 3]) -> [Residue; 2] {
+    [x, y]
+}
+
+/// Rz(x) B Rz(y) = M.
+fn two(B: &Matrix, M: &Matrix) -> Option<Vec<Point>> {
+    let x = quotient(plane(column(M, 2)), plane(column(B, 2)))?;
+    let y = quotient(plane(B[2]), plane(M[2]))?;
+    Some(vec![(x[0], x[1]), (y[0], y[1])])
+}
+
+/// Rz(x) B Rz(y) C Rz(z) = M.
+fn three(B: &Matrix, C: &Matrix, M: &Matrix, other_root: bool) -> Result<Vec<Point>, Closing> {
+    let (b, c) = (B[2], column(C, 2));
+    let (along, across) = (b[0] * c[0] + b[1] * c[1], b[1] * c[0] - b[0] * c[1]);
+    if along * along + across * across == Residue::ZERO {
+        return Err(Closing::OtherForm);
+    }
+    let y = on_the_circle(along, across, M[2][2] - b[2] * c[2], other_root).ok_or(Closing::NoRoot)?;
+    let B_y_C = product(&product(B, &about_z(y)), C);
+    let x = quotient(plane(column(M, 2)), plane(column(&B_y_C, 2))).ok_or(Closing::OtherForm)?;
+    let rest = product(&transposed(&product(&about_z((x[0], x[1])), &B_y_C)), M);
+    let z = turned(&rest, [Residue::ONE, Residue::ZERO, Residue::ZERO]);
+    Ok(vec![(x[0], x[1]), y, (z[0], z[1])])
+}

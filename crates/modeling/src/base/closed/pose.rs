@@ -1,0 +1,66 @@
+//! Where a link stands, in the field.
+
+use crate::base::field::{Point, Residue};
+use crate::kinematics::loop_chain::PLACEMENT;
+
+pub(crate) type Vector = [Residue; 3];
+/// Rows.
+pub(crate) type Matrix = [Vector; 3];
+
+const ZERO: Residue = Residue::ZERO;
+const ONE: Residue = Residue::ONE;
+
+pub(crate) const UNTURNED: Matrix = [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]];
+
+/// T = [R p].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pose {
+    pub rotation: Matrix,
+    pub position: Vector,
+}
+
+impl Pose {
+    pub const IDENTITY: Pose = Pose { rotation: UNTURNED, position: [ZERO; 3] };
+
+    /// Rz(gamma) Tz(b) Rx(alpha) Tx(d) Rz(theta) Tz(r), from the entries of [`crate::kinematics::loop_chain`].
+    pub fn placement(entries: &[Residue]) -> Pose {
+        let [cg, sg, b, ca, sa, d, ct, st, r] = <[Residue; PLACEMENT]>::try_from(entries).unwrap_or_default();
+        let gamma = Pose { rotation: about_z((cg, sg)), position: [ZERO, ZERO, b] };
+        let alpha = Pose { rotation: [[ONE, ZERO, ZERO], [ZERO, ca, -sa], [ZERO, sa, ca]], position: [ZERO; 3] };
+        let theta = Pose { rotation: about_z((ct, st)), position: [d, ZERO, r] };
+        gamma.then(&alpha).then(&theta)
+    }
+
+    pub fn then(&self, next: &Pose) -> Pose {
+        let moved = turned(&self.rotation, next.position);
+        let position = [0, 1, 2].map(|i| self.position[i] + moved[i]);
+        Pose { rotation: product(&self.rotation, &next.rotation), position }
+    }
+}
+
+/// The rotation about z.
+pub(crate) fn about_z((c, s): Point) -> Matrix {
+    [[c, -s, ZERO], [s, c, ZERO], [ZERO, ZERO, ONE]]
+}
+
+pub(crate) fn dot(a: Vector, b: Vector) -> Residue {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn turned(m: &Matrix, v: Vector) -> Vector {
+    m.map(|row| dot(row, v))
+}
+
+pub(crate) fn transposed(m: &Matrix) -> Matrix {
+    [0, 1, 2].map(|c| [0, 1, 2].map(|r| m[r][c]))
+}
+
+pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let columns = transposed(b);
+    a.map(|row| columns.map(|column| dot(row, column)))
+}
+
+/// The column of a matrix.
+pub(crate) fn column(m: &Matrix, c: usize) -> Vector {
+    [0, 1, 2].map(|r| m[r][c])
+}

@@ -1,0 +1,39 @@
+//! Why there is no exact rank of a robot with loops.
+
+use std::fmt;
+
+/// Why the rank of a robot whose loops are closed by a search is known by numbers alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoCertificate {
+    /// A joint turns by a ratio that is no ratio of small integers.
+    Ratio,
+    /// The equations of the loops are of no form that is solved in the field.
+    OtherForm,
+    /// With the lengths that are one symbol, the loops close in the field only where some length is zero.
+    EqualLengths,
+    /// The points that were found are singular: the coordinates do not determine the passive joints there.
+    Singular,
+    /// The loops close at almost all lengths, but then they do not move.
+    Overconstrained,
+    /// The loops have assemblies of several ranks, and none that was looked at has that of the numbers.
+    OtherAssemblies,
+}
+
+impl fmt::Display for NoCertificate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            NoCertificate::Ratio => "a joint turns by a factor that is no ratio of small integers",
+            NoCertificate::OtherForm => "the equations of the loops are of no form that is solved in a finite field",
+            NoCertificate::EqualLengths => {
+                "the lengths that are equal on purpose leave no free assembly in a finite field"
+            }
+            NoCertificate::Singular => "every point found in a finite field is singular",
+            NoCertificate::Overconstrained => {
+                "the loops are overconstrained: they move only at special lengths and angles"
+            }
+            NoCertificate::OtherAssemblies => {
+                "the loops have assemblies of several ranks, and none that was found in a finite field has this one"
+            }
+        })
+    }
+}

@@ -1,0 +1,268 @@
+//! Truncated power series over the field, and a function evaluated along a curve of them.
+//!
+//! A curve q(t) = q_0 + q_1 t + .. through a point of a variety carries every polynomial function on it into a series.
+//! An angle is x(t) = x_0 + delta(t) with x_0 a point of the circle; its cosine and sine follow from those of delta,
+//!
+//! ```text
+//! k C_k = -sum_j j delta_j S_(k-j),   k S_k = sum_j j delta_j C_(k-j)
+//! ```
+
+use std::collections::BTreeMap;
+
+use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
+
+use crate::base::field::{Angles, Assignment, Point, Residue, times};
+
+/// a_0 + a_1 t + .., without zeros at its end; what is not there is zero.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub(crate) struct Series(pub Vec<Residue>);
+
+impl Series {
+    pub fn number(x: Residue) -> Series {
+        Series(vec![x]).trimmed()
+    }
+
+    /// a_k.
+    pub fn at(&self, k: usize) -> Residue {
+        self.0.get(k).copied().unwrap_or_default()
+    }
+
+    fn trimmed(mut self) -> Series {
+        while self.0.last() == Some(&Residue::ZERO) {
+            self.0.pop();
+        }
+        self
+    }
+
+    fn scaled(&self, factor: Residue) -> Series {
+        Series(self.0.iter().map(|&x| x * factor).collect()).trimmed()
+    }
+
+    fn plus(&self, other: &Series) -> Series {
+        let n = self.0.len().max(other.0.len());
+        Series((0..n).map(|k| self.at(k) + other.at(k)).collect()).trimmed()
+    }
+
+    fn negated(&self) -> Series {
+        Series(self.0.iter().map(|&x| -x).collect())
+    }
+
+    /// The product up to t^order.
+    fn times(&self, other: &Series, order: usize) -> Series {
+        if self.0.is_empty() || other.0.is_empty() {
+            return Series::default();
+        }
+        let n = (self.0.len() + other.0.len() - 1).min(order + 1);
+        let mut product = vec![Residue::ZERO; n];
+        for (i, &a) in self.0.iter().enumerate().take(n) {
+            for (sum, &b) in product[i..].iter_mut().zip(&other.0) {
+                *sum = *sum + a * b;
+            }
+        }
+        Series(product).trimmed()
+    }
+
+    /// 1 / self up to t^order; `None` where the first term is zero.
+    fn inverse(&self, order: usize) -> Option<Series> {
+        let first = self.at(0);
+        if first == Residue::ZERO {
+            return None;
+        }
+        let scale = first.inverse();
+        if self.0.len() == 1 {
+            return Some(Series(vec![scale]));
+        }
+        let mut inverse = vec![scale];
+        for k in 1..=order {
+            let sum = (1..=k.min(self.0.len() - 1)).fold(Residue::ZERO, |sum, j| sum + self.0[j] * inverse[k - j]);
+            inverse.push(-(scale * sum));
+        }
+        Some(Series(inverse).trimmed())
+    }
+
+    /// Cosine and sine of x_0 + self, whose first term is not looked at: x_0 is the point.
+    fn turned(&self, (cos, sin): Point, order: usize) -> (Series, Series) {
+        let (mut c, mut s) = (vec![cos], vec![sin]);
+        if self.0.len() > 1 {
+            for k in 1..=order {
+                let rate = |other: &[Residue]| {
+                    (1..=k.min(self.0.len() - 1))
+                        .fold(Residue::ZERO, |sum, j| sum + Residue(j as u64) * self.0[j] * other[k - j])
+                };
+                let (down, up) = (rate(&s), rate(&c));
+                let scale = Residue(k as u64).inverse();
+                c.push(-(scale * down));
+                s.push(scale * up);
+            }
+        }
+        (Series(c).trimmed(), Series(s).trimmed())
+    }
+}
+
+/// An input along a curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Moving {
+    /// The point that the angle has at t = 0, over the common denominator.
+    pub point: Point,
+    /// The denominator.
+    pub denominator: u128,
+    /// The value as a length, and with it the growth of the angle.
+    pub value: Series,
+}
+
+impl Moving {
+    /// A number that is no angle.
+    pub fn still(x: Residue) -> Moving {
+        Moving { point: (Residue::ONE, Residue::ZERO), denominator: 1, value: Series::number(x) }
+    }
+}
+
+/// One evaluation along a curve, up to t^order.
+pub(crate) struct SeriesAlgebra<'a> {
+    graph: &'a Graph,
+    angles: &'a Angles,
+    constants: &'a [Assignment],
+    /// By symbol.
+    inputs: &'a BTreeMap<Symbol, Moving>,
+    order: usize,
+    turns: BTreeMap<Expr, (Series, Series)>,
+    /// Whether something was divided by zero, or an input or an angle is not known: then no value means anything.
+    pub broken: bool,
+}
+
+impl<'a> SeriesAlgebra<'a> {
+    pub fn new(
+        graph: &'a Graph,
+        angles: &'a Angles,
+        constants: &'a [Assignment],
+        inputs: &'a BTreeMap<Symbol, Moving>,
+        order: usize,
+    ) -> Self {
+        SeriesAlgebra { graph, angles, constants, inputs, order, turns: BTreeMap::new(), broken: false }
+    }
+
+    fn angle(&mut self, argument: Expr) -> &(Series, Series) {
+        if !self.turns.contains_key(&argument) {
+            let turn = self.turn(argument);
+            self.broken |= turn.is_none();
+            self.turns.insert(argument, turn.unwrap_or_default());
+        }
+        &self.turns[&argument]
+    }
+
+    fn turn(&self, argument: Expr) -> Option<(Series, Series)> {
+        if let Node::Symbol(s) = self.graph.node(argument)
+            && matches!(self.graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_))
+        {
+            let constant = self.constants.get(s.0 as usize)?;
+            return Some((Series::number(constant.cos), Series::number(constant.sin)));
+        }
+        let (symbol, n, d) = self.angles.ratio(argument)?;
+        let moving = self.inputs.get(&symbol)?;
+        let ratio = Residue::ratio((n as i128, d as i128));
+        if moving.denominator % d != 0 {
+            return None;
+        }
+        let point = times(moving.point, n.checked_mul(moving.denominator / d)?);
+        Some(moving.value.scaled(ratio).turned(point, self.order))
+    }
+}
+
+impl Algebra for SeriesAlgebra<'_> {
+    type Value = Series;
+    fn constant(&mut self, x: f64) -> Series {
+        Series::number(Residue::number(x))
+    }
+    fn symbol(&mut self, symbol: Symbol) -> Series {
+        let s = symbol.0 as usize;
+        match self.graph.symbols()[s].1 {
+            SymbolKind::Constant(_) => self.constants.get(s).map(|c| Series::number(c.length)),
+            SymbolKind::Input => self.inputs.get(&symbol).map(|moving| moving.value.clone()),
+        }
+        .unwrap_or_else(|| {
+            self.broken = true;
+            Series::default()
+        })
+    }
+    fn sin(&mut self, argument: Expr) -> Series {
+        self.angle(argument).1.clone()
+    }
+    fn cos(&mut self, argument: Expr) -> Series {
+        self.angle(argument).0.clone()
+    }
+    fn neg(&mut self, a: &Series) -> Series {
+        a.negated()
+    }
+    fn add(&mut self, a: &Series, b: &Series) -> Series {
+        a.plus(b)
+    }
+    fn sub(&mut self, a: &Series, b: &Series) -> Series {
+        a.plus(&b.negated())
+    }
+    fn mul(&mut self, a: &Series, b: &Series) -> Series {
+        a.times(b, self.order)
+    }
+    fn div(&mut self, a: &Series, b: &Series) -> Series {
+        let inverse = b.inverse(self.order);
+        self.broken |= inverse.is_none();
+        inverse.map_or_else(Series::default, |inverse| a.times(&inverse, self.order))
+    }
+    fn sqrt(&mut self, a: &Series) -> Series {
+        // As in the field: a root of a named constant is another constant.
+        self.broken |= a.0.len() > 1;
+        Series::number(a.at(0).power(3))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::field::circle;
+    use crate::random::SplitMix;
+
+    fn random(n: usize, seed: u64) -> Series {
+        let mut random = SplitMix(seed);
+        Series((0..n).map(|_| Residue::random(&mut random)).collect())
+    }
+
+    #[test]
+    fn a_series_times_its_inverse_is_one() {
+        let a = random(5, 1);
+        let inverse = a.inverse(11).unwrap();
+        assert_eq!(a.times(&inverse, 11), Series::number(Residue::ONE));
+        assert_eq!(Series(vec![Residue::ZERO, Residue::ONE]).inverse(3), None);
+    }
+
+    #[test]
+    fn cosine_and_sine_stay_on_the_circle_and_follow_each_other() {
+        let delta = random(4, 2);
+        let (c, s) = delta.turned(circle(&mut SplitMix(3)), 9);
+        let one = c.times(&c, 9).plus(&s.times(&s, 9));
+        assert_eq!(one, Series::number(Residue::ONE));
+        // dS/dt = C d(delta)/dt.
+        let slope = |a: &Series| Series((1..a.0.len()).map(|k| Residue(k as u64) * a.0[k]).collect());
+        assert_eq!(slope(&s), c.times(&slope(&delta), 8));
+    }
+
+    /// The angle of 2 q that the graph takes of another argument is twice the angle q, all along the curve.
+    #[test]
+    fn a_ratio_of_an_angle_turns_with_it() {
+        let mut g = Graph::new();
+        let q = g.symbol("q", SymbolKind::Input);
+        let half = g.constant(0.5);
+        let half = g.mul(half, q);
+        let (c, s) = (g.cos(half), g.sin(half));
+        let (cc, ss) = (g.mul(c, c), g.mul(s, s));
+        let double = g.sub(cc, ss);
+        let cos = g.cos(q);
+        let difference = g.sub(double, cos);
+        let output = expr::Output { name: "y".into(), rows: 1, columns: 1, entries: vec![difference] };
+        let function = expr::Function::new("f", &g, Vec::new(), vec![output]);
+        let angles = Angles::of(function.graph());
+        let moving = Moving { point: circle(&mut SplitMix(4)), denominator: 2, value: random(6, 5) };
+        let inputs = BTreeMap::from([(Symbol(0), moving)]);
+        let mut algebra = SeriesAlgebra::new(function.graph(), &angles, &[], &inputs, 7);
+        assert_eq!(function.evaluate_in(&mut algebra)[0][0], Series::default());
+        assert!(!algebra.broken);
+    }
+}

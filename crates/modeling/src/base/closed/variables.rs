@@ -1,0 +1,187 @@
+//! The variables of a robot with loops, as far as they are known in the field.
+//!
+//! An angle x is a point of the circle. Where joints turn by ratios n/d of it, the point of x over the common denominator D
+//! is kept, and a joint turns by the power D n/d of that point. A variable that must be solved for has whole ratios only,
+//! since the field lacks other roots.
+
+use crate::base::field::{Point, Residue, circle, least_common_multiple, small_ratio, times};
+use crate::kinematics::loop_chain::ChainJoint;
+use crate::random::SplitMix;
+use robot::JointKind;
+
+/// What is fixed about the variables: coordinates first, then passive ones.
+#[derive(Clone, Debug)]
+pub(crate) struct Variables {
+    /// Number of coordinates.
+    pub n: usize,
+    /// Per variable D.
+    pub denominators: Vec<u128>,
+    turns: Vec<bool>,
+    slides: Vec<bool>,
+}
+
+/// x_k to this power of its point over D.
+pub(crate) type Powers = Vec<(usize, i128)>;
+
+impl Variables {
+    /// `None` where a joint turns by no ratio of small integers.
+    pub fn new(n: usize, total: usize, joints: &[ChainJoint]) -> Option<Variables> {
+        let mut all =
+            Variables { n, denominators: vec![1; total], turns: vec![false; total], slides: vec![false; total] };
+        for joint in joints {
+            for &(k, c) in &joint.terms {
+                match joint.kind {
+                    JointKind::Revolute => {
+                        all.turns[k] = true;
+                        let (_, d) = small_ratio(c)?;
+                        all.denominators[k] = least_common_multiple(all.denominators[k], d as u128)?;
+                    }
+                    JointKind::Prismatic => all.slides[k] = true,
+                    JointKind::Fixed => {}
+                }
+            }
+        }
+        Some(all)
+    }
+
+    pub fn len(&self) -> usize {
+        self.turns.len()
+    }
+
+    /// Whether it is an angle and nothing else, with whole ratios.
+    pub fn may_be_solved_as_angle(&self, k: usize) -> bool {
+        self.turns[k] && !self.slides[k] && self.denominators[k] == 1
+    }
+
+    /// Whether it is a length and nothing else.
+    pub fn may_be_solved_as_length(&self, k: usize) -> bool {
+        self.slides[k] && !self.turns[k]
+    }
+
+    /// The angle of a revolute joint.
+    pub fn powers(&self, joint: &ChainJoint) -> Powers {
+        let power = |&(k, c): &(usize, f64)| {
+            let (n, d) = small_ratio(c).unwrap_or_default();
+            (k, i128::from(n) * (self.denominators[k] / d.max(1) as u128) as i128)
+        };
+        joint.terms.iter().map(power).filter(|t| t.1 != 0).collect()
+    }
+}
+
+/// Which variables have a value, and which.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    /// The point of each over D; `None` while it is not known.
+    pub points: Vec<Option<Point>>,
+    /// The length of each.
+    pub lengths: Vec<Option<Residue>>,
+}
+
+impl State {
+    pub fn unknown(total: usize) -> State {
+        State { points: vec![None; total], lengths: vec![None; total] }
+    }
+
+    /// A variable counts as known when whatever it may be is.
+    pub fn knows(&self, k: usize) -> bool {
+        self.points[k].is_some() && self.lengths[k].is_some()
+    }
+
+    pub fn draw(&mut self, k: usize, random: &mut SplitMix) {
+        self.draw_angle(k, random);
+        self.lengths[k] = Some(Residue::random(random));
+    }
+
+    /// Only as an angle; a variable that slides stays open.
+    pub fn draw_angle(&mut self, k: usize, random: &mut SplitMix) {
+        self.points[k] = Some(circle(random));
+    }
+
+    pub fn set_angle(&mut self, k: usize, point: Point) {
+        self.points[k] = Some(point);
+        self.lengths[k] = Some(Residue::ONE);
+    }
+
+    pub fn set_length(&mut self, k: usize, length: Residue) {
+        self.points[k] = Some((Residue::ONE, Residue::ZERO));
+        self.lengths[k] = Some(length);
+    }
+
+    /// The point of the known part of an angle, and what is not known of it.
+    pub fn turn(&self, powers: &[(usize, i128)]) -> (Point, Powers) {
+        let (mut sum, mut rest) = ((Residue::ONE, Residue::ZERO), Vec::new());
+        for &(k, power) in powers {
+            match self.points[k] {
+                Some(point) => sum = crate::base::field::turned(sum, raised(point, power)),
+                None => rest.push((k, power)),
+            }
+        }
+        (sum, rest)
+    }
+}
+
+/// An angle times an integer of either sign.
+pub(crate) fn raised(point: Point, power: i128) -> Point {
+    let (c, s) = times(point, power.unsigned_abs());
+    if power < 0 { (c, -s) } else { (c, s) }
+}
+
+/// z with z times `b` = `a`, both vectors of the plane as complex numbers; `None` where b has no length.
+pub(crate) fn quotient(a: [Residue; 2], b: [Residue; 2]) -> Option<[Residue; 2]> {
+    let square = b[0] * b[0] + b[1] * b[1];
+    if square == Residue::ZERO {
+        return None;
+    }
+    let scale = square.inverse();
+    Some([(a[0] * b[0] + a[1] * b[1]) * scale, (a[1] * b[0] - a[0] * b[1]) * scale])
+}
+
+/// The points (c, s) of the circle with a c + b s = k: two, by the sign of the root. `None` where there is none in the
+/// field or all may be.
+pub(crate) fn on_the_circle(a: Residue, b: Residue, k: Residue, other: bool) -> Option<Point> {
+    let square = a * a + b * b;
+    if square == Residue::ZERO {
+        return None;
+    }
+    let root = (square - k * k).root()?;
+    let root = if other { -root } else { root };
+    let scale = square.inverse();
+    Some(((a * k - b * root) * scale, (b * k + a * root) * scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_that_are_solved_for_solve() {
+        let random = &mut SplitMix(5);
+        let mut found = 0;
+        for _ in 0..40 {
+            let [a, b, k] = [(); 3].map(|()| Residue::random(random));
+            for other in [false, true] {
+                if let Some((c, s)) = on_the_circle(a, b, k, other) {
+                    assert_eq!((a * c + b * s, c * c + s * s), (k, Residue::ONE));
+                    found += 1;
+                }
+            }
+            let z = quotient([a, b], [k, a]).unwrap();
+            assert_eq!([z[0] * k - z[1] * a, z[0] * a + z[1] * k], [a, b]);
+        }
+        // Half of all numbers have a root.
+        assert!((20..60).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn an_angle_is_known_in_part() {
+        let joint = |c: f64| ChainJoint { kind: JointKind::Revolute, terms: vec![(0, c), (1, -1.0)] };
+        let joints = [joint(0.5), joint(2.0)];
+        let variables = Variables::new(1, 2, &joints).unwrap();
+        assert_eq!(variables.denominators, [2, 1]);
+        assert_eq!(variables.powers(&joints[1]), [(0, 4), (1, -1)]);
+        let mut state = State::unknown(2);
+        state.draw(0, &mut SplitMix(1));
+        let (known, rest) = state.turn(&variables.powers(&joints[0]));
+        assert_eq!((Some(known), rest), (state.points[0], vec![(1, -1)]));
+    }
+}
