@@ -11,6 +11,8 @@
 //! ```
 //! where D_open comes from the recursion of Newton and Euler ([`crate::recursion`]), column by column.
 
+use expr::Tape;
+use modeling::Derivation;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use robot::{Robot, format};
 
@@ -363,4 +365,55 @@ pub fn rank(states: &[ClosedState]) -> (usize, f64) {
     let rank = values.iter().filter(|v| **v > STANDS_OUT * first).count();
     let gap = if rank == 0 || rank == values.len() { f64::INFINITY } else { values[rank - 1] / values[rank] };
     (rank, gap)
+}
+
+/// Relative to the largest entry of a regressor: the passive joints are closed to 1e-13, and some thousand operations follow.
+const AGREES: f64 = 1e-9;
+
+/// What is wrong with the robot of this number; `None` where it is right.
+pub fn wrong(seed: u64) -> Option<String> {
+    let drawn = structure(seed);
+    let robot = match drawn.robot() {
+        Ok(robot) => robot,
+        Err(e) => return Some(e),
+    };
+    let mut derivation = match Derivation::new(&robot) {
+        Ok(derivation) => derivation,
+        Err(e) => return Some(e.to_string()),
+    };
+    let regressor = derivation.regressor();
+    let (n, p) = (robot.n_coordinates(), regressor.outputs[0].columns);
+    let states = drawn.states(2 * p / n + 8, &mut Random(seed + 1_000_000));
+    let tape = Tape::new(&regressor);
+    for state in &states {
+        let mut y = vec![0.0; n * p];
+        tape.evaluate(&state.inputs(&robot), &mut tape.workspace(), &mut y);
+        let y = DMatrix::from_row_slice(n, p, &y);
+        let (apart, largest) = ((&y - &state.regressor).amax(), state.regressor.amax());
+        if !(apart <= AGREES * (1.0 + largest)) {
+            return Some(format!("the regressor differs by {apart:e} of {largest:e}"));
+        }
+    }
+    let base = match derivation.base_parameters(&regressor) {
+        Ok(base) => base,
+        Err(e) => return Some(e.to_string()),
+    };
+    let (found, gap) = rank(&states);
+    if base.len() != found {
+        return Some(format!("{} base parameters, the independent rank is {found} (gap {gap:.0e})", base.len()));
+    }
+    // The kept columns are independent, and nothing is lost: D_base X_base = D X.
+    let x = Random(seed + 2_000_000).vector(p, 1.0);
+    let x_base = base.values(&x);
+    for state in &states {
+        let kept = DMatrix::from_fn(n, base.len(), |i, k| state.regressor[(i, base.base[k].column)]);
+        let tau = &state.regressor * DMatrix::from_column_slice(p, 1, &x);
+        let tau_base = kept * DMatrix::from_column_slice(x_base.len(), 1, &x_base);
+        let apart = (&tau - tau_base).amax();
+        // Numeric coefficients carry the rounding of the scan.
+        if !(apart <= AGREES * 10.0 * (1.0 + state.regressor.amax())) {
+            return Some(format!("D_base X_base is off by {apart:e} of {:e}", tau.amax()));
+        }
+    }
+    None
 }

@@ -195,6 +195,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "urdf_text",
             "pose",
             "recursion",
+            "random_structures",
             "lagrangian",
             "joint_log",
             "known_arms",
