@@ -155,7 +155,7 @@ pub(crate) fn base_parameters(
     let mut rank = Rank::of(&scan);
     rank.exact = exact;
 
-    let regrouping = regrouping(derivation, regressor, &standard, &scan);
+    let regrouping = regrouping(derivation, regressor, &standard, &scan, closed.as_ref().map(|closed| &closed.points));
     let shares = &regrouping.shares;
     for (&column, row) in shares {
         let support: Vec<usize> = row.iter().map(|(kept, _)| *kept).collect();

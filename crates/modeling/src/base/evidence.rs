@@ -299,6 +299,11 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 
+/// Whether rounding explains how an exact coefficient and a numeric one differ.
+pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
+    (exact - numeric).abs() <= ROUNDING * (1.0 + exact.abs())
+}
+
 /// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter.
 pub(crate) fn held_against_numbers(
     scan: &Scan,
@@ -311,7 +316,7 @@ pub(crate) fn held_against_numbers(
         for (place, &kept) in scan.kept.iter().enumerate() {
             let share = shares[&dropped].iter().find(|(k, _)| *k == kept);
             let exact = share.map_or(0.0, |(_, share)| share.number);
-            if (exact - x[place]).abs() > ROUNDING * (1.0 + exact.abs()) {
+            if !agree(exact, x[place]) {
                 let (dropped, kept) = (name(dropped), name(kept));
                 return Err(UnclearRank::Disagreement { dropped, kept, exact, numeric: x[place] });
             }

@@ -12,7 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use expr::{Function, SymbolKind};
 
 use crate::base::angles::Angles;
+use crate::base::closed::closed_point::ClosedPoints;
+use crate::base::closed::curve::{curve, regressor_rows};
 use crate::base::coefficient::{Atom, Coefficient, Monomial, residue};
+use crate::base::exact_rank::Echelon;
 use crate::base::field::{Assignment, Residue, solve};
 use crate::base::field_algebra::FieldAlgebra;
 use crate::random::SplitMix;
@@ -35,21 +38,37 @@ type Point = (Vec<Assignment>, Solutions);
 /// doubles and small counts of links.
 const MAX_RATIO: i64 = 64;
 
+/// Curves through each closed point.
+const CURVES: usize = 3;
+/// Closed points looked at for one of the right assembly, at given constants.
+const ASSEMBLIES: usize = 8;
+
 /// Unknowns of a fit at most. The monomials of k angles at size s are (2 s + 2)^k and each takes an evaluation of the
 /// columns and a row of a dense matrix: 256 cost some ten milliseconds, 4096 some minutes. Three angles at size two
 /// (216) and four at size one (256) are within; the loops of the models that come with the project need 23 at most.
 const MOST_UNKNOWNS: usize = 256;
+/// The same where every point must close the loops, which takes some milliseconds.
+const MOST_UNKNOWNS_OF_LOOPS: usize = 40;
 
 /// The x_k of each relation; `None` when the relation does not hold for every value of the symbols,
 /// is no Laurent polynomial of small degree, or has more unknowns than are tried.
-pub(crate) fn interpolate(regressor: &Function, relations: &[Relation]) -> Vec<Option<Vec<Coefficient>>> {
+///
+/// With `closed`, the states are not free but close the loops there.
+pub(crate) fn interpolate(
+    regressor: &Function,
+    relations: &[Relation],
+    closed: Option<&ClosedPoints>,
+) -> Vec<Option<Vec<Coefficient>>> {
     if relations.is_empty() {
         return Vec::new();
     }
     let (function, relations) = restricted(regressor, relations);
-    let mut samples = FieldSamples::new(&function, &relations);
+    let mut samples = FieldSamples::new(&function, &relations, closed);
     let reference = samples.draw(None);
     let solutions = samples.solve_at(&reference);
+    if solutions.iter().all(Option::is_none) {
+        return vec![None; relations.len()];
+    }
     let depends = dependencies(&mut samples, &relations, &reference, &solutions);
 
     let mut points: Vec<Point> = vec![(reference, solutions)];
@@ -122,7 +141,8 @@ fn fit(
     degree: i32,
 ) -> Option<Coefficient> {
     for size in 1..=3 {
-        if n_monomials(samples, symbols, degree, size) > MOST_UNKNOWNS {
+        let most = if samples.closed.is_some() { MOST_UNKNOWNS_OF_LOOPS } else { MOST_UNKNOWNS };
+        if n_monomials(samples, symbols, degree, size) > most {
             return None;
         }
         let monomials = monomials(samples, symbols, degree, size);
@@ -215,27 +235,39 @@ struct FieldSamples<'a> {
     angles: Angles,
     /// Whether the symbol is the argument of a sine or cosine.
     is_angle: Vec<bool>,
-    /// Whether the function depends on the symbol at all.
+    /// Whether the function, or how the loops close, depends on the symbol at all.
     is_read: Vec<bool>,
+    closed: Option<&'a ClosedPoints>,
     random: SplitMix,
 }
 
 impl<'a> FieldSamples<'a> {
-    fn new(function: &'a Function, relations: &'a [Relation]) -> Self {
+    fn new(function: &'a Function, relations: &'a [Relation], closed: Option<&'a ClosedPoints>) -> Self {
         let graph = function.graph();
         let mut is_angle = vec![false; graph.symbols().len()];
         let mut is_read = is_angle.clone();
-        for node in graph.nodes() {
-            if let expr::Node::Symbol(s) = node {
-                is_read[s.0 as usize] = true;
-            }
-            if let expr::Node::Sin(a) | expr::Node::Cos(a) = node
-                && let expr::Node::Symbol(s) = graph.node(*a)
-            {
-                is_angle[s.0 as usize] = true;
+        // The symbols of the closure are the first of the function's.
+        for graph in [Some(graph), closed.map(|closed| closed.closure.graph())].into_iter().flatten() {
+            for node in graph.nodes() {
+                if let expr::Node::Symbol(s) = node {
+                    is_read[s.0 as usize] = true;
+                }
+                if let expr::Node::Sin(a) | expr::Node::Cos(a) = node
+                    && let expr::Node::Symbol(s) = graph.node(*a)
+                {
+                    is_angle[s.0 as usize] = true;
+                }
             }
         }
-        FieldSamples { function, relations, angles: Angles::of(graph), is_angle, is_read, random: SplitMix(1995) }
+        FieldSamples {
+            function,
+            relations,
+            angles: Angles::of(graph),
+            is_angle,
+            is_read,
+            closed,
+            random: SplitMix(1995),
+        }
     }
 
     fn n_symbols(&self) -> usize {
@@ -248,9 +280,10 @@ impl<'a> FieldSamples<'a> {
 
     /// Random assignments for all symbols, or for one of them with the others as in the reference.
     fn draw(&mut self, moved: Option<(&[Assignment], usize)>) -> Vec<Assignment> {
-        match moved {
-            None => (0..self.n_symbols()).map(|_| Assignment::random(&mut self.random)).collect(),
-            Some((reference, s)) => {
+        match (moved, self.closed) {
+            (None, Some(closed)) => closed.constants(&mut self.random).unwrap_or_default(),
+            (None, None) => (0..self.n_symbols()).map(|_| Assignment::random(&mut self.random)).collect(),
+            (Some((reference, s)), _) => {
                 let mut assignments = reference.to_vec();
                 assignments[s] = Assignment::random(&mut self.random);
                 assignments
@@ -258,25 +291,63 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation at these constants. It takes more random states than unknowns, which leaves rows to check
-    /// with.
+    /// Solves every relation at these constants.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
-        let output = &self.function.outputs[0];
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
-        // A column may be non-zero in only one row of each state.
-        let n_states = largest + 3;
-        let mut rows = Vec::new();
-        for _ in 0..n_states {
-            let mut algebra = FieldAlgebra::new(self.function.graph(), &self.angles, constants, &mut self.random);
-            let values = self.function.evaluate_in(&mut algebra).swap_remove(0);
-            rows.extend(values.chunks(output.columns).map(<[Residue]>::to_vec).take(output.rows));
-        }
+        let rows = match self.closed {
+            None => Some(self.free_rows(constants, largest)),
+            Some(closed) => self.closed_rows(closed, constants, largest),
+        };
+        let Some(rows) = rows else { return vec![None; self.relations.len()] };
         let pick = |r: &Relation| {
             let picked =
                 |row: &Vec<Residue>| -> Vec<Residue> { r.support.iter().chain([&r.column]).map(|&c| row[c]).collect() };
             solve(rows.iter().map(picked).collect(), r.support.len())
         };
         self.relations.iter().map(pick).collect()
+    }
+
+    /// More random states than unknowns, which leaves rows to check with.
+    fn free_rows(&mut self, constants: &[Assignment], unknowns: usize) -> Vec<Vec<Residue>> {
+        let output = &self.function.outputs[0];
+        // A column may be non-zero in only one row of each state.
+        let n_states = unknowns + 3;
+        let mut rows = Vec::new();
+        for _ in 0..n_states {
+            let mut algebra = FieldAlgebra::new(self.function.graph(), &self.angles, constants, &mut self.random);
+            let values = self.function.evaluate_in(&mut algebra).swap_remove(0);
+            rows.extend(values.chunks(output.columns).map(<[Residue]>::to_vec).take(output.rows));
+        }
+        rows
+    }
+
+    /// As many orders of curves of closed states; `None` where the loops do not close in the field.
+    fn closed_rows(
+        &mut self,
+        closed: &ClosedPoints,
+        constants: &[Assignment],
+        unknowns: usize,
+    ) -> Option<Vec<Vec<Residue>>> {
+        let is_related = |c: &usize| self.relations.iter().any(|r| r.column == *c);
+        let kept: Vec<usize> = (0..self.function.outputs[0].columns).filter(|c| !is_related(c)).collect();
+        let order = unknowns.max(kept.len() / CURVES) + 2;
+        for _ in 0..ASSEMBLIES {
+            let point = closed.point_at(constants, &mut self.random)?;
+            let (mut rows, mut echelon) = (Vec::new(), Echelon::default());
+            for _ in 0..CURVES {
+                let Ok(along) = curve(closed, &point, order, &mut self.random) else { continue };
+                let of_curve = regressor_rows(self.function, &self.angles, &point, along, order, &mut self.random);
+                rows.extend(of_curve.unwrap_or_default().concat());
+            }
+            rows.iter().for_each(|row| {
+                echelon.add(row.clone());
+            });
+            // In another assembly other columns may be independent.
+            if echelon.columns() == kept {
+                return Some(rows);
+            }
+        }
+        None
     }
 }
 
@@ -298,7 +369,7 @@ mod tests {
         let entry = g.add(product, sine);
         let output = Output { name: "y".into(), rows: 1, columns: 1, entries: vec![entry] };
         let function = Function::new("f", &g, Vec::new(), vec![output]);
-        let samples = FieldSamples::new(&function, &[]);
+        let samples = FieldSamples::new(&function, &[], None);
         for size in 1..=3 {
             for degree in -2..=2 {
                 for symbols in [&[0][..], &[1, 2], &[0, 1, 2, 3]] {

@@ -17,7 +17,9 @@ use std::collections::BTreeMap;
 use expr::{Function, Graph};
 use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
 
+use crate::base::closed::closed_point::ClosedPoints;
 use crate::base::coefficient::Coefficient;
+use crate::base::evidence::agree;
 use crate::base::field::{Assignment, Residue};
 use crate::base::interpolation::{Relation, interpolate};
 use crate::base::rank::Scan;
@@ -95,11 +97,12 @@ pub(crate) fn regrouping(
     regressor: &Function,
     standard: &[StandardParameter],
     scan: &Scan,
+    closed: Option<&ClosedPoints>,
 ) -> Regrouping {
     let rules = rules_by_column(derivation, standard);
     let numeric: BTreeMap<usize, &Vec<f64>> = scan.dependent.iter().map(|(c, x)| (*c, x)).collect();
     let unexplained = unexplained(derivation.robot, standard, scan, &rules, &numeric);
-    let solved = solved(derivation.robot, regressor, scan, &unexplained, &numeric);
+    let solved = solved(derivation.robot, regressor, scan, &unexplained, &numeric, closed);
     let shares = put_in(&solved, &rules, regressor.graph());
     Regrouping { solved, rules, shares }
 }
@@ -143,24 +146,30 @@ fn solved(
     scan: &Scan,
     relations: &[Relation],
     numeric: &BTreeMap<usize, &Vec<f64>>,
+    closed: Option<&ClosedPoints>,
 ) -> BTreeMap<usize, Vec<(usize, Beta)>> {
-    // Where loops are closed numerically, the field proves only that a column is identically zero.
-    let exact: Vec<Option<Vec<Coefficient>>> = if robot.passive.is_empty() {
-        interpolate(regressor, relations)
-    } else {
-        let absent = |r: &Relation| r.support.is_empty() && column_is_zero(regressor, r.column);
-        relations.iter().map(|r| absent(r).then(Vec::new)).collect()
+    let number = |relation: &Relation, kept: usize| -> f64 {
+        let place = scan.kept.binary_search(&kept).unwrap_or_default();
+        numeric.get(&relation.column).map_or(0.0, |x| x[place])
     };
+    let mut exact: Vec<Option<Vec<Coefficient>>> = match closed {
+        _ if robot.passive.is_empty() => interpolate(regressor, relations, None),
+        Some(closed) => interpolate(regressor, relations, Some(closed)),
+        None => vec![None; relations.len()],
+    };
+    for (relation, exact) in relations.iter().zip(&mut exact).filter(|_| !robot.passive.is_empty()) {
+        // The points may be of another assembly than the numbers, whose coefficients are others.
+        let agrees = |(&kept, c): (&usize, &Coefficient)| agree(c.number(regressor.graph()), number(relation, kept));
+        let is_of_another = exact.as_ref().is_some_and(|c| !relation.support.iter().zip(c).all(agrees));
+        // A column that is zero is so in every assembly.
+        let is_absent = relation.support.is_empty() && column_is_zero(regressor, relation.column);
+        *exact = exact.take().filter(|_| !is_of_another).or(is_absent.then(Vec::new));
+    }
     let row = |relation: &Relation, exact: Option<Vec<Coefficient>>| -> Vec<(usize, Beta)> {
         if let Some(coefficients) = exact {
             return relation.support.iter().copied().zip(coefficients.into_iter().map(Beta::Exact)).collect();
         }
-        let x = numeric.get(&relation.column);
-        let number = |kept: &usize| {
-            let place = scan.kept.binary_search(kept).unwrap_or_default();
-            (*kept, Beta::Number(x.map_or(0.0, |x| x[place])))
-        };
-        relation.support.iter().map(number).collect()
+        relation.support.iter().map(|&kept| (kept, Beta::Number(number(relation, kept)))).collect()
     };
     relations.iter().zip(exact).map(|(relation, exact)| (relation.column, row(relation, exact))).collect()
 }

@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use expr::{Function, Node, Symbol, SymbolKind};
+use expr::{Function, Node, Symbol};
 
 use crate::base::angles::Angles;
 use crate::base::closed::lengths::random_zero;
@@ -24,8 +24,8 @@ use crate::base::closed::pose::Pose;
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
 use crate::base::closed::variables::{State, Variables};
-use crate::base::exact_rank::{Echelon, assigned};
-use crate::base::field::{Assignment, Residue, turned};
+use crate::base::exact_rank::assigned;
+use crate::base::field::{Assignment, Residue};
 use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use crate::random::SplitMix;
@@ -36,6 +36,8 @@ const DRAWS: usize = 400;
 const FAILURES: usize = 24;
 /// The same where angles are drawn first, which meet nowhere.
 const FAILURES_OF_ANGLES: usize = 4;
+/// Draws of all variables, the constants as they are.
+const DRAWS_OF_A_STATE: usize = 60;
 /// Draws of the free variables of one loop, the others as they are.
 const DRAWS_OF_A_LOOP: usize = 8;
 /// Choices of the variables that close one loop.
@@ -51,7 +53,7 @@ pub(crate) struct ClosedPoint {
 
 /// The closure of one robot's loops in the field.
 pub(crate) struct ClosedPoints {
-    chains: LoopChains,
+    pub chains: LoopChains,
     pub variables: Variables,
     /// e and J_p.
     pub closure: Function,
@@ -114,12 +116,40 @@ impl ClosedPoints {
         Err(reason)
     }
 
-    /// `None` where a root is not in the field.
-    fn constants_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
+    /// A closed point with these constants, if constants may come first.
+    pub fn point_at(&self, constants: &[Assignment], random: &mut SplitMix) -> Option<ClosedPoint> {
+        for _ in 0..DRAWS_OF_A_STATE {
+            if let Some(state) = self.state_at(constants, random, false).ok()? {
+                let point = ClosedPoint { constants: constants.to_vec(), state };
+                return self.is_closed(&point).then_some(point);
+            }
+        }
+        None
+    }
+
+    /// Random constants that planar loops can be closed with.
+    pub fn constants(&self, random: &mut SplitMix) -> Result<Vec<Assignment>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_planes(&mut constants, random)?;
-        let mut open =
-            self.planar_loops(&constants).into_iter().collect::<Option<Vec<_>>>().ok_or(NoCertificate::OtherForm)?;
+        Ok(constants)
+    }
+
+    /// `None` where a root is not in the field.
+    fn constants_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
+        let constants = self.constants(random)?;
+        let state = self.state_at(&constants, random, other_roots)?;
+        Ok(state.map(|state| ClosedPoint { constants, state }))
+    }
+
+    /// `None` where a root is not in the field.
+    fn state_at(
+        &self,
+        constants: &[Assignment],
+        random: &mut SplitMix,
+        other_roots: bool,
+    ) -> Result<Option<State>, NoCertificate> {
+        let loops = self.planar_loops(constants).into_iter().collect::<Option<Vec<_>>>();
+        let mut open = loops.ok_or(NoCertificate::OtherForm)?;
         let mut state = State::unknown(self.variables.len());
         self.draw(&mut state, random, |k| {
             !self.variables.may_be_solved_as_angle(k) && !self.variables.may_be_solved_as_length(k)
@@ -138,7 +168,7 @@ impl ClosedPoints {
             }
         }
         self.draw(&mut state, random, |_| true);
-        Ok(Some(ClosedPoint { constants, state }))
+        Ok(Some(state))
     }
 
     /// Closes a loop by `count` of its unknown variables, the first of them that can be; the others are drawn.
@@ -222,29 +252,6 @@ impl ClosedPoints {
         if self.lengths_are_free(&point, &lengths) { Ok(Some(point)) } else { Err(NoCertificate::Overconstrained) }
     }
 
-    /// Whether the loops stay closed where the lengths change: each change of e is then one that passive variables undo, but
-    /// for the offsets across planar loops, which no variable changes.
-    fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
-        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
-            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
-        };
-        let Some((e, j)) = self.closure_at(point) else { return false };
-        let (mut of_passive, mut of_offsets) = (Echelon::default(), Echelon::default());
-        let m = self.variables.len() - self.variables.n;
-        let column = |p: usize| j.iter().skip(p).step_by(m).copied().collect();
-        let n_passive = (0..m).filter(|&p| of_passive.add(column(p))).count();
-        let still = offsets(&point.constants);
-        for &s in lengths {
-            let mut moved = point.clone();
-            moved.constants[s].length = moved.constants[s].length + Residue::ONE;
-            let Some((next, _)) = self.closure_at(&moved) else { return false };
-            let difference = |a: &[Residue], b: &[Residue]| a.iter().zip(b).map(|(a, b)| *a - *b).collect::<Vec<_>>();
-            of_passive.add(difference(&next, &e));
-            of_offsets.add(difference(&offsets(&moved.constants), &still));
-        }
-        of_passive.columns().len() == n_passive + of_offsets.columns().len()
-    }
-
     fn draw(&self, state: &mut State, random: &mut SplitMix, which: impl Fn(usize) -> bool) {
         for k in (0..self.variables.len()).filter(|&k| which(k)) {
             if !state.knows(k) {
@@ -270,76 +277,10 @@ impl ClosedPoints {
         }
     }
 
-    fn planar_loops(&self, constants: &[Assignment]) -> Vec<Option<PlanarLoop>> {
+    pub fn planar_loops(&self, constants: &[Assignment]) -> Vec<Option<PlanarLoop>> {
         let Ok(placements) = self.placements(constants) else { return vec![None] };
         let planar = |branches| PlanarLoop::new(&self.variables, &placements, &self.chains.joints, branches);
         self.chains.loops.iter().map(planar).collect()
-    }
-
-    /// The ends of a planar loop lie in one plane: a condition on the lengths across it, which the numbers fulfil.
-    fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
-        self.fit_angles(constants);
-        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
-            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
-        };
-        if offsets(constants).iter().all(|x| *x == Residue::ZERO) {
-            return Ok(());
-        }
-        let lengths = self.lengths_of(&self.chains.placements);
-        let f = |x: &[Residue]| {
-            let mut constants = constants.to_vec();
-            lengths.iter().zip(x).for_each(|(&s, &x)| constants[s].length = x);
-            Some(offsets(&constants))
-        };
-        let x = random_zero(lengths.len(), f, random).ok_or(NoCertificate::OtherForm)?;
-        if x.contains(&Residue::ZERO) {
-            return Err(NoCertificate::EqualLengths);
-        }
-        lengths.iter().zip(x).for_each(|(&s, x)| constants[s].length = x);
-        Ok(())
-    }
-
-    /// Where the orientation of a planar loop depends on no variable, its constant angles add up to nothing. They do so by
-    /// numbers of the file that are no symbols, such as the constant of a relation between passive angles: one of them is
-    /// fitted.
-    fn fit_angles(&self, constants: &mut [Assignment]) {
-        let none = State::unknown(self.variables.len());
-        let whole = (Residue::ONE, Residue::ZERO);
-        let defects = |constants: &[Assignment]| -> Vec<Option<(Residue, Residue)>> {
-            self.planar_loops(constants).iter().map(|l| l.as_ref().and_then(|l| l.defect(&none))).collect()
-        };
-        let graph = self.chains.placements.graph();
-        let n_bad = |defects: &[Option<(Residue, Residue)>]| defects.iter().flatten().filter(|d| **d != whole).count();
-        let mut found = defects(constants);
-        while let Some((c, s)) = found.iter().flatten().copied().find(|d| *d != whole) {
-            let before = n_bad(&found);
-            let candidates = (0..constants.len()).rev().filter(|&k| {
-                matches!(graph.symbols()[k].1, SymbolKind::Constant(x) if crate::base::field::twelfth_turn(x).is_none())
-            });
-            let fitted = candidates.flat_map(|k| [(k, (c, s)), (k, (c, -s))]).find_map(|(k, by)| {
-                let mut trial = constants.to_vec();
-                (trial[k].cos, trial[k].sin) = turned((trial[k].cos, trial[k].sin), by);
-                let found = defects(&trial);
-                (n_bad(&found) < before).then_some((trial, found))
-            });
-            let Some((trial, left)) = fitted else { return };
-            constants.copy_from_slice(&trial);
-            found = left;
-        }
-    }
-
-    /// The symbols that a function reads as lengths.
-    fn lengths_of(&self, function: &Function) -> Vec<usize> {
-        let graph = function.graph();
-        let mut is_length = vec![false; graph.symbols().len()];
-        let symbol = |e: expr::Expr| match graph.node(e) {
-            Node::Symbol(s) if matches!(graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_)) => Some(s.0 as usize),
-            _ => None,
-        };
-        let not_in_an_angle = graph.nodes().iter().filter(|n| !matches!(n, Node::Sin(_) | Node::Cos(_)));
-        let read = not_in_an_angle.flat_map(|&n| expr::operands(n)).chain(function.outputs[0].entries.iter().copied());
-        read.filter_map(symbol).for_each(|s| is_length[s] = true);
-        (0..is_length.len()).filter(|&s| is_length[s]).collect()
     }
 
     /// The variables as inputs of a function, still.
@@ -353,7 +294,7 @@ impl ClosedPoints {
     }
 
     /// e and J_p, row by row, at a point; `None` where they are no elements of the field.
-    fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
+    pub fn closure_at(&self, point: &ClosedPoint) -> Option<(Vec<Residue>, Vec<Residue>)> {
         let inputs = self.inputs(&point.state);
         let graph = self.closure.graph();
         let mut algebra = SeriesAlgebra::new(graph, &self.closure_angles, &point.constants, &inputs, 0);

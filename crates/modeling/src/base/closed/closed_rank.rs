@@ -36,7 +36,9 @@ pub(crate) struct ClosedRank {
     pub columns: Vec<usize>,
     /// Whether other assemblies have another rank.
     pub other_assemblies: bool,
-    /// Rows of the points that have this rank, a list a point.
+    /// Where they are from.
+    pub points: ClosedPoints,
+    /// Rows of the points that have this rank, a list per point.
     rows: Vec<Vec<Vec<Residue>>>,
 }
 
@@ -90,7 +92,7 @@ pub(crate) fn closed_rank(
         return Err(NoCertificate::OtherAssemblies);
     }
     let rows = same.into_iter().map(|at| at.rows).collect();
-    Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), rows })
+    Ok(ClosedRank { columns, other_assemblies: !others.is_empty(), points, rows })
 }
 
 /// The columns at one point, and the rows that tell.

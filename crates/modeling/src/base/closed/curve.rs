@@ -116,3 +116,42 @@ pub(crate) fn regressor_rows(
     let rows = entries.chunks(regressor.outputs[0].columns.max(1));
     Ok((0..=order).map(|k| rows.clone().map(|row| row.iter().map(|x| x.at(k)).collect()).collect()).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::derivation::Derivation;
+
+    /// A four-bar whose links stand in planes beside each other, by numbers that add up: 0.05 = 0.03 + 0.02; and so do
+    /// angles.
+    #[test]
+    fn a_loop_closes_in_the_field_by_numbers_that_add_up() {
+        let text = "convention: khalil-kleinfinger
+name: test
+gravity: [0, -9.81, 0]
+symbols: {L0: 0.5, L1: 0.2, L2: 0.45, L3: 0.35}
+coordinates: [q1]
+links:
+  - {link: 1, antecedent: base, theta: q1 + 0.3}
+  - {link: 2, antecedent: 1, joint: revolute, drive: passive, start: 0.5, d: L1, r: 0.05}
+  - {link: 3, antecedent: base, joint: revolute, drive: passive, start: 1.5, d: L0, r: 0.03}
+loops:
+  - cut: {antecedent: 2, joint: revolute, d: L2, start: 1}
+    twin: {antecedent: 3, d: L3, r: 0.02, theta: 0.7}
+";
+        let robot = robot::format::read_yaml(text, "test.yaml").unwrap();
+        let mut derivation = Derivation::new(&robot).unwrap();
+        let closure = derivation.closure_function().unwrap();
+        let points = ClosedPoints::new(&mut derivation, closure).unwrap();
+        for seed in 0..4 {
+            let random = &mut SplitMix(seed);
+            let point = points.point(random, false).unwrap();
+            let along = curve(&points, &point, 6, random).unwrap();
+            // It moves, and not only to the first order.
+            assert!(points.symbols[1..].iter().all(|s| along[s].value.at(6) != Residue::ZERO));
+            // Of the same constants there are other states.
+            let other = points.point_at(&point.constants, random).unwrap();
+            assert_ne!(other.state.points, point.state.points);
+        }
+    }
+}

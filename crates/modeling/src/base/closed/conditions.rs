@@ -1,0 +1,102 @@
+//! Conditions on the constants of loops, which the numbers of a file fulfil by themselves and random elements do not.
+
+use expr::{Function, Node, SymbolKind};
+
+use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
+use crate::base::closed::lengths::random_zero;
+use crate::base::closed::reason::NoCertificate;
+use crate::base::closed::variables::State;
+use crate::base::exact_rank::Echelon;
+use crate::base::field::{Assignment, Residue, turned, twelfth_turn};
+use crate::random::SplitMix;
+
+impl ClosedPoints {
+    /// The ends of a planar loop lie in one plane: a condition on the lengths across it, which the numbers fulfil.
+    pub fn fit_planes(&self, constants: &mut [Assignment], random: &mut SplitMix) -> Result<(), NoCertificate> {
+        self.fit_angles(constants);
+        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
+            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
+        };
+        if offsets(constants).iter().all(|x| *x == Residue::ZERO) {
+            return Ok(());
+        }
+        let lengths = self.lengths_of(&self.chains.placements);
+        let f = |x: &[Residue]| {
+            let mut constants = constants.to_vec();
+            lengths.iter().zip(x).for_each(|(&s, &x)| constants[s].length = x);
+            Some(offsets(&constants))
+        };
+        let x = random_zero(lengths.len(), f, random).ok_or(NoCertificate::OtherForm)?;
+        if x.contains(&Residue::ZERO) {
+            return Err(NoCertificate::EqualLengths);
+        }
+        lengths.iter().zip(x).for_each(|(&s, x)| constants[s].length = x);
+        Ok(())
+    }
+
+    /// Where the orientation of a planar loop depends on no variable, its constant angles add up to nothing. They do so by
+    /// numbers of the file that are no symbols, such as the constant of a relation between passive angles: one of them is
+    /// fitted.
+    pub fn fit_angles(&self, constants: &mut [Assignment]) {
+        let none = State::unknown(self.variables.len());
+        let whole = (Residue::ONE, Residue::ZERO);
+        let defects = |constants: &[Assignment]| -> Vec<Option<(Residue, Residue)>> {
+            self.planar_loops(constants).iter().map(|l| l.as_ref().and_then(|l| l.defect(&none))).collect()
+        };
+        let graph = self.chains.placements.graph();
+        let n_bad = |defects: &[Option<(Residue, Residue)>]| defects.iter().flatten().filter(|d| **d != whole).count();
+        let mut found = defects(constants);
+        while let Some((c, s)) = found.iter().flatten().copied().find(|d| *d != whole) {
+            let before = n_bad(&found);
+            let candidates = (0..constants.len())
+                .rev()
+                .filter(|&k| matches!(graph.symbols()[k].1, SymbolKind::Constant(x) if twelfth_turn(x).is_none()));
+            let fitted = candidates.flat_map(|k| [(k, (c, s)), (k, (c, -s))]).find_map(|(k, by)| {
+                let mut trial = constants.to_vec();
+                (trial[k].cos, trial[k].sin) = turned((trial[k].cos, trial[k].sin), by);
+                let found = defects(&trial);
+                (n_bad(&found) < before).then_some((trial, found))
+            });
+            let Some((trial, left)) = fitted else { return };
+            constants.copy_from_slice(&trial);
+            found = left;
+        }
+    }
+
+    /// The symbols that a function reads as lengths.
+    pub fn lengths_of(&self, function: &Function) -> Vec<usize> {
+        let graph = function.graph();
+        let mut is_length = vec![false; graph.symbols().len()];
+        let symbol = |e: expr::Expr| match graph.node(e) {
+            Node::Symbol(s) if matches!(graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_)) => Some(s.0 as usize),
+            _ => None,
+        };
+        let not_in_an_angle = graph.nodes().iter().filter(|n| !matches!(n, Node::Sin(_) | Node::Cos(_)));
+        let read = not_in_an_angle.flat_map(|&n| expr::operands(n)).chain(function.outputs[0].entries.iter().copied());
+        read.filter_map(symbol).for_each(|s| is_length[s] = true);
+        (0..is_length.len()).filter(|&s| is_length[s]).collect()
+    }
+
+    /// Whether the loops stay closed where the lengths change: each change of e is then one that passive variables undo, but
+    /// for the offsets across planar loops, which no variable changes.
+    pub fn lengths_are_free(&self, point: &ClosedPoint, lengths: &[usize]) -> bool {
+        let offsets = |constants: &[Assignment]| -> Vec<Residue> {
+            self.planar_loops(constants).into_iter().flatten().map(|l| l.offset).collect()
+        };
+        let Some((e, j)) = self.closure_at(point) else { return false };
+        let (mut of_passive, mut of_offsets) = (Echelon::default(), Echelon::default());
+        let m = self.variables.len() - self.variables.n;
+        let column = |p: usize| j.iter().skip(p).step_by(m).copied().collect();
+        let n_passive = (0..m).filter(|&p| of_passive.add(column(p))).count();
+        let still = offsets(&point.constants);
+        for &s in lengths {
+            let mut moved = point.clone();
+            moved.constants[s].length = moved.constants[s].length + Residue::ONE;
+            let Some((next, _)) = self.closure_at(&moved) else { return false };
+            let difference = |a: &[Residue], b: &[Residue]| a.iter().zip(b).map(|(a, b)| *a - *b).collect::<Vec<_>>();
+            of_passive.add(difference(&next, &e));
+            of_offsets.add(difference(&offsets(&moved.constants), &still));
+        }
+        of_passive.columns().len() == n_passive + of_offsets.columns().len()
+    }
+}
