@@ -168,6 +168,7 @@ const ORDERS: [(&str, &[&str]); 13] = [
             "rules",
             "running_error",
             "lib",
+            "snapshot",
             "urdf_text",
             "pose",
             "recursion",
