@@ -2,10 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use identification::experiments::exchange::Criterion;
 use identification::experiments::excitation::criterion::Aim;
 use identification::experiments::excitation::limits::LimitsFile;
-use identification::experiments::profile::Profile;
 use identification::experiments::record::Record;
 use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
 use identification::model::friction::terms::FrictionTerm;
@@ -15,11 +13,12 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::exciting::{ExciteRequest, Family, FamilyWord};
-use rist::planning::PlanRequest;
+use rist::request::PlanRequest;
 use rist::simulation::{Motions, SimulateRequest};
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};
+use crate::call::Call;
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::keywords::Keywords;
@@ -134,36 +133,9 @@ fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
 pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
-    let known: &[&str] = &[
-        "experiments",
-        "criterion",
-        "profile",
-        "steps",
-        "configurations",
-        "duration",
-        "rate",
-        "starts",
-        "seed",
-        "nodes",
-        "progress",
-    ];
-    let (given, customary) = (Keywords::new("plan", known, options)?, PlanRequest::default());
-    let count = "a whole number";
-    let criteria = [("determinant", Criterion::Determinant), ("condition", Criterion::FrobeniusCondition)];
-    let profiles = [("bang-bang", Profile::BangBang), ("smooth", Profile::Smooth)];
-    let request = PlanRequest {
-        experiments: given.get("experiments", count)?.unwrap_or(customary.experiments),
-        criterion: given.word("criterion", &criteria)?.unwrap_or(customary.criterion),
-        profile: given.word("profile", &profiles)?.unwrap_or(customary.profile),
-        steps: given.get("steps", count)?.unwrap_or(customary.steps),
-        configurations: given.get("configurations", count)?.unwrap_or(customary.configurations),
-        duration: given.get("duration", "a number of s")?.unwrap_or(customary.duration),
-        rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
-        starts: given.get("starts", count)?.unwrap_or(customary.starts),
-        seed: given.get("seed", count)?.unwrap_or(customary.seed),
-        nodes: given.get("nodes", count)?.unwrap_or(customary.nodes),
-    };
-    let planned = work(py, given.any("progress"), |reporter| {
+    let call = Call::new("plan", &["progress"], options)?;
+    let request: PlanRequest = call.request()?;
+    let planned = work(py, call.own("progress"), |reporter| {
         rist::plan(&model.inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
     })?;
     warn(py, &planned.notes)?;

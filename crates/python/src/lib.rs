@@ -8,6 +8,7 @@ mod arrow;
 mod arrow_export;
 mod artefact;
 mod base_parameters;
+mod call;
 mod effects;
 mod error;
 mod estimate;

@@ -55,6 +55,7 @@ pub mod output;
 pub mod page;
 pub mod planning;
 mod regressor_slope;
+pub mod request;
 pub mod samples;
 pub mod simulation;
 pub mod source;
