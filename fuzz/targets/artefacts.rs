@@ -7,15 +7,16 @@
 use std::cell::OnceCell;
 use std::path::Path;
 
+use experiments::excitation::limits::LimitsFile;
 use identification::estimate::options::Options;
-use identification::experiments::excitation::limits::LimitsFile;
-use identification::model::known_load::KnownLoad;
 use libfuzzer_sys::fuzz_target;
+use linear_model::known_load::KnownLoad;
 use logs::Table;
-use rist::exciting::{ExciteRequest, ExcitingMotion, Family};
+use rist::exciting::ExcitingMotion;
 use rist::fleet::Comparison;
 use rist::page::{PageRequest, page};
 use rist::planning::ExperimentPlan;
+use rist::request::excite_request::{ExciteRequest, Family};
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions, Validation};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");

@@ -8,8 +8,8 @@
 
 use std::path::Path;
 
-use identification::algebra::random::Random;
 use libfuzzer_sys::fuzz_target;
+use numerics::random::Random;
 use rist::description::{check_values, parse_robot};
 use rist::evaluation::{Evaluation, ManyStates, Quantity};
 use rist::{Model, ModelOptions};

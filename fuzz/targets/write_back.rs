@@ -3,11 +3,11 @@
 //! Laws: what was written is read again, with the bodies that were written; written once more it is the same text.
 #![no_main]
 
-use identification::write::body::JointDynamics;
-use identification::write::mjcf::mjcf;
-use identification::write::mjcf_into::mjcf_into;
-use identification::write::urdf::write_back;
 use libfuzzer_sys::fuzz_target;
+use rist::write_back::body::JointDynamics;
+use rist::write_back::mjcf::mjcf;
+use rist::write_back::mjcf_into::mjcf_into;
+use rist::write_back::urdf::write_back;
 use robot::format::read_urdf;
 use robot::{LinkId, Robot};
 

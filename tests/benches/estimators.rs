@@ -2,11 +2,11 @@
 //!
 //! Arguments: draws (50; at most 10 for the PUMA), scenarios (all), tables `R3G`, `R3B`, `gains`, `RACE` and `PUMA560` (all).
 
-use identification::algebra::information_matrix::Rows;
+use experiments::plan::exchange::{Criterion, Search, exchange};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
-use identification::experiments::exchange::{Criterion, Search, exchange};
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
+use numerics::information_matrix::Rows;
 use tests::benchmark::arms::{puma_arm, r3_arm, race_arm};
 use tests::benchmark::candidates::{puma_candidates, race_candidates};
 use tests::benchmark::monte_carlo::{Fixture, Method};

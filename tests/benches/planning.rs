@@ -5,11 +5,11 @@
 
 use std::time::Instant;
 
-use identification::algebra::information_matrix::Rows;
-use identification::algebra::random::Random;
-use identification::experiments::candidates::Candidate;
-use identification::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
+use experiments::plan::candidates::Candidate;
+use experiments::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
+use numerics::information_matrix::Rows;
+use numerics::random::Random;
 use tests::benchmark::candidates::{puma_candidates, r3_candidates};
 use tests::benchmark::robots::{puma, r3};
 

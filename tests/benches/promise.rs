@@ -3,7 +3,7 @@
 //! `encoders=0.1`: with a tenth of their quantum and noise.
 
 use rist::Model;
-use rist::exciting::ExciteRequest;
+use rist::request::excite_request::ExciteRequest;
 use tests::model_path;
 use tests::promise::{FRICTION, Kept, kept};
 

@@ -9,11 +9,11 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use identification::algebra::random::Random;
-use identification::model::compiled::compiled;
-use identification::model::parameter::BaseParameter;
-use identification::model::regressor::{Coordinate, Regressor};
+use linear_model::compiled::compiled;
+use linear_model::parameter::BaseParameter;
+use linear_model::regressor::{Coordinate, Regressor};
 use logs::LogSource;
+use numerics::random::Random;
 use rist::model::Model;
 use rist::samples::{IdentifyRequest, identify};
 

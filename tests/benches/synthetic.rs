@@ -26,28 +26,28 @@
 
 use std::cell::RefCell;
 
-use identification::algebra::least_squares::solve;
-use identification::algebra::random::Random;
-use identification::algebra::total_least_squares::total_least_squares;
-use identification::algebra::triangle::{Triangle, TriangleBuilder};
+use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::simulate::closed_loop::{Sensing, Simulation};
 use identification::estimate::consistent::{Consistency, identify_consistent};
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
 use identification::estimators::essential::{Elimination, essential};
 use identification::estimators::weighted::Weights;
-use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
-use identification::experiments::record::Record;
-use identification::experiments::reference_motion::Reference;
-use identification::model::friction::law::FrictionLaw;
-use identification::model::linear_model::Model;
-use identification::model::pseudo_inertia::Ten;
-use identification::model::standard_map::StandardMap;
-use identification::model::states::States;
 use identification::rows::observation::{Observation, weighted};
 use identification::signals::signal_options::Signal;
-use identification::simulate::closed_loop::{Sensing, Simulation};
+use linear_model::friction::law::FrictionLaw;
+use linear_model::linear_model::Model;
+use linear_model::pseudo_inertia::Ten;
+use linear_model::standard_map::StandardMap;
+use linear_model::states::States;
 use logs::{Effort, Error, Log, LogReport};
+use numerics::least_squares::solve;
+use numerics::random::Random;
+use numerics::total_least_squares::total_least_squares;
+use numerics::triangle::{Triangle, TriangleBuilder};
 use tests::benchmark::arms::{NOISE, r3_arm};
 use tests::benchmark::monte_carlo::each_draw;
 use tests::benchmark::robots::r3;
@@ -326,7 +326,7 @@ fn states(robot: &TapeRobot, record: &Record, arm: &BenchmarkArm, cutoff: Option
     let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
     let log = Log {
         name: "R3G".into(),
-        coordinates: identification::model::regressor::Regressor::coordinates(robot).to_vec(),
+        coordinates: linear_model::regressor::Regressor::coordinates(robot).to_vec(),
         t: (0..count).map(|i| i as f64 * record.sample_time).collect(),
         q: record.q.clone(),
         dq: None,

@@ -1,7 +1,7 @@
 //! Checks a motion against its limits at dense samples.
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::limits::LimitKind;
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::LimitKind;
 
 /// How often position, velocity, acceleration or jerk of a joint is beyond its limit, and the number of samples. There
 /// are `times` times as many samples as in the file, from the start to the end of the first period, and over the last

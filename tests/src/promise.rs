@@ -1,19 +1,19 @@
 //! Tests whether an exciting motion keeps its promise. It compares the covariance of the parameters by the information
 //! of the motion itself with the errors of the parameters identified from simulated logs of it.
 
-use identification::algebra::information_matrix::Rows;
-use identification::algebra::random::Random;
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::visibility::JointNoise;
+use experiments::simulate::closed_loop::Sensing;
+use experiments::simulate::dynamics::RegressorDynamics;
+use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::identified::INTERVAL;
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::visibility::JointNoise;
-use identification::model::friction::terms::{FrictionTerm, sign};
-use identification::model::parameter::ParameterId;
-use identification::simulate::closed_loop::Sensing;
-use identification::simulate::dynamics::RegressorDynamics;
-use identification::simulate::encoder_torque::encoder_torque;
-use identification::simulate::setup::SimulationSetup;
+use identification::signals::encoder_torque::encoder_torque;
+use linear_model::friction::terms::{FrictionTerm, sign};
+use linear_model::parameter::ParameterId;
 use logs::LogSource;
 use nalgebra::{Cholesky, DMatrix};
+use numerics::information_matrix::Rows;
+use numerics::random::Random;
 use rist::simulation::SimulateRequest;
 use rist::{Error, IdentifyRequest, Model};
 

@@ -6,12 +6,12 @@
 
 use std::sync::Arc;
 
+use experiments::simulate::dynamics::Dynamics;
 use expr::Tape;
-use identification::model::parameter::BaseParameter;
-use identification::model::pseudo_inertia::Ten;
-use identification::model::regressor::Regressor;
-use identification::model::standard_map::StandardMap;
-use identification::simulate::dynamics::Dynamics;
+use linear_model::parameter::BaseParameter;
+use linear_model::pseudo_inertia::Ten;
+use linear_model::regressor::Regressor;
+use linear_model::standard_map::StandardMap;
 use modeling::{BaseParameters, Derivation};
 use robot::{Inertial, JointKind, LinkId, Robot, RotorInertia, StandardParameter};
 

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::limits::LimitKind;
-use identification::experiments::excitation::proof::Kept;
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::LimitKind;
+use experiments::excitation::proof::Kept;
 use rist::Model;
-use rist::exciting::ExciteRequest;
+use rist::request::excite_request::ExciteRequest;
 use tests::program::{folder, rist as run};
 
 /// Three joints, links of half a metre, all round: each body is a segment with a radius.

@@ -5,9 +5,9 @@
 use std::io::Write;
 use std::path::Path;
 
+use experiments::excitation::limits::LimitsFile;
 use identification::estimate::options::Options;
-use identification::experiments::excitation::limits::LimitsFile;
-use identification::model::known_load::KnownLoad;
+use linear_model::known_load::KnownLoad;
 use logs::Table;
 use peak_alloc::PeakAlloc;
 use rist::description::parse_robot;

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::artefact::ExcitingMotion;
 use tests::program::{folder, rist};
 
 /// Two links in a vertical plane, with all that a motion can be limited by.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
-use identification::model::known_load::KnownLoad;
-use identification::model::standard_map::StandardMap;
+use linear_model::known_load::KnownLoad;
+use linear_model::standard_map::StandardMap;
 use modeling::{BaseParameters, Derivation};
 use robot::{Inertial, Robot};
 use tests::program::{folder, rist};

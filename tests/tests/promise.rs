@@ -1,9 +1,9 @@
 //! What a motion of `rist excite` promises, held against what is identified from simulated logs of it.
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::visibility::JointNoise;
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::visibility::JointNoise;
 use rist::Model;
-use rist::exciting::ExciteRequest;
+use rist::request::excite_request::ExciteRequest;
 use rist::simulation::SimulateRequest;
 use tests::model_path;
 use tests::promise::{FRICTION, Kept, kept, promised};

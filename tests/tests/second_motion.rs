@@ -1,12 +1,12 @@
 //! A motion that is designed after a first look at the robot, and a plan that is proven to be near the best.
 
-use identification::algebra::information_matrix::{InformationMatrix, Rows};
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::plan_proof::{PlanProof, ProofNode};
 use identification::estimate::artefact::Estimate;
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::plan_proof::{PlanProof, ProofNode};
-use identification::model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::FrictionTerm;
 use nalgebra::{Cholesky, DMatrix};
+use numerics::information_matrix::{InformationMatrix, Rows};
 use rist::Model;
 use rist::planning::PlanRequest;
 use tests::program::{folder, rist as run};

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Identified;
-use identification::model::parameter::ParameterId;
+use linear_model::parameter::ParameterId;
 use tests::program::{folder, rist};
 use tests::workspace;
 

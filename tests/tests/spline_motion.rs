@@ -1,11 +1,11 @@
 //! A motion that is a quintic spline, with a limit of the power of drives: found, proven, held against dense samples,
 //! played, simulated, and refused where it is broken by hand.
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::limits::LimitKind;
-use identification::experiments::excitation::motion::Motion;
-use identification::experiments::excitation::proof::Kept;
-use identification::simulate::dynamics::torque;
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::LimitKind;
+use experiments::excitation::motion::Motion;
+use experiments::excitation::proof::Kept;
+use experiments::simulate::dynamics::torque;
 use rist::Model;
 use robot::value::CoordinateId;
 use tests::dense_samples::violations;

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use identification::experiments::experiment_plan::ExperimentPlan;
+use experiments::plan::experiment_plan::ExperimentPlan;
 use serde_json::Value as Json;
 use tests::planar_log::{log, write_log};
 use tests::program::{Run, folder, program, rist, run};

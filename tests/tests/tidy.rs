@@ -3,6 +3,7 @@
 mod source {
     pub mod functions;
     pub mod imports;
+    pub mod orders;
     pub mod tokens;
 }
 
@@ -11,190 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value as Json;
+use source::orders::{ORDERS, WITHOUT_ORDER};
 use tests::workspace;
-
-/// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
-/// place in the list.
-const ORDERS: [(&str, &[&str]); 13] = [
-    ("crates/fft", &[]),
-    ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
-    (
-        "crates/robot",
-        &[
-            "error",
-            "vector",
-            "inertial",
-            "collision",
-            "value",
-            "robot",
-            "convention",
-            "kinematics",
-            "parameter",
-            "closure",
-            "floating",
-            "lint",
-            "angle_snap",
-            "linear_angle",
-            "polygon",
-            "passive",
-            "format",
-        ],
-    ),
-    (
-        "crates/clearance",
-        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance", "gaps"],
-    ),
-    (
-        "crates/modeling",
-        &["random", "kinematics", "derivation", "base", "dynamics", "functions", "robot_function", "robot_module"],
-    ),
-    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
-    (
-        "crates/logs",
-        &[
-            "error", "abreast", "cleaning", "table", "columns", "formats", "log", "packed", "read", "ahead", "part",
-            "stream",
-        ],
-    ),
-    (
-        "crates/identification",
-        &[
-            "yaml",
-            "algebra",
-            "model",
-            "experiments",
-            "signals",
-            "rows",
-            "estimators",
-            "estimate",
-            "portrait",
-            "simulate",
-            "spectrum",
-            "write",
-        ],
-    ),
-    (
-        "crates/report",
-        &[
-            "number",
-            "scale",
-            "wrap",
-            "chart",
-            "template",
-            "sheet",
-            "robot",
-            "joints",
-            "motion",
-            "parameters",
-            "excitation",
-            "experiments",
-            "identification",
-        ],
-    ),
-    (
-        "crates/rist",
-        &[
-            "error",
-            "thread_tapes",
-            "output",
-            "state_tape",
-            "tape_regressor",
-            "torque_difference",
-            "description",
-            "model",
-            "evaluation",
-            "doctor",
-            "regressor_slope",
-            "torque_enclosure",
-            "load",
-            "samples",
-            "fleet",
-            "harmonic_request",
-            "experiments",
-            "planning",
-            "excite_request",
-            "excite_timing",
-            "described",
-            "after_estimate",
-            "surroundings",
-            "exciting",
-            "checking",
-            "motion_portrait",
-            "tape_dynamics",
-            "closed_loop",
-            "simulation",
-            "source",
-            "validation",
-            "verdict",
-            "page",
-            "write_back",
-        ],
-    ),
-    (
-        "crates/cli",
-        &[
-            "failure",
-            "terminal",
-            "interrupt",
-            "verdict",
-            "model",
-            "artefact",
-            "check",
-            "convert",
-            "doctor",
-            "evaluate",
-            "generate",
-            "report",
-            "identify",
-            "accumulate",
-            "merge",
-            "solve",
-            "compare",
-            "excite",
-            "inspect",
-            "lint",
-            "plan",
-            "shell",
-            "simulate",
-            "validate",
-            "main",
-        ],
-    ),
-    (
-        "tests",
-        &[
-            "number",
-            "random",
-            "rules",
-            "running_error",
-            "lib",
-            "snapshot",
-            "urdf_text",
-            "pose",
-            "recursion",
-            "lagrangian",
-            "joint_log",
-            "known_arms",
-            "dense_samples",
-            "faults",
-            "planar_log",
-            "program",
-            "promise",
-            "tape_robot",
-            "benchmark",
-        ],
-    ),
-    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
-];
-
-/// Packages without an order, each with the reason.
-const WITHOUT_ORDER: [(&str, &str); 2] = [
-    ("generated", "the machine's table of robots takes the macro of the root, and the root the table"),
-    (
-        "crates/python",
-        "the classes of Python name each other: an estimate has its model, and a model takes an estimate",
-    ),
-];
 
 /// Package -> packages of this workspace it depends on, in whatever way.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -379,7 +198,7 @@ fn files_import_neither_in_circles_nor_back_up() {
         places.extend(path.split_once("/src/").map(|(package, _)| package.to_string()));
     }
     let named = ORDERS.iter().map(|o| o.0).chain(WITHOUT_ORDER.iter().map(|w| w.0)).map(String::from).collect();
-    assert_eq!(places, named, "each package has its order at the head of this file, or a reason why it has none");
+    assert_eq!(places, named, "each package has its order in source/orders.rs, or a reason why it has none");
     let mut faults = Vec::new();
     for (package, order) in ORDERS {
         let source = format!("{package}/src/");

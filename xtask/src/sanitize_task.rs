@@ -1,5 +1,5 @@
 //! `sanitize`: runs valgrind, Miri and the address sanitizer on all `unsafe` code: the lanes of `generated`, the
-//! triangle's registers of `identification`, the fused tape of `expr`.
+//! triangle's registers of `numerics`, the fused tape of `expr`.
 //!
 //! The latter two need a nightly compiler, and Miri its component and `rust-src`. A tool that is missing is reported
 //! and is no failure.
@@ -17,11 +17,8 @@ use std::process::Command;
 use crate::cargo::{done, host, root, said, target};
 
 /// Tests of kernels: package, what cargo selects of it, and part of their names.
-const KERNELS: [[&str; 3]; 3] = [
-    ["expr", "--lib", "tape::tests"],
-    ["identification", "--lib", "algebra::reflection::tests"],
-    ["tests", "--test=lanes", ""],
-];
+const KERNELS: [[&str; 3]; 3] =
+    [["expr", "--lib", "tape::tests"], ["numerics", "--lib", "reflection::tests"], ["tests", "--test=lanes", ""]];
 
 /// Instructions that Miri is told the processor has.
 const PROCESSORS: [&str; 3] = ["", "-Ctarget-feature=+avx2,+fma", "-Ctarget-feature=+avx2,+fma,+avx512f"];
@@ -81,7 +78,7 @@ fn address(nightly: &str) -> Result<(), String> {
         println!("SKIPPED: the address sanitizer: the registers are of x86-64, and this is {host}");
         return Ok(());
     }
-    for selected in [&["expr", "--lib"][..], &["identification", "--lib"], &["tests", "--test=lanes"]] {
+    for selected in [&["expr", "--lib"][..], &["numerics", "--lib"], &["tests", "--test=lanes"]] {
         println!("== address sanitizer: {}", selected.join(" "));
         let mut test = Command::new("cargo");
         test.args([&format!("+{nightly}"), "test", "--quiet", "--locked", "--target", &host, "--package"]);

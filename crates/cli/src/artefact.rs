@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::LimitsFile;
+use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::limits::LimitsFile;
-use identification::experiments::experiment_plan::ExperimentPlan;
-use identification::model::known_load::KnownLoad;
-use identification::model::reference::ModelReference;
+use linear_model::known_load::KnownLoad;
+use linear_model::reference::ModelReference;
 use rist::output::{check_output, is_same};
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
-use identification::experiments::excitation::held_limits::origins_text;
+use experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
+use experiments::excitation::held_limits::origins_text;
 use serde_json::json;
 
 use crate::artefact::{read_limits, read_text};

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::servo_script::servo_script;
-use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
-use identification::model::friction::terms::FrictionTerm;
-use rist::exciting::{ExciteRequest, Family, FamilyWord};
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::criterion::Aim;
+use experiments::motion::servo_script::servo_script;
+use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+use linear_model::friction::terms::FrictionTerm;
+use rist::request::excite_request::{ExciteRequest, Family, FamilyWord};
 use rist::{Estimate, Model};
 
 use crate::artefact::{check_outputs, read_limits, read_text};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::model::description_options::DescriptionOptions;
+use linear_model::description_options::DescriptionOptions;
 use rist::description::RotorInertias;
 use rist::{Model, ModelOptions};
 use robot::Robot;

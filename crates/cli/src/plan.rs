@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
+use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
 use rist::request::PlanRequest;
 use serde_json::json;
 

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args};
+use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
-use identification::experiments::experiment_plan::ExperimentPlan;
-use identification::model::reference::ModelReference;
+use linear_model::reference::ModelReference;
 use rist::exciting::ExcitingMotion;
 use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};

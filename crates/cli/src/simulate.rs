@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use identification::experiments::record::Record;
+use experiments::motion::record::Record;
 use rist::simulation::{Motions, SimulateRequest};
 use serde_json::json;
 

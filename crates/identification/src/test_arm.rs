@@ -1,41 +1,16 @@
-//! The fixtures of the unit tests: a pendulum, the smallest robot with inertia and gravity, which hangs on a fixed pivot;
-//! and a mass on a rail.
-//! Whole arms are tested in the package `tests`.
+//! The fixtures of the unit tests: the pendulum of `experiments`, and the loop that controls it.
 
-use crate::model::parameter::BaseParameter;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
-use crate::simulate::dynamics::Dynamics;
+use linear_model::friction::terms::sign;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 
-/// One mass on a rail, kg.
-pub struct Mass(pub f64);
+use crate::estimators::closed_loop::Simulator;
+pub use pendulum::Pendulum;
 
-impl Dynamics for Mass {
-    fn n_coordinates(&self) -> usize {
-        1
-    }
-
-    fn fill(&self, _: &[f64], _: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
-        (inertia[0], bias[0]) = (self.0, 0.0);
-    }
-}
-
-/// tau = ZZ ddq + MX g cos q + MY g (-sin q).
-pub struct Pendulum {
-    coordinates: Vec<String>,
-    parameters: Vec<BaseParameter>,
-    pub truth: [f64; 3],
-}
+#[path = "../../experiments/src/pendulum.rs"]
+mod pendulum;
 
 impl Pendulum {
-    pub fn new() -> Pendulum {
-        Pendulum {
-            coordinates: vec!["q1".into()],
-            parameters: ["ZZ1", "MX1", "MY1"].map(|name| BaseParameter::turning(name, 0).unwrap()).to_vec(),
-            truth: [0.3, 0.8, -0.1],
-        }
-    }
-
     /// Noise-free states of two harmonics, ten milliseconds apart.
     pub fn states(&self, len: usize) -> States {
         let mut states = States { n: 1, period: 0.01, ..States::default() };
@@ -50,7 +25,7 @@ impl Pendulum {
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
-            states.direction.push(crate::model::friction::terms::sign(dq));
+            states.direction.push(sign(dq));
             states.ddq.push(ddq);
             states.tau.push(y.iter().zip(self.truth).map(|(a, b)| a * b).sum());
             states.used.push(true);
@@ -59,27 +34,12 @@ impl Pendulum {
     }
 }
 
-impl Regressor for Pendulum {
-    fn coordinates(&self) -> &[String] {
-        &self.coordinates
-    }
-
-    fn parameters(&self) -> &[BaseParameter] {
-        &self.parameters
-    }
-
-    fn fill(&self, q: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
-        let (s, c) = q[0].sin_cos();
-        y.copy_from_slice(&[ddq[0], 9.81 * c, -9.81 * s]);
-    }
-}
-
 /// The pendulum under a stiff PD controller with a reference of two harmonics, 10 ms samples.
 pub struct Loop {
     pub samples: usize,
 }
 
-impl crate::estimators::closed_loop::Simulator for Loop {
+impl Simulator for Loop {
     fn simulate(&self, x: &[f64]) -> Result<States, logs::Error> {
         let (zz, mx, my) = (x[0], x[1], x[2]);
         let gravity = |q: f64| 9.81 * (mx * q.cos() - my * q.sin());
@@ -97,7 +57,7 @@ impl crate::estimators::closed_loop::Simulator for Loop {
             states.t.push(t);
             states.q.push(q);
             states.dq.push(dq);
-            states.direction.push(crate::model::friction::terms::sign(dq));
+            states.direction.push(sign(dq));
             states.ddq.push((tau - gravity(q)) / zz);
             states.tau.push(tau);
             states.used.push(true);

@@ -1,6 +1,6 @@
 //! `rist.BaseParameters`.
 
-use identification::model::parameter::Parameter;
+use linear_model::parameter::Parameter;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use rist::harmonic_request::{HarmonicRequest, Whose};
+use rist::request::harmonic_request::{HarmonicRequest, Whose};
 
 use crate::error::error;
 use crate::keywords::Keywords;

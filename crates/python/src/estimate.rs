@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use identification::estimate::identified::{Identified, Status};
-use identification::model::reference::ModelReference;
+use linear_model::reference::ModelReference;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyTuple};
@@ -347,7 +347,7 @@ impl Estimate {
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let mjcf = rist::write_back::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
+        let mjcf = rist::write_back::steps::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
         save(&path, &mjcf.text, &[&model.inner.path])
     }
 

@@ -2,17 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::excitation::limits::LimitsFile;
-use identification::experiments::record::Record;
-use identification::experiments::trajectory_file::{TrajectoryFormat, trajectory_file};
-use identification::model::friction::terms::FrictionTerm;
-use identification::model::known_load::KnownLoad;
+use experiments::excitation::criterion::Aim;
+use experiments::excitation::limits::LimitsFile;
+use experiments::motion::record::Record;
+use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::known_load::KnownLoad;
 use logs::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::exciting::{ExciteRequest, Family, FamilyWord};
+use rist::request::excite_request::{ExciteRequest, Family, FamilyWord};
 use rist::request::PlanRequest;
 use rist::simulation::{Motions, SimulateRequest};
 

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::weighted::Weights;
-use identification::model::friction::terms::FrictionTerm;
 use identification::signals::signal_options::possible_delay;
 use identification::spectrum::identify::SpectralMethod;
+use linear_model::friction::terms::FrictionTerm;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::IdentifyRequest;
 use rist::experiments::ExperimentLogs;
-use rist::harmonic_request::Delay;
+use rist::request::harmonic_request::Delay;
 
 use crate::effects::{joint_effects, refuse_effects};
 use crate::error::{OrError, error};

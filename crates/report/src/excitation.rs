@@ -1,11 +1,11 @@
 //! An exciting motion on the page: its coordinates within their limits, the path of the tip, which parameters it makes
 //! visible.
 
-use identification::experiments::excitation::artefact::{ExcitingMotion, certificate_summary, proven_text};
-use identification::experiments::excitation::limits::LimitKind;
-use identification::experiments::excitation::proof::{CertificateRow, Kept};
-use identification::experiments::excitation::space_limits::SpaceLimits;
-use identification::experiments::excitation::visibility::VisibleParameter;
+use experiments::excitation::artefact::{ExcitingMotion, certificate_summary, proven_text};
+use experiments::excitation::limits::LimitKind;
+use experiments::excitation::proof::{CertificateRow, Kept};
+use experiments::excitation::space_limits::SpaceLimits;
+use experiments::excitation::visibility::VisibleParameter;
 use identification::portrait::envelope::Envelope;
 use identification::portrait::motion_portrait::{JointCourse, MotionPortrait, TipPath};
 use serde::Serialize;
@@ -312,7 +312,7 @@ fn power_of_ten(exponent: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use identification::experiments::excitation::space_limits::{SpaceBox, Wall};
+    use experiments::excitation::space_limits::{SpaceBox, Wall};
 
     use super::*;
 

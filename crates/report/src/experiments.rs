@@ -1,9 +1,9 @@
 //! A plan and a validation, for the page.
 
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::experiment_plan::ExperimentPlan;
+use experiments::plan::planned_experiment::PlannedExperiment;
 use identification::estimate::validation::Validation;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::experiment_plan::ExperimentPlan;
-use identification::experiments::planned_experiment::PlannedExperiment;
 use serde::Serialize;
 
 use crate::chart::Chart;

@@ -1,9 +1,9 @@
 //! The page of an identification.
 
+use ::experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::estimate::verdict::{Trust, Verdict};
-use identification::experiments::experiment_plan::ExperimentPlan;
 use identification::portrait::Portrait;
 use identification::portrait::envelope::Envelope;
 use serde::Serialize;
@@ -216,7 +216,7 @@ fn verdict(verdict: &Verdict) -> VerdictPart {
 }
 
 fn directions(estimate: &Estimate) -> Vec<DirectionPart> {
-    let unit = |id: &identification::model::parameter::ParameterId| {
+    let unit = |id: &linear_model::parameter::ParameterId| {
         estimate
             .parameters
             .iter()
@@ -253,7 +253,7 @@ mod tests {
     use super::*;
     use identification::estimate::identified::{Deviations, Identified};
     use identification::estimate::validation::TorquePicture;
-    use identification::model::unit::Unit;
+    use linear_model::unit::Unit;
 
     #[test]
     fn the_page_stands_alone() {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::{INTERVAL, Identified, Status};
-use identification::model::parameter::{CouplingParameter, FrictionParameter, ParameterId};
+use linear_model::parameter::{CouplingParameter, FrictionParameter, ParameterId};
 use modeling::BaseParameters;
 use robot::Robot;
 use robot::value::CoordinateId;
@@ -113,7 +113,7 @@ fn title(id: &ParameterId, subject: Option<Subject>, told: &BTreeMap<String, Tol
     };
     let of_label = |subject: Subject| {
         let robot = subject.robot;
-        let is_meant = |name: &str| identification::model::label::Label::of_coordinate(name) == *label;
+        let is_meant = |name: &str| linear_model::label::Label::of_coordinate(name) == *label;
         let k = robot.coordinates.iter().position(|c| is_meant(&c.name))?;
         Some(link_title(robot, robot.joint_of(CoordinateId(k))?))
     };

@@ -11,10 +11,10 @@
 //! rms_j, N m (N): the residual of joint j below the cut-off. discount: the factor by which variances of white noise
 //! are too small ([`Estimate::discount`]).
 
+use experiments::excitation::proof::DescribedFriction;
 use identification::estimate::artefact::Estimate;
-use identification::experiments::excitation::proof::DescribedFriction;
-use identification::model::linear_model::Model as LinearModel;
-use identification::model::parameter::{FrictionParameter, ParameterId};
+use linear_model::linear_model::Model as LinearModel;
+use linear_model::parameter::{FrictionParameter, ParameterId};
 use nalgebra::{Cholesky, DMatrix};
 
 /// The rows R over the columns of a model, row after row, and a note where the covariance is missing. Columns of
@@ -86,8 +86,8 @@ mod tests {
     use super::*;
     use crate::model::Model;
     use identification::estimate::identified::Identified;
-    use identification::model::friction::terms::FrictionTerm;
-    use identification::model::linear_model::Model as LinearModel;
+    use linear_model::friction::terms::FrictionTerm;
+    use linear_model::linear_model::Model as LinearModel;
 
     /// R'R is the inverse of the covariance; without one, of the variances.
     #[test]

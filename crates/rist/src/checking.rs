@@ -2,18 +2,18 @@
 
 use std::path::Path;
 
-use identification::experiments::excitation::artefact::ExcitingMotion;
-use identification::experiments::excitation::fitting::Obligations;
-use identification::experiments::excitation::held_limits::{HeldLimit, alone_text, held};
-use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
-use identification::experiments::excitation::motion::Motion;
-use identification::experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque, Kept};
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::fitting::Obligations;
+use experiments::excitation::held_limits::{HeldLimit, alone_text, held};
+use experiments::excitation::limits::{CoordinateLimits, LimitKind, LimitsFile, given};
+use experiments::excitation::motion::Motion;
+use experiments::excitation::proof::{CertificateRow, DescribedTorque, EnclosedTorque, Kept};
 
+use crate::adapters::surroundings::RobotSurroundings;
 use crate::described::torque_note;
 use crate::error::Error;
 use crate::exciting::KnownTorque;
 use crate::model::Model;
-use crate::surroundings::RobotSurroundings;
 
 /// A certificate made anew.
 pub struct Checked {

@@ -5,25 +5,25 @@
 
 use std::path::Path;
 
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::simulate::closed_loop::Stop;
+use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::closed_loop::identify_closed_loop;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimators::closed_loop::{ClosedLoop, Simulator};
-use identification::experiments::record::Record;
-use identification::experiments::reference_motion::Reference;
-use identification::model::friction::law::FrictionLaw;
-use identification::model::friction::terms::FrictionTerm;
-use identification::model::states::States;
 use identification::signals::preparation::{Preparation, states};
-use identification::simulate::closed_loop::Stop;
-use identification::simulate::setup::SimulationSetup;
+use linear_model::friction::law::FrictionLaw;
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::states::States;
 
 use crate::Estimate;
+use crate::adapters::tape_dynamics::dynamics as dynamics_of;
 use crate::error::Error;
 use crate::experiments::Reader;
 use crate::model::Model;
 use crate::planning::ExperimentPlan;
-use crate::tape_dynamics::dynamics as dynamics_of;
 
 /// The logs of a plan, and how they become rows.
 pub struct ClosedLoopLogs<'a> {

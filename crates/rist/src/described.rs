@@ -1,9 +1,9 @@
 //! What the description tells of torques: friction, values of parameters, noise.
 
-use identification::experiments::excitation::limits::CoordinateLimits;
-use identification::experiments::excitation::proof::DescribedFriction;
-use identification::model::linear_model::Model as LinearModel;
-use identification::model::parameter::FrictionParameter;
+use experiments::excitation::limits::CoordinateLimits;
+use experiments::excitation::proof::DescribedFriction;
+use linear_model::linear_model::Model as LinearModel;
+use linear_model::parameter::FrictionParameter;
 use robot::RotorInertia;
 use robot::value::CoordinateId;
 

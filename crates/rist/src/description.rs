@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use identification::model::description_options::DescriptionOptions;
-pub use identification::model::description_options::RotorInertias;
+use linear_model::description_options::DescriptionOptions;
+pub use linear_model::description_options::RotorInertias;
 use robot::format::{Angles, Mimic, ReadOptions};
 use robot::{Drive, JointKind, Robot, RotorInertia};
 

@@ -60,3 +60,9 @@ impl From<logs::Error> for Error {
         Error { place: Some(place).filter(|place| place.line > 0), ..Error::new(e) }
     }
 }
+
+impl From<numerics::Error> for Error {
+    fn from(e: numerics::Error) -> Error {
+        Error::new(e)
+    }
+}

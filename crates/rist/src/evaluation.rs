@@ -11,7 +11,7 @@ use modeling::{Derivation, UnclearRank};
 
 use crate::error::Error;
 use crate::model::Model;
-use crate::state_tape::{Argument, StateTape};
+use crate::tape::state_tape::{Argument, StateTape};
 
 /// What is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,7 +151,7 @@ impl Evaluation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use identification::algebra::random::Random;
+    use numerics::random::Random;
 
     /// tau = Y X = Y_s X_s = A ddq + h, and h(q, 0) = g, at more states than are evaluated together. The robots are a
     /// tree, a compiled robot, and loops that are closed numerically.

@@ -1,13 +1,13 @@
 //! The period and the blend of an exciting motion.
 
-use identification::experiments::excitation::fourier_series::FourierSeries;
-use identification::experiments::excitation::limits::CoordinateLimits;
-use identification::experiments::excitation::motion::Shape;
-use identification::experiments::excitation::quintic_spline::QuinticSpline;
-use identification::experiments::ranges::check_samples;
+use experiments::excitation::fourier_series::FourierSeries;
+use experiments::excitation::limits::CoordinateLimits;
+use experiments::excitation::motion::Shape;
+use experiments::excitation::quintic_spline::QuinticSpline;
+use experiments::motion::sample_count::check_samples;
 
 use crate::error::Error;
-use crate::excite_request::{ExciteRequest, Family, HARMONICS};
+use crate::request::excite_request::{ExciteRequest, Family, HARMONICS};
 
 /// Instants a period, for each harmonic. They are enough to distinguish products of three harmonics.
 const INSTANTS: usize = 30;

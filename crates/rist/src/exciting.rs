@@ -2,43 +2,42 @@
 
 use std::path::Path;
 
-use identification::estimate::artefact::Estimate;
-use identification::experiments::excitation::artefact::MotionJoint;
-use identification::experiments::excitation::columns::visible_columns;
-use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::excitation::fitting::{Obligations, fitted};
-use identification::experiments::excitation::gap_proof::Gap;
-use identification::experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
-use identification::experiments::excitation::motion::{Motion, Shape};
-use identification::experiments::excitation::no_motion::NoMotion;
-use identification::experiments::excitation::problem::Problem;
-use identification::experiments::excitation::proof::{
+use experiments::excitation::artefact::MotionJoint;
+use experiments::excitation::columns::visible_columns;
+use experiments::excitation::criterion::Aim;
+use experiments::excitation::fitting::{Obligations, fitted};
+use experiments::excitation::gap_proof::Gap;
+use experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
+use experiments::excitation::motion::{Motion, Shape};
+use experiments::excitation::no_motion::NoMotion;
+use experiments::excitation::problem::Problem;
+use experiments::excitation::proof::{
     CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque, Kept,
 };
-use identification::experiments::excitation::search::{Found, search};
-use identification::experiments::excitation::torque_wall::TorqueWall;
-use identification::experiments::excitation::visibility::{JointNoise, Visibility, visibility};
-use identification::model::linear_model::Model as LinearModel;
-use identification::model::reference::ModelReference;
-use identification::model::regressor::Regressor;
-use identification::simulate::dynamics::RegressorDynamics;
-use identification::simulate::encoder_torque::encoder_torque;
-use identification::simulate::setup::SimulationSetup;
+use experiments::excitation::search::{Found, search};
+use experiments::excitation::torque_wall::TorqueWall;
+use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
+use experiments::simulate::dynamics::RegressorDynamics;
+use experiments::simulate::setup::SimulationSetup;
+use identification::estimate::artefact::Estimate;
+use identification::signals::encoder_torque::encoder_torque;
+use linear_model::linear_model::Model as LinearModel;
+use linear_model::reference::ModelReference;
+use linear_model::regressor::Regressor;
 
-pub use identification::algebra::interruption::Interruption;
-pub use identification::experiments::excitation::artefact::ExcitingMotion;
+pub use experiments::excitation::artefact::ExcitingMotion;
+pub use numerics::interruption::Interruption;
 
+use crate::adapters::regressor_slope::RegressorSlope;
+use crate::adapters::surroundings::RobotSurroundings;
+use crate::adapters::torque_enclosure::TorqueEnclosure;
 use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
 use crate::described::{described_friction, described_values, torque_noise, torque_note};
 use crate::error::Error;
-use crate::excite_request::check_request;
 use crate::excite_timing::timing;
 use crate::model::Model;
-use crate::regressor_slope::RegressorSlope;
-use crate::surroundings::RobotSurroundings;
-use crate::torque_enclosure::TorqueEnclosure;
+use crate::request::excite_request::{ExciteRequest, check_request};
 
-pub use crate::excite_request::{ExciteRequest, Family, FamilyWord};
 pub use crate::excite_timing::default_period;
 
 /// Arguments: starts done, starts, and a text of the criterion (det^(1/p), or cond_fro) and of the nearest limits.

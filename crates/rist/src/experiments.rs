@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use experiments::motion::record::Record;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::record::Record;
-use identification::model::known_load::KnownLoad;
 use identification::spectrum::experiment::SpectralExperiment;
 use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
 use identification::spectrum::rist_mh::data::HarmonicOptions;
+use linear_model::known_load::KnownLoad;
 use logs::{ColumnNames, Effort, Log};
 
 use crate::Estimate;

@@ -3,17 +3,17 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use identification::algebra::in_order::on_threads;
-use identification::algebra::interruption::Interruption;
 use identification::estimate::fleet::replicate::Replicate;
 use identification::estimate::fleet::settings::Settings;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::passport::passport;
-use identification::model::linear_model::Model as LinearModel;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
+use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
+use numerics::in_order::on_threads;
+use numerics::interruption::Interruption;
 
 pub use identification::estimate::fleet::accumulator::Accumulator;
 pub use identification::estimate::fleet::comparison::{Comparison, compare};

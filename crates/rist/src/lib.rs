@@ -34,6 +34,7 @@
 
 #![warn(missing_docs)]
 
+mod adapters;
 mod after_estimate;
 pub mod checking;
 pub mod closed_loop;
@@ -42,30 +43,22 @@ pub mod description;
 pub mod doctor;
 mod error;
 pub mod evaluation;
-mod excite_request;
 mod excite_timing;
 pub mod exciting;
 pub mod experiments;
 pub mod fleet;
-pub mod harmonic_request;
 pub mod load;
 pub mod model;
 pub mod motion_portrait;
 pub mod output;
 pub mod page;
 pub mod planning;
-mod regressor_slope;
 pub mod request;
 pub mod samples;
 pub mod simulation;
 pub mod source;
-mod state_tape;
-mod surroundings;
-mod tape_dynamics;
-mod tape_regressor;
-mod thread_tapes;
+mod tape;
 pub mod torque_difference;
-mod torque_enclosure;
 pub mod validation;
 pub mod verdict;
 pub mod write_back;
@@ -85,4 +78,4 @@ pub use samples::{IdentifyRequest, identify};
 pub use simulation::simulate;
 pub use source::generate;
 pub use validation::{Validation, validate};
-pub use write_back::write_urdf;
+pub use write_back::steps::write_urdf;

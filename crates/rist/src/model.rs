@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use expr::Function;
-use identification::model::compiled::compiled;
-use identification::model::description_options::DescriptionOptions;
-use identification::model::known_load::KnownLoad;
-use identification::model::label::Label;
-use identification::model::parameter::{BaseName, BaseParameter, ParameterId};
-use identification::model::reference::ModelReference;
-use identification::model::regressor::{Coordinate, Regressor};
-use identification::model::standard_map::StandardMap;
+use linear_model::compiled::compiled;
+use linear_model::description_options::DescriptionOptions;
+use linear_model::known_load::KnownLoad;
+use linear_model::label::Label;
+use linear_model::parameter::{BaseName, BaseParameter, ParameterId};
+use linear_model::reference::ModelReference;
+use linear_model::regressor::{Coordinate, Regressor};
+use linear_model::standard_map::StandardMap;
 use logs::{ColumnNames, Columns, LogSource, Table};
 use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::value::CoordinateId;
@@ -19,7 +19,7 @@ use robot::{Inertial, JointKind, LinkId, Robot};
 use crate::Estimate;
 use crate::description::{ModelOptions, check_values, parse_robot};
 use crate::error::Error;
-use crate::tape_regressor::TapeRegressor;
+use crate::tape::tape_regressor::TapeRegressor;
 
 /// A robot and what follows from it.
 pub struct Model {
@@ -134,7 +134,7 @@ impl Model {
 
     /// Whether the base regressor is compiled into this program.
     pub fn is_compiled(&self) -> bool {
-        identification::model::compiled::is_compiled(self.base_regressor.fingerprint())
+        linear_model::compiled::is_compiled(self.base_regressor.fingerprint())
     }
 
     /// How the base parameters follow from the standard ones, in numbers.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use identification::experiments::excitation::limits::CoordinateLimits;
+use experiments::excitation::limits::CoordinateLimits;
 use identification::portrait::motion_portrait::KnownRobot;
 
 pub use identification::portrait::motion_portrait::MotionPortrait;

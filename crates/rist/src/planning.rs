@@ -1,13 +1,14 @@
 //! From a model to the experiments that identify it best.
 
-use identification::algebra::interruption::Interruption;
-use identification::experiments::candidates::{Candidate, CandidateGrid, candidates};
-use identification::experiments::exchange::Search;
-use identification::experiments::ranges::{check_limits, check_samples};
-use identification::simulate::dynamics::RegressorDynamics;
-use identification::simulate::setup::{SimulationSetup, motion_limits};
+use experiments::motion::sample_count::check_samples;
+use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
+use experiments::plan::exchange::Search;
+use experiments::plan::ranges::check_limits;
+use experiments::simulate::dynamics::RegressorDynamics;
+use experiments::simulate::setup::{SimulationSetup, motion_limits};
+use numerics::interruption::Interruption;
 
-pub use identification::experiments::experiment_plan::ExperimentPlan;
+pub use experiments::plan::experiment_plan::ExperimentPlan;
 
 pub use crate::request::PlanRequest;
 

@@ -16,10 +16,10 @@ use identification::estimate::rotors::WithRotors;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Trust, Verdict};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
-use identification::model::linear_model::Model as LinearModel;
-use identification::model::pseudo_inertia::Ten;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
+use linear_model::linear_model::Model as LinearModel;
+use linear_model::pseudo_inertia::Ten;
 use logs::{Effort, LogSource};
 use robot::{Inertial, LinkId, RotorInertia};
 

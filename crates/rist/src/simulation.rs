@@ -1,29 +1,30 @@
 //! Simulates the experiments of a plan, or an exciting motion, and gives the logs that they would leave.
 
-use identification::algebra::in_order::in_order;
-use identification::algebra::interruption::Interruption;
-use identification::algebra::random::Random;
+use experiments::excitation::motion;
+use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::motion::sample_count::check_samples;
+use experiments::plan::candidates::MotionLimits;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::ranges::check_limits;
+use experiments::simulate::closed_loop::Stop;
+use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
+use experiments::simulate::setup::{self, SimulationSetup};
 use identification::estimate::identified::Identified;
-use identification::experiments::candidates::MotionLimits;
-use identification::experiments::excitation::motion;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
-use identification::experiments::ranges::{check_limits, check_samples};
-use identification::experiments::record::Record;
-use identification::experiments::reference_motion::Reference;
-use identification::model::known_load::KnownLoad;
-use identification::model::parameter::{BaseParameter, Parameter, ParameterId};
-use identification::simulate::closed_loop::Stop;
-use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
-use identification::simulate::setup::{self, SimulationSetup};
+use linear_model::known_load::KnownLoad;
+use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use logs::Effort;
+use numerics::in_order::in_order;
+use numerics::interruption::Interruption;
+use numerics::random::Random;
 
 use crate::Estimate;
+use crate::adapters::tape_dynamics::dynamics as dynamics_of;
 use crate::error::Error;
 use crate::exciting::ExcitingMotion;
 use crate::model::Model;
 use crate::planning::ExperimentPlan;
-use crate::tape_dynamics::dynamics as dynamics_of;
 
 /// What is simulated.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! A robot's functions as source for a project of the user's own.
 
 use expr::Value;
-use identification::model::parameter::{FrictionParameter, ParameterId};
+use linear_model::parameter::{FrictionParameter, ParameterId};
 use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 

@@ -4,13 +4,13 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
+use experiments::motion::record::Record;
 use identification::estimate::held_out;
 use identification::estimate::residuals::Residuals;
-use identification::experiments::record::Record;
-use identification::model::linear_model::Model as LinearModel;
 use identification::portrait::series::series;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
+use linear_model::linear_model::Model as LinearModel;
 use logs::{ColumnNames, Effort, Log, LogSource};
 
 pub use identification::estimate::validation::Validation;

@@ -4,9 +4,9 @@ use identification::estimate::described::described_residuals;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::Evidence;
-use identification::model::linear_model::Model as LinearModel;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
+use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
 
 pub use identification::estimate::verdict::{Trust, Verdict};

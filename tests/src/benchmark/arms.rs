@@ -1,7 +1,7 @@
 //! The robots with their drives, controllers, friction and sensors.
 
-use identification::model::friction::law::FrictionLaw;
-use identification::simulate::closed_loop::{Controller, Drives, Sensing};
+use experiments::simulate::closed_loop::{Controller, Drives, Sensing};
+use linear_model::friction::law::FrictionLaw;
 
 use crate::benchmark::scenario::BenchmarkArm;
 use crate::tape_robot::TapeRobot;

@@ -1,10 +1,10 @@
 //! The experiments a plan may choose from.
 
-use identification::algebra::random::Random;
-use identification::experiments::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::motion_kind::MotionKind;
-use identification::experiments::profile::Profile;
+use experiments::motion::profile::Profile;
+use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::motion_kind::MotionKind;
+use numerics::random::Random;
 
 use crate::benchmark::arms::{ACCELERATION, NOISE, VELOCITY};
 use crate::tape_robot::TapeRobot;

@@ -15,9 +15,9 @@ use identification::estimate::held_out::validate;
 use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::residuals::Residuals;
-use identification::model::linear_model::Model;
-use identification::model::regressor::Regressor;
 use identification::signals::preparation::states;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
 use logs::{Error, Log, Window};
 use robot::{Drive, RotorInertia};
 

@@ -5,15 +5,15 @@
 //! where s is theta - q less the gap where there is play, and zero within the gap. The encoder is at the motor. The
 //! torque J theta'' of the rotor is known and is subtracted from the record.
 
-use identification::algebra::fourier::circular_differences;
-use identification::algebra::random::Random;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::record::Record;
-use identification::experiments::reference_motion::Reference;
-use identification::model::friction::law::FrictionLaw;
-use identification::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
-use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::simulate::closed_loop::{Controller, Drives, Sensing, Simulation, Stop};
+use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::SpectralExperiment;
+use linear_model::friction::law::FrictionLaw;
+use numerics::fourier::circular_differences;
+use numerics::random::Random;
 
 use crate::benchmark::scenario::BenchmarkArm;
 

@@ -3,13 +3,13 @@
 //! The estimator of `identify` is for logs of any motion and may change. This one is fixed, so that a benchmark stays
 //! comparable over the years. tau = D X + equation (5), four friction columns a joint.
 
-use identification::algebra::least_squares::solve;
-use identification::algebra::triangle::TriangleBuilder;
-use identification::experiments::measured_motion::MeasuredMotion;
-use identification::model::regressor::Regressor;
+use experiments::plan::measured_motion::MeasuredMotion;
 use identification::signals::butterworth::Butterworth;
 use identification::spectrum::experiment::SpectralExperiment;
 use identification::spectrum::paper::paper_rows;
+use linear_model::regressor::Regressor;
+use numerics::least_squares::solve;
+use numerics::triangle::TriangleBuilder;
 
 /// The customary estimator on the same records: zero-phase Butterworth of order 4 at 40 Hz on q,
 /// central differences, columns and torque through a second one at 20 Hz and decimated by 20, the

@@ -10,10 +10,10 @@
 
 use std::f64::consts::TAU;
 
-use identification::algebra::in_order::in_order;
-use identification::algebra::random::Random;
 use identification::estimate::options::Options;
 use logs::{Effort, Log, LogReport, LogSource};
+use numerics::in_order::in_order;
+use numerics::random::Random;
 use rist::fleet::{Comparison, compare};
 use rist::{Accumulator, Model};
 use robot::{Inertial, StandardParameter};

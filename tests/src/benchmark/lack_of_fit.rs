@@ -12,12 +12,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use identification::algebra::random::Random;
-use identification::model::friction::terms::sign;
-use identification::model::regressor::Regressor;
-use identification::simulate::dynamics::Dynamics;
+use experiments::simulate::dynamics::Dynamics;
+use linear_model::friction::terms::sign;
+use linear_model::regressor::Regressor;
 use logs::{Effort, Log, LogReport};
 use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use numerics::random::Random;
 use robot::RotorInertia;
 
 use crate::tape_robot::TapeRobot;

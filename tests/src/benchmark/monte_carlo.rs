@@ -17,21 +17,21 @@ use std::fmt;
 
 use crate::benchmark::filtered_estimation::{filtered_least_squares, friction_row};
 use crate::benchmark::scenario::{BenchmarkArm, Scenario};
-use identification::algebra::least_squares::solve;
-use identification::algebra::random::Random;
-use identification::algebra::triangle::TriangleBuilder;
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::measured_motion::MeasuredMotion;
-use identification::experiments::point_to_point::{ValidationMotion, validation_trajectory};
-use identification::experiments::record::Record;
-use identification::experiments::reference_motion::Reference;
-use identification::model::friction::law::FrictionLaw;
-use identification::model::regressor::Regressor;
-use identification::simulate::closed_loop::{Sensing, Simulation, Stop};
-use identification::simulate::dynamics::{Dynamics, inverse_dynamics};
+use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
+use experiments::motion::record::Record;
+use experiments::motion::reference_motion::Reference;
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::measured_motion::MeasuredMotion;
+use experiments::simulate::closed_loop::{Sensing, Simulation, Stop};
+use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
+use linear_model::friction::law::FrictionLaw;
+use linear_model::regressor::Regressor;
+use numerics::least_squares::solve;
+use numerics::random::Random;
+use numerics::triangle::TriangleBuilder;
 
 /// The estimators compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

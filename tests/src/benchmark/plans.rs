@@ -1,11 +1,11 @@
 //! Plans for the simulated robots: one that is given, and those that a search finds.
 
-use identification::algebra::information_matrix::Rows;
-use identification::algebra::random::Random;
-use identification::experiments::candidates::Candidate;
-use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::motion_kind::MotionKind;
+use experiments::plan::candidates::Candidate;
+use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
+use experiments::plan::motion_kind::MotionKind;
+use numerics::information_matrix::Rows;
+use numerics::random::Random;
 
 use crate::benchmark::candidates::bang_bang;
 

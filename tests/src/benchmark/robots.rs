@@ -1,6 +1,6 @@
 //! The simulated robots: R3G and R3B, the RACE, a PUMA 560, a pendulum.
 
-use identification::model::pseudo_inertia::Ten;
+use linear_model::pseudo_inertia::Ten;
 use robot::{LinkId, Part, Pose, Robot, Value};
 
 use crate::tape_robot::TapeRobot;

@@ -1,9 +1,9 @@
 //! The robots and the circumstances that estimators are compared on.
 
-use identification::model::friction::law::FrictionLaw;
-use identification::model::regressor::Regressor;
-use identification::simulate::closed_loop::{Controller, Drives, Sensing};
-use identification::simulate::dynamics::Dynamics;
+use experiments::simulate::closed_loop::{Controller, Drives, Sensing};
+use experiments::simulate::dynamics::Dynamics;
+use linear_model::friction::law::FrictionLaw;
+use linear_model::regressor::Regressor;
 
 /// A robot as the benchmark sees it.
 pub struct BenchmarkArm<'a> {

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
-use identification::model::parameter::BaseParameter;
-use identification::model::regressor::Regressor;
 use identification::signals::signal_options::Signal;
+use linear_model::parameter::BaseParameter;
+use linear_model::regressor::Regressor;
 use logs::{Log, Table};
 
 use crate::log_files::parquet::{self, PLAIN, Pages, Values};

@@ -2,7 +2,7 @@
 //!
 //! Per estimator: bias, RMSE and coverage. On a whole arm: `cargo bench -p tests --bench synthetic`.
 
-use identification::algebra::random::Random;
+use experiments::simulate::dynamics::torque;
 use identification::estimate::consistent::identity_map;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
@@ -11,15 +11,15 @@ use identification::estimators::huber::reweighted;
 use identification::estimators::loss::Loss;
 use identification::estimators::replicate_deviation::{replicate_deviation, speed_bands};
 use identification::estimators::weighted::{Weights, fit};
-use identification::model::friction::terms::sign;
-use identification::model::linear_model::Model;
-use identification::model::regressor::Regressor;
-use identification::model::states::States;
 use identification::rows::observation::{Observation, weighted};
 use identification::rows::residual_sums::residual_sums;
 use identification::signals::signal_options::Signal;
-use identification::simulate::dynamics::torque;
+use linear_model::friction::terms::sign;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 use logs::{Effort, Log, LogReport};
+use numerics::random::Random;
 use tests::benchmark::robots::pendulum;
 use tests::benchmark::tally::Tally;
 use tests::tape_robot::TapeRobot;
@@ -80,7 +80,7 @@ fn estimators_against_the_bound() {
             slow.tau[r] += drift;
         }
         let solve = |states: &States, weights| fit(&Observation::of(&model, states, 1).joints(|_| true), weights);
-        let sigma = |s: &identification::algebra::least_squares::Solution| -> Vec<f64> {
+        let sigma = |s: &numerics::least_squares::Solution| -> Vec<f64> {
             (0..model.p()).map(|c| (s.variance * s.inverse[(c, c)]).sqrt()).collect()
         };
         let (ols, _) = solve(&white, Weights::None);
@@ -138,14 +138,14 @@ fn consistency_helps_poor_data_only() {
     for (noise, improvement) in [(0.01, (0.99, 1.01)), (3.0, (0.0, 0.8))] {
         let (mut ls, mut bodies) = (0.0, 0.0);
         for _ in 0..40 {
-            let mut rows = identification::algebra::triangle::TriangleBuilder::new(10);
+            let mut rows = numerics::triangle::TriangleBuilder::new(10);
             for _ in 0..60 {
                 let row: Vec<f64> = (0..10).map(|_| random.normal()).collect();
                 let y: f64 = row.iter().zip(body).map(|(a, b)| a * b).sum();
                 rows.push(&row, y + noise * random.normal());
             }
             let white = weighted(&[rows.finish()], &[1.0 / noise]);
-            let free = identification::algebra::least_squares::solve(&white);
+            let free = numerics::least_squares::solve(&white);
             let prior = Prior { bodies: vec![None], scale: 1.0, gamma: 1e-3, discount: 1.0, friction: Vec::new() };
             let constrained = consistent(&white, &map, &prior);
             for c in 0..10 {

@@ -1,10 +1,10 @@
 //! Experiments of R3G: candidates within its limits, and the paper's rows of exact motions.
 
-use identification::experiments::candidates::{Candidate, CandidateGrid, candidates, swing};
-use identification::experiments::measured_motion::MeasuredMotion;
-use identification::experiments::motion_kind::MotionKind;
-use identification::experiments::paper_rows::spectral_rows;
-use identification::experiments::profile::Profile;
+use experiments::motion::profile::Profile;
+use experiments::plan::candidates::{Candidate, CandidateGrid, candidates, swing};
+use experiments::plan::measured_motion::MeasuredMotion;
+use experiments::plan::motion_kind::MotionKind;
+use experiments::plan::paper_rows::spectral_rows;
 use tests::benchmark::arms::NOISE;
 use tests::benchmark::candidates::{bang_bang, r3_limits};
 use tests::benchmark::robots::r3;

@@ -1,15 +1,15 @@
 //! Drive gains that least squares finds in logs of currents err by what they say.
 
-use identification::algebra::random::Random;
+use experiments::simulate::dynamics::torque;
 use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::identify::with_deviations;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
-use identification::model::regressor::Regressor;
 use identification::signals::signal_options::Signal;
-use identification::simulate::dynamics::torque;
+use linear_model::regressor::Regressor;
 use logs::{Effort, Log, LogReport, LogSource};
 use nalgebra::{DMatrix, DVector};
+use numerics::random::Random;
 use tests::model;
 use tests::tape_robot::TapeRobot;
 

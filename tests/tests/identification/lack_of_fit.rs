@@ -4,8 +4,8 @@ use identification::estimate::delay::estimate_delay;
 use identification::estimate::identify::{Fit, identify};
 use identification::estimate::options::Options;
 use identification::estimate::selection::{friction_candidates, preparation, select_friction};
-use identification::model::friction::terms::FrictionTerm;
 use identification::signals::preparation::states;
+use linear_model::friction::terms::FrictionTerm;
 use logs::{Log, LogSource};
 use tests::benchmark::lack_of_fit::{LackOfFit, Truth};
 

@@ -10,7 +10,7 @@ use identification::estimate::identified::Status;
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
 use identification::estimators::drive_gains::likelihood::Gain;
-use identification::model::regressor::Regressor;
+use linear_model::regressor::Regressor;
 use logs::{Log, LogSource};
 use tests::benchmark::dataset::Dataset;
 use tests::shared;

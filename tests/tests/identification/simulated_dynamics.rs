@@ -1,6 +1,6 @@
 //! The dynamics that simulations run on, against the independent recursion; the base parameters of R3G against a table.
 
-use identification::simulate::dynamics::{Dynamics, RegressorDynamics};
+use experiments::simulate::dynamics::{Dynamics, RegressorDynamics};
 use tests::benchmark::robots::{puma, r3, race};
 use tests::random::{Random, State};
 use tests::recursion::torque;

@@ -1,18 +1,18 @@
 //! Identification by spectrum analysis from the plan to the parameters, on simulated experiments.
 
-use identification::algebra::fourier as spectrum;
-use identification::algebra::information_matrix::Rows;
+use experiments::motion::record::Record;
+use experiments::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use experiments::plan::exchange::{Criterion, Search, exchange, value_of};
+use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use identification::estimators::drive_gains::likelihood::Gain;
 use identification::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
-use identification::experiments::certificate::{certified_efficiency, condition_bound, determinant_bound};
-use identification::experiments::exchange::{Criterion, Search, exchange, value_of};
-use identification::experiments::exciting_trajectory::ExcitingTrajectory;
-use identification::experiments::record::Record;
-use identification::model::friction::law::FrictionLaw;
 use identification::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use identification::spectrum::harmonics::Band;
 use identification::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use identification::spectrum::rist_mh::effects::Effect;
+use linear_model::friction::law::FrictionLaw;
+use numerics::fourier as spectrum;
+use numerics::information_matrix::Rows;
 use tests::benchmark::arms::{NOISE, r3_arm, race_arm};
 use tests::benchmark::candidates::{r3_candidates, race_candidates};
 use tests::benchmark::gain_monte_carlo::GainComparison;
@@ -117,7 +117,7 @@ fn threads_change_nothing() {
 /// Differences that stop at the edges of the window put noise/h^2 into every bin.
 #[test]
 fn differences_must_wrap_around() {
-    let mut random = identification::algebra::random::Random::new(1);
+    let mut random = numerics::random::Random::new(1);
     let (n, h, noise) = (4000, 1e-3, 5e-5);
     let (mut wrapped, mut cut) = (0.0, 0.0);
     for _ in 0..20 {
@@ -176,7 +176,7 @@ fn plans_are_certified() {
     }
     let golden: Vec<Rows> = golden_plan()
         .into_iter()
-        .map(|t| identification::experiments::candidates::Candidate::new(t, &r3(true), &NOISE).information)
+        .map(|t| experiments::plan::candidates::Candidate::new(t, &r3(true), &NOISE).information)
         .collect();
     let all: Vec<usize> = (0..8).collect();
     let value = value_of(&golden, &all, Criterion::Determinant);

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use identification::estimators::weighted::Weights;
-use identification::model::friction::terms::FrictionTerm;
 use identification::signals::signal_options::possible_delay;
-use rist::harmonic_request::{Delay, Whose};
+use linear_model::friction::terms::FrictionTerm;
+use rist::request::harmonic_request::{Delay, Whose};
 
 use crate::model::ModelArguments;
 

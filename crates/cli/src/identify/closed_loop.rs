@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use identification::estimators::closed_loop::ClosedLoop;
 use rist::closed_loop::ClosedLoopLogs;
-use rist::harmonic_request::Delay;
 use rist::output::check_output;
+use rist::request::harmonic_request::Delay;
 
 use super::arguments::Arguments;
 use super::experiments::told;

@@ -7,7 +7,7 @@ use identification::spectrum::identify::SpectralMethod;
 use logs::ColumnNames;
 use rist::Estimate;
 use rist::experiments::ExperimentLogs;
-use rist::harmonic_request::HarmonicRequest;
+use rist::request::harmonic_request::HarmonicRequest;
 use serde_json::json;
 
 use super::arguments::Arguments;

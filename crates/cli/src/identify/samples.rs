@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use identification::estimate::options::Options;
 use identification::estimate::residuals::Residuals;
 use identification::estimators::drive_gains::likelihood::Gain;
-use identification::model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
-use rist::harmonic_request::Delay;
 use rist::load::Load;
+use rist::request::harmonic_request::Delay;
 use rist::samples::Identification;
 use rist::verdict::{Trust, Verdict};
 use rist::{IdentifyRequest, Model, Validation};
@@ -150,7 +150,7 @@ fn for_simulators<'a>(
             None => None,
         };
         let into = into.as_ref().map(|(file, text)| (file.as_str(), text.as_str()));
-        let mjcf = rist::write_back::write_mjcf(model, bodies, &found.estimate, into)?;
+        let mjcf = rist::write_back::steps::write_mjcf(model, bodies, &found.estimate, into)?;
         mjcf.notes.iter().for_each(note);
         written.push((out, mjcf.text));
     }

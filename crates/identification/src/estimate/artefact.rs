@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use linear_model::description_options::DescriptionOptions;
+use linear_model::parameter::ParameterId;
+use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
@@ -9,9 +12,6 @@ use crate::estimate::directions::Direction;
 use crate::estimate::identified::{Identified, Status};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::{JointResidual, write_residuals};
-use crate::model::description_options::DescriptionOptions;
-use crate::model::parameter::ParameterId;
-use crate::yaml;
 
 /// Identified parameters with their uncertainty and the residual they leave.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -176,7 +176,7 @@ impl fmt::Display for Estimate {
 mod tests {
     use super::*;
     use crate::estimate::identified::Deviations;
-    use crate::model::unit::Unit;
+    use linear_model::unit::Unit;
 
     fn estimate() -> Estimate {
         Estimate {

@@ -8,9 +8,10 @@
 //! e: N m (N); l: samples; the memory: s. Not here: what correlated residuals do to deviations
 //! (`estimators::correlated_deviation`).
 
-use crate::algebra::fourier::self_products;
-use crate::model::linear_model::{Model, ResidualGroup};
-use crate::model::states::States;
+use linear_model::linear_model::{Model, ResidualGroup};
+use linear_model::states::States;
+use numerics::fourier::self_products;
+
 use crate::rows::residual_sums::ResidualSum;
 
 /// Lags that are looked at.
@@ -142,8 +143,8 @@ impl ResidualSum for Autocorrelation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::signals::butterworth::Butterworth;
+    use numerics::random::Random;
 
     fn memory(e: Vec<f64>, period: f64) -> f64 {
         let mut found = Autocorrelation::new(1);

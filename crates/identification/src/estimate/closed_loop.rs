@@ -3,6 +3,9 @@
 //! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and
 //! their deviations are those of `estimators::closed_loop`.
 
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 use logs::Error;
 
 use crate::estimate::artefact::Estimate;
@@ -11,9 +14,6 @@ use crate::estimate::identified::{Deviations, Identified, Status};
 use crate::estimate::identify::Fit;
 use crate::estimate::options::Options;
 use crate::estimators::closed_loop::{ClosedLoop, Simulator, simulated};
-use crate::model::linear_model::Model;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 
 /// Identifies from measured states; the simulator gives the states of all experiments, joined in the same order.
 ///

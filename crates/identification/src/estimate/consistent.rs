@@ -5,6 +5,12 @@
 //! does not show is bounded by the torque that it would make. The standard deviation of FV_j is max|tau_j| / (fastest
 //! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|.
 
+use linear_model::linear_model::Model;
+use linear_model::parameter::{CouplingParameter, Parameter, ParameterId};
+use linear_model::pseudo_inertia::Ten;
+use linear_model::regressor::Regressor;
+use linear_model::standard_map::StandardMap;
+use linear_model::unit::Unit;
 use logs::Error;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -16,12 +22,6 @@ use crate::estimate::options::Options;
 use crate::estimators::barrier::{LARGER, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
-use crate::model::linear_model::Model;
-use crate::model::parameter::{CouplingParameter, Parameter, ParameterId};
-use crate::model::pseudo_inertia::Ten;
-use crate::model::regressor::Regressor;
-use crate::model::standard_map::StandardMap;
-use crate::model::unit::Unit;
 use crate::rows::observation::weighted;
 
 /// The options of the consistent estimate.

@@ -4,9 +4,9 @@
 //! |e_j|^2 that they explain is near zero where the model is complete. It is large where a motor also turns with
 //! another joint and the model lacks its inertia and friction.
 
+use linear_model::linear_model::{Model, ResidualGroup};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::linear_model::{Model, ResidualGroup};
 use crate::rows::residual_sums::ResidualSum;
 
 /// The motion of joint `of` shows in the residual of joint `joint`.
@@ -115,12 +115,12 @@ fn explained(products: &Matrix3<f64>, with_residual: &Vector3<f64>, total: f64) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::model::friction::terms::sign;
-    use crate::model::parameter::BaseParameter;
-    use crate::model::regressor::Regressor;
-    use crate::model::states::States;
     use crate::rows::residual_sums::residual_sums;
+    use linear_model::friction::terms::sign;
+    use linear_model::parameter::BaseParameter;
+    use linear_model::regressor::Regressor;
+    use linear_model::states::States;
+    use numerics::random::Random;
 
     /// Two joints that have nothing to do with one another.
     struct Wheels([String; 2], [BaseParameter; 2]);

@@ -5,14 +5,14 @@
 //! neither when that begins nor when it ends. With these rows, at a cut-off of 16 Hz, friction twice as large as the
 //! torque of inertia moves the minimum by 3.6 ms.
 
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 use logs::{Error, LogSource};
 
 use crate::estimate::held_out::residuals;
 use crate::estimate::options::Options;
 use crate::estimators::weighted::fit;
-use crate::model::linear_model::Model;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
@@ -150,10 +150,10 @@ fn golden_section(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::signals::signal_options::Signal;
     use crate::test_arm::Pendulum;
     use logs::{Effort, Log, LogReport};
+    use numerics::random::Random;
 
     /// A pendulum with dry friction under a PD controller of 1 kHz, which sticks where it turns.
     ///

@@ -3,11 +3,12 @@
 //! tau - Y X = F x_F. The columns beyond the base parameters (friction, couplings) are solved for, with the weights by
 //! joint of the fit. X stays that of the description.
 
-use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
+use linear_model::linear_model::Model;
+use numerics::least_squares::solve;
+use numerics::triangle::{Triangle, TriangleBuilder};
+
 use crate::estimate::held_out::residuals;
 use crate::estimate::residuals::Residuals;
-use crate::model::linear_model::Model;
 
 /// What base parameters `described` leave of the rows behind triangles by joint, friction fitted; `weights` by joint.
 pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], described: &[f64]) -> Residuals {
@@ -29,9 +30,9 @@ pub fn described_residuals(model: &Model, joints: &[Triangle], weights: &[f64], 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::friction::terms::FrictionTerm;
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
 
     /// The right description predicts a log with friction to rounding, and one with twice the inertia does not.
     #[test]

@@ -1,17 +1,17 @@
 //! Combinations of parameters that the data hardly determine.
 //!
 //! A direction d of the parameter space comes from the singular vectors of the scaled columns
-//! (`algebra::least_squares`). It changes the weighted torques by |W d| per unit. Along it the estimate has the
+//! (`numerics::least_squares`). It changes the weighted torques by |W d| per unit. Along it the estimate has the
 //! standard deviation sigma / |W d|, times the root of the discount of correlated rows. Where 1.96 such deviations
 //! change a parameter by more than its value, the data do not determine the parameter along that direction.
 
+use linear_model::linear_model::Model;
+use linear_model::parameter::ParameterId;
+use numerics::least_squares::Solution;
+use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::algebra::least_squares::Solution;
-use crate::algebra::triangle::Triangle;
 use crate::estimate::identified::INTERVAL;
-use crate::model::linear_model::Model;
-use crate::model::parameter::ParameterId;
 
 /// Weakest directions that an estimate keeps.
 const KEPT: usize = 6;
@@ -112,11 +112,11 @@ impl Direction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::least_squares::solve;
-    use crate::algebra::random::Random;
     use crate::estimators::weighted::{Weights, fit};
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
+    use numerics::least_squares::solve;
+    use numerics::random::Random;
 
     /// A pendulum that hardly leaves one angle determines a sum of its two first moments, and does not tell them apart.
     #[test]

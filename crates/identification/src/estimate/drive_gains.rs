@@ -9,17 +9,17 @@
 
 use std::sync::Arc;
 
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
 use logs::{Effort, Error, LogSource};
+use numerics::triangle::Triangle;
 
-use crate::algebra::triangle::Triangle;
 use crate::estimate::options::Options;
 use crate::estimators::drive_gains::equations::{JointEquations, Scatter};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::estimators::drive_gains::replicates::Replicates;
 use crate::estimators::replicate_deviation::ReplicateDeviation;
 use crate::estimators::speed_bands::SpeedBands;
-use crate::model::linear_model::Model;
-use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::records::SourceRecords;
@@ -118,8 +118,8 @@ fn equations(joints: &[Triangle]) -> Vec<JointEquations> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::algebra::triangle::TriangleBuilder;
+    use numerics::random::Random;
+    use numerics::triangle::TriangleBuilder;
 
     /// Two joints that share two parameters, with noisy currents.
     fn joints(noise: f64, seed: u64) -> Vec<Triangle> {

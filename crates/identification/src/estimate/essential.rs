@@ -5,6 +5,9 @@
 //! deviation to believe of a parameter that stays is the white deviation in the smaller model, times the ratio of the
 //! deviation to believe to the white one in the whole model.
 
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+
 use crate::estimate::held_out::residuals;
 use crate::estimate::identified::{Deviations, Identified, Status};
 use crate::estimate::identify::Fit;
@@ -12,8 +15,6 @@ use crate::estimate::options::Options;
 use crate::estimate::residuals::JointResidual;
 use crate::estimators::essential::{Elimination, essential};
 use crate::estimators::replicate_deviation::white_deviation;
-use crate::model::linear_model::Model;
-use crate::model::regressor::Regressor;
 use crate::rows::observation::weighted;
 
 /// chi^2 of one parameter that is zero stays below this in 95 of 100 draws.
@@ -74,8 +75,8 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
+    use numerics::random::Random;
 
     /// In a joint without offset and Coulomb friction both are dropped. What stays is right, and its deviation shrinks.
     #[test]

@@ -4,12 +4,12 @@
 //! other parts. This is blocked cross-validation: neighbours in time are alike, so parts are contiguous. The parts
 //! beside a hole may be left out too.
 
+use linear_model::linear_model::Model;
 use logs::Error;
+use numerics::triangle::{Triangle, TriangleBuilder};
 
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::weighted::{Weights, fit};
-use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, weighted};
 use crate::signals::records::Records;
 
@@ -110,9 +110,9 @@ pub fn residuals(model: &Model, joints: &[Triangle], x: &[f64]) -> Residuals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::model::states::States;
     use crate::test_arm::Pendulum;
+    use linear_model::states::States;
+    use numerics::random::Random;
 
     /// Only one tenth of the record turns far enough to tell MX from MY. Without it their difference is open, and the
     /// error on it is that of the noise and not of a guess.

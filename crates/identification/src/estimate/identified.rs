@@ -1,9 +1,8 @@
 //! One identified parameter: its value, what the value is worth, and whether it can be used.
 
+use linear_model::parameter::ParameterId;
+use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
-
-use crate::model::parameter::ParameterId;
-use crate::model::unit::Unit;
 
 /// Half of a 95 % interval, in standard deviations of a normal error. A value is significant where it exceeds so many.
 pub const INTERVAL: f64 = 1.96;

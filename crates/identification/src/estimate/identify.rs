@@ -3,11 +3,14 @@
 //! `estimators::weighted` solves; `estimators::huber` goes over the rows again where its weights are asked for. The
 //! intervals, the held-out errors and the remarks are added here.
 
+use linear_model::linear_model::Model;
+use linear_model::parameter::Parameter;
+use linear_model::regressor::Regressor;
 use logs::{Error, Log};
 use nalgebra::DMatrix;
+use numerics::least_squares::Solution;
+use numerics::triangle::Triangle;
 
-use crate::algebra::least_squares::Solution;
-use crate::algebra::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::Autocorrelation;
 use crate::estimate::cross_talk::{CrossTalk, CrossTalkSums};
@@ -20,9 +23,6 @@ use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::{Reweighted, reweighted};
 use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, speed_bands, white_deviation};
 use crate::estimators::weighted::fit;
-use crate::model::linear_model::Model;
-use crate::model::parameter::Parameter;
-use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::preparation::states;

@@ -1,14 +1,14 @@
 //! How an identification is done: the file of `--options`.
 
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::yaml;
 use logs::{ColumnNames, Error};
 use serde::{Deserialize, Serialize};
 
 use crate::estimators::weighted::Weights;
-use crate::model::friction::terms::FrictionTerm;
 use crate::signals::preparation::Preparation;
 use crate::signals::signal_options::{Signal, possible_delay};
 use crate::signals::transmission::Transmission;
-use crate::yaml;
 
 /// How an identification is done; every part has a default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

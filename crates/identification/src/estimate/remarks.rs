@@ -1,10 +1,11 @@
 //! Sentences on what the data cannot tell, each with the motion that would have told it.
 
-use crate::algebra::least_squares::Solution;
+use linear_model::linear_model::Model;
+use linear_model::parameter::{Parameter, ParameterId};
+use linear_model::pseudo_inertia::Ten;
+use numerics::least_squares::Solution;
+
 use crate::estimate::identified::Identified;
-use crate::model::linear_model::Model;
-use crate::model::parameter::{Parameter, ParameterId};
-use crate::model::pseudo_inertia::Ten;
 use crate::rows::observation::Observation;
 
 /// A range of motion, rad or m, below which a joint explains why its parameters are badly known,

@@ -4,11 +4,11 @@
 
 use std::fmt;
 
+use linear_model::regressor::Regressor;
+use linear_model::unit::Unit;
 use serde::{Deserialize, Serialize};
 
 use crate::estimators::weighted::relative;
-use crate::model::regressor::Regressor;
-use crate::model::unit::Unit;
 
 /// The residual of one joint: the torque that the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

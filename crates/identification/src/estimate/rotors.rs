@@ -2,13 +2,13 @@
 //!
 //! The rows with the columns of rotors contain those without, so one pass over the records gives both.
 
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
 use logs::Error;
 
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::options::Options;
-use crate::model::friction::terms::FrictionTerm;
-use crate::model::linear_model::Model;
-use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::records::Records;
 

@@ -6,15 +6,15 @@
 
 use std::fmt;
 
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
 use logs::Error;
 
 use crate::estimate::held_out::{cross_validate, residuals};
 use crate::estimate::options::Options;
 use crate::estimate::residuals::Residuals;
 use crate::estimators::weighted::fit;
-use crate::model::friction::terms::FrictionTerm;
-use crate::model::linear_model::Model;
-use crate::model::regressor::Regressor;
 use crate::rows::observation::Observation;
 use crate::signals::preparation::Preparation;
 use crate::signals::records::Records;
@@ -122,11 +122,11 @@ impl fmt::Display for FrictionSelection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::signals::preparation::states;
     use crate::signals::signal_options::Signal;
     use crate::test_arm::Pendulum;
     use logs::{Effort, Log, LogReport};
+    use numerics::random::Random;
 
     fn log(friction: impl Fn(f64, usize) -> f64) -> Log {
         let arm = Pendulum::new();

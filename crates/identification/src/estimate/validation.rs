@@ -2,14 +2,14 @@
 
 use std::fmt;
 
+use linear_model::reference::ModelReference;
+use linear_model::regressor::Regressor;
+use linear_model::unit::Unit;
+use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::residuals::{JointResidual, Residuals, Squares, write_residuals};
-use crate::model::reference::ModelReference;
-use crate::model::regressor::Regressor;
-use crate::model::unit::Unit;
-use crate::yaml;
 
 /// Prediction on motions that were not used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -19,8 +19,9 @@
 //!
 //! Not here: correlation across the ends of blocks, which `correlated_deviation` allows for, from the rows.
 
-use crate::algebra::least_squares::Solution;
-use crate::algebra::triangle::Triangle;
+use numerics::least_squares::Solution;
+use numerics::triangle::Triangle;
+
 use crate::estimators::clusters::{Cluster, Whole};
 use crate::rows::observation::weighted;
 
@@ -65,13 +66,13 @@ pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::least_squares::solve;
-    use crate::algebra::random::Random;
-    use crate::algebra::student::reach;
     use crate::estimators::weighted::{Weights, fit};
-    use crate::model::linear_model::Model;
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
+    use linear_model::linear_model::Model;
+    use numerics::least_squares::solve;
+    use numerics::random::Random;
+    use numerics::student::reach;
 
     /// The solution without a block, as it is found when the block is really left out.
     #[test]

@@ -15,13 +15,13 @@
 //! the simulator, which chooses what it integrates and with which controller. It must give states at the samples of the
 //! measured record.
 
+use linear_model::linear_model::Model;
+use linear_model::states::States;
 use logs::Error;
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimators::correlated_deviation::{OverlappingSums, correlation, span};
 use crate::estimators::weighted::{Weights, fit};
-use crate::model::linear_model::Model;
-use crate::model::states::States;
 use crate::rows::observation::Observation;
 
 /// Runs the experiment with parameters `x` (those of the model, friction included).
@@ -202,9 +202,9 @@ fn residual_variance(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::signals::differences::Differences;
     use crate::test_arm::{Loop, Pendulum};
+    use numerics::random::Random;
 
     /// The loop run with the true parameters, q measured with noise and differentiated unfiltered.
     fn experiment(noise: f64, seed: u64) -> (Pendulum, Loop, States) {

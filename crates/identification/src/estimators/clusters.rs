@@ -13,8 +13,7 @@
 //! | `spectrum::rist_mh::misfit` | the rows of one joint in one experiment | 19/20 |
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-
-use crate::algebra::triangle::Triangle;
+use numerics::triangle::Triangle;
 
 /// Below this share of its diagonal, what is left of A is rounding.
 pub(crate) const ROUNDING: f64 = 1e-12;

@@ -19,12 +19,12 @@
 //! show. Newton's method with line search solves the problem. gamma starts where the reference alone decides, and is
 //! lowered. Not here: the metric of the manifold of bodies, log-Cholesky coordinates.
 
+use linear_model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
+use linear_model::standard_map::StandardMap;
 use nalgebra::{DMatrix, DVector, Matrix4};
+use numerics::triangle::Triangle;
 
-use crate::algebra::triangle::Triangle;
 use crate::estimators::barrier::{CentralPath, Outcome, Problem};
-use crate::model::pseudo_inertia::{Ten, parameters, pseudo_inertia, smallest_eigenvalue};
-use crate::model::standard_map::StandardMap;
 
 /// The knowledge that holds the solution beside the data.
 #[derive(Clone, Debug)]
@@ -194,9 +194,9 @@ fn body_transform(reference: &Matrix4<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::algebra::triangle::TriangleBuilder;
     use crate::estimate::consistent::identity_map;
+    use numerics::random::Random;
+    use numerics::triangle::TriangleBuilder;
 
     const BODY: Ten = [0.30, 0.01, -0.02, 0.28, 0.015, 0.20, 0.4, -0.1, 0.2, 2.0];
 
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn where_least_squares_is_a_body_nothing_changes() {
         let triangle = measured(&BODY, 100.0, 1.0);
-        let ls = crate::algebra::least_squares::solve(&triangle);
+        let ls = numerics::least_squares::solve(&triangle);
         let out = consistent(&triangle, &map(), &prior(1e-6, None));
         assert_eq!(out.outcome, Outcome::Converged);
         for i in 0..10 {

@@ -10,8 +10,8 @@
 //!
 //! Not here: errors that come back with the state of the robot (`replicate_deviation`).
 
-use crate::model::linear_model::Model;
-use crate::model::states::States;
+use linear_model::linear_model::Model;
+use linear_model::states::States;
 
 /// Longest span, in samples; it bounds the memory.
 const LONGEST: usize = 4096;
@@ -96,8 +96,8 @@ pub(crate) fn span(rho: f64, n: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
+    use numerics::random::Random;
 
     /// The sum of noise that keeps 0.9 of itself from sample to sample has the variance of 19 white ones. Bartlett
     /// weights stay below that.

@@ -4,8 +4,8 @@
 //! It goes on while that deviation exceeds `ratio` times the smallest and the residual norm has grown by less than
 //! `growth`. It works on the triangle alone, without a second look at the data.
 
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Triangle, select};
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::{Triangle, select};
 
 /// The limits at which elimination stops.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,8 +80,8 @@ fn relative_sigma(solution: &Solution, c: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::algebra::triangle::TriangleBuilder;
+    use numerics::random::Random;
+    use numerics::triangle::TriangleBuilder;
 
     #[test]
     fn parameters_that_are_zero_go() {

@@ -6,12 +6,12 @@
 //! With psi(u) = w u the covariance is C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6]. The triangle of
 //! the weighted rows would give s^2 mean(psi u) / mean w instead.
 
+use linear_model::linear_model::Model;
 use logs::Error;
+use numerics::least_squares::Solution;
 
-use crate::algebra::least_squares::Solution;
 use crate::estimators::loss::Loss;
 use crate::estimators::weighted::{Weights, fit};
-use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, RowWeight};
 use crate::signals::records::Records;
 
@@ -173,8 +173,8 @@ impl Sizes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
+    use numerics::random::Random;
 
     /// With 5 % of the torques off by thirty sigmas to one side, least squares is pulled away. The robust estimate
     /// stays within half a sigma.

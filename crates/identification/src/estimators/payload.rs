@@ -4,13 +4,12 @@
 //! torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs
 //! are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
+use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
+use linear_model::standard_map::StandardMap;
 use logs::Error;
 use nalgebra::DMatrix;
-
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
-use crate::model::pseudo_inertia::{Ten, smallest_eigenvalue};
-use crate::model::standard_map::StandardMap;
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::{Triangle, TriangleBuilder};
 
 /// A load and how well it is known.
 #[derive(Clone, Debug)]
@@ -86,8 +85,8 @@ pub fn payload(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::estimate::consistent::identity_map;
+    use numerics::random::Random;
 
     /// Two logs of random rows hold ten columns of the body and one of friction; the second has the load on the body.
     /// The load comes back within its own sigma.

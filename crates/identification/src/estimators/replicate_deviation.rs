@@ -29,11 +29,12 @@
 
 use std::sync::Arc;
 
-use crate::algebra::least_squares::Solution;
+use linear_model::linear_model::Model;
+use numerics::least_squares::Solution;
+
 use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
 use crate::estimators::huber::Reweighted;
 use crate::estimators::speed_bands::SpeedBands;
-use crate::model::linear_model::Model;
 use crate::rows::observation::{Observation, weighted};
 
 /// k of the parts of the record, and of the bands.
@@ -150,14 +151,14 @@ pub fn white_deviation(solution: &Solution) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::estimators::huber::reweighted;
     use crate::estimators::loss::Loss;
     use crate::estimators::weighted::{Weights, fit};
-    use crate::model::friction::terms::FrictionTerm;
-    use crate::model::states::States;
     use crate::rows::residual_sums::residual_sums;
     use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
+    use linear_model::states::States;
+    use numerics::random::Random;
 
     fn of(model: &Model, states: States) -> (Solution, ReplicateDeviation) {
         let observation = Observation::of(model, &states, 20);

@@ -6,11 +6,11 @@
 use std::sync::Arc;
 
 use generated::Eight;
+use linear_model::linear_model::{Model, ResidualGroup};
+use numerics::reflection::add_products;
+use numerics::row_block::RowBlock;
 
-use crate::algebra::reflection::add_products;
-use crate::algebra::row_block::RowBlock;
 use crate::estimators::clusters::Cluster;
-use crate::model::linear_model::{Model, ResidualGroup};
 use crate::rows::residual_sums::ResidualSum;
 
 /// Upper ends of the bands of speed, as shares of the joint's largest speed; the last band has none.

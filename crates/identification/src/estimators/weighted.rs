@@ -3,10 +3,10 @@
 //! OLS weighs all rows alike. WLS multiplies the rows of joint j by 1 / std(residual of joint j), three times over
 //! [Gautier 1997]. Both follow from the same triangles. The robust weights (`huber`) need the rows again.
 
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::Triangle;
 use crate::estimators::loss::Loss;
 use crate::rows::observation::weighted;
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::model::friction::terms::{FrictionTerm, sign};
-use crate::model::linear_model::Model;
+use linear_model::friction::terms::{FrictionTerm, sign};
+use linear_model::linear_model::Model;
 
 /// Largest number of cells along each axis; at least half of them are used once the points fill them.
 const CELLS: i64 = 48;
@@ -84,8 +84,8 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
+    use numerics::random::Random;
 
     #[test]
     fn a_cloud_keeps_its_outline_and_little_else() {

@@ -13,12 +13,12 @@ pub mod series;
 pub mod spectrum;
 pub mod split;
 
+use linear_model::linear_model::Model;
+use linear_model::unit::Unit;
 use logs::{Error, LogSource};
 
 use crate::estimate::autocorrelation::Autocorrelation;
 use crate::estimate::options::Options;
-use crate::model::linear_model::Model;
-use crate::model::unit::Unit;
 use crate::portrait::envelope::Envelope;
 use crate::portrait::friction_cloud::FrictionCloud;
 use crate::portrait::spectrum::{Spectrum, noise_density};

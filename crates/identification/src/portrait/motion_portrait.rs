@@ -3,13 +3,13 @@
 //! Torques are as a certificate bounds them: tau = Y X + FV dq + OFF. Dry friction is not in them, because it is taken
 //! from their bounds. It is in the power of a drive: tau dq + FS |dq|.
 
+use experiments::excitation::artefact::ExcitingMotion;
+use experiments::excitation::limits::{CoordinateLimits, LimitKind};
+use experiments::excitation::motion::Motion;
+use experiments::excitation::proof::{CertificateRow, DescribedFriction};
+use linear_model::regressor::Regressor;
 use robot::{Pose, Robot};
 
-use crate::experiments::excitation::artefact::ExcitingMotion;
-use crate::experiments::excitation::limits::{CoordinateLimits, LimitKind};
-use crate::experiments::excitation::motion::Motion;
-use crate::experiments::excitation::proof::{CertificateRow, DescribedFriction};
-use crate::model::regressor::Regressor;
 use crate::portrait::envelope::Envelope;
 
 /// Samples of a period, and the least of a motion; a harmonic has dozens.
@@ -189,8 +189,24 @@ impl<'a> Tip<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiments::excitation::motion::tests::motions;
     use crate::test_arm::Pendulum;
+    use experiments::excitation::fourier_series::FourierSeries;
+    use experiments::excitation::motion::Shape;
+    use experiments::excitation::quintic_spline::QuinticSpline;
+    use numerics::random::Random;
+
+    /// One of each shape, of one coordinate.
+    fn motions() -> [Motion; 2] {
+        let mut random = Random::new(3);
+        let mut motion = |shape: Shape| {
+            let joints = vec![(0..shape.size()).map(|_| random.normal()).collect()];
+            Motion { rate: 100.0, repetitions: 2, shape, joints }
+        };
+        [
+            motion(Shape::Fourier(FourierSeries { period: 4.0, blend: 1.0, harmonics: 3 })),
+            motion(Shape::Spline(QuinticSpline { period: 4.0, spans: 9 })),
+        ]
+    }
 
     /// Torque and power are those of the pendulum with its friction, and the tip is where its angle puts it.
     #[test]

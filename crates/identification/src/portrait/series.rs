@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
+use linear_model::linear_model::Model;
 use logs::{Cells, Error, LogSource};
 
 use crate::estimate::options::Options;
-use crate::model::linear_model::Model;
 use crate::signals::records::{Records, SourceRecords};
 
 /// The torques of a log over time, filtered and decimated as for the fit: rows of n joints, N m (N).

@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use fft::RealToComplex;
 use logs::{Error, Log, LogSource};
+use numerics::fft::RealToComplex;
 
 use crate::estimate::options::Options;
 
@@ -32,7 +32,7 @@ impl Default for Spectrum {
     fn default() -> Spectrum {
         let turn = |i: usize| std::f64::consts::TAU * i as f64 / STRETCH as f64;
         Spectrum {
-            transform: fft::forward(STRETCH),
+            transform: numerics::fft::forward(STRETCH),
             window: (0..STRETCH).map(|i| 0.5 - 0.5 * turn(i).cos()).collect(),
             held: Vec::new(),
             sums: vec![0.0; STRETCH / 2 + 1],
@@ -116,7 +116,7 @@ pub fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use numerics::random::Random;
 
     /// White noise of variance s^2 has the density 2 s^2 T, and a sine has its peak at its own frequency.
     #[test]

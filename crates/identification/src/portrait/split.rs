@@ -7,9 +7,9 @@
 //! A rotor inertia that is estimated beside the friction counts as inertia. What a coupled motor adds counts as
 //! friction.
 
-use crate::model::friction::terms::FrictionTerm;
-use crate::model::linear_model::Model;
-use crate::model::states::States;
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use linear_model::states::States;
 
 /// Words for the parts, in their order.
 pub const PARTS: [&str; 4] = ["inertia", "Coriolis and centrifugal", "gravity", "friction"];

@@ -8,11 +8,11 @@
 
 use std::ops::Range;
 
+use linear_model::linear_model::Model;
+use linear_model::states::States;
 use logs::Error;
+use numerics::triangle::{ColumnTriangle, Triangle, select};
 
-use crate::algebra::triangle::{ColumnTriangle, Triangle, select};
-use crate::model::linear_model::Model;
-use crate::model::states::States;
 use crate::signals::records::Records;
 
 /// The weight of a row as a function of its residual: `weight(j, tau - W x)`.
@@ -210,10 +210,10 @@ pub fn weighted(joints: &[Triangle], weights: &[f64]) -> Triangle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::friction::terms::FrictionTerm;
-    use crate::model::parameter::BaseParameter;
-    use crate::model::regressor::Regressor;
     use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
+    use linear_model::parameter::BaseParameter;
+    use linear_model::regressor::Regressor;
 
     /// Threads share the parts out; the triangles are those of one thread, bit for bit.
     #[test]

@@ -6,11 +6,11 @@
 use std::convert::Infallible;
 use std::ops::Range;
 
+use linear_model::linear_model::{Model, ResidualGroup};
+use linear_model::states::States;
 use logs::Error;
+use numerics::in_order::in_order;
 
-use crate::algebra::in_order::in_order;
-use crate::model::linear_model::{Model, ResidualGroup};
-use crate::model::states::States;
 use crate::signals::records::Records;
 
 /// A sum over rows and their residuals.

@@ -26,9 +26,8 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-use fft::RealToComplex;
-
-use crate::algebra::in_order::in_order;
+use numerics::fft::RealToComplex;
+use numerics::in_order::in_order;
 
 /// The frequency content of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -170,8 +169,8 @@ impl MotionEnergy {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
         // A length with small factors, because the transform of a prime length is several times slower.
-        let of_motion = fft::forward(smooth_length(count));
-        let of_noise = fft::forward(smooth_length(count.min(NOISE_PIECE)));
+        let of_motion = numerics::fft::forward(smooth_length(count));
+        let of_noise = numerics::fft::forward(smooth_length(count.min(NOISE_PIECE)));
         let (period, joints) = (self.period, &mut self.joints);
         let energy = |_: usize, q: &Vec<f64>| {
             let variance = noise_of(&q[..count], of_noise.as_ref());
@@ -290,7 +289,7 @@ fn smooth_length(n: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use numerics::random::Random;
     use std::f64::consts::PI;
 
     fn wave(n: usize, period: f64, hz: f64, amplitude: f64) -> Vec<f64> {

@@ -8,13 +8,14 @@
 //! Friction columns jump with sign(dq). The filter rounds the jumps of the torques, so the columns pass through it too.
 //! They are made of a velocity that has passed a wider filter (`reversals`).
 //!
-//! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction (`model::friction`).
+//! The default cut-off is that of `cutoff`. Not here: transmissions (`transmission`), friction
+//! (`linear_model::friction`).
 
+use linear_model::coupling::Coupling;
+use linear_model::friction::terms::{FrictionTerm, sign};
+use linear_model::states::{FilteredFriction, States};
 use logs::{Error, Log, Window};
 
-use crate::model::coupling::Coupling;
-use crate::model::friction::terms::{FrictionTerm, sign};
-use crate::model::states::{FilteredFriction, States};
 use crate::signals::butterworth::Butterworth;
 use crate::signals::cutoff;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};

@@ -3,6 +3,7 @@
 pub mod butterworth;
 pub mod cutoff;
 pub mod differences;
+pub mod encoder_torque;
 pub mod joint_signals;
 pub mod preparation;
 pub mod records;

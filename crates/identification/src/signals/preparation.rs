@@ -1,10 +1,10 @@
 //! From a log to the records of an identification: one for each part between gaps of its clock.
 
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 use logs::{Error, Log};
 
-use crate::model::friction::terms::FrictionTerm;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::joint_signals::add_motion;
 use crate::signals::signal_options::Signal;

@@ -3,11 +3,11 @@
 //! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states are made
 //! once and held where they and the logs fit into `HELD` bytes. A million rows of seven joints fit, decimated or not.
 
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 use logs::{Error, Log, LogSource, LogStream};
+use numerics::interruption::Interruption;
 
-use crate::algebra::interruption::Interruption;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 use crate::signals::cutoff::MotionEnergy;
 use crate::signals::preparation::{Preparation, states, states_or_none};
 
@@ -131,7 +131,7 @@ impl<'a> Stream<'a> {
     fn each(&self, regressor: &dyn Regressor, take: &mut dyn FnMut(States)) -> Result<(), Error> {
         let mut any = false;
         self.log.blocks(self.overlap, &mut |block: Log| {
-            Interruption::check()?;
+            Interruption::check().map_err(|e| Error::new(e.message()))?;
             let records = states_or_none(regressor, block, &self.preparation)?;
             any |= !records.is_empty();
             records.into_iter().for_each(&mut *take);
@@ -147,7 +147,7 @@ impl<'a> Stream<'a> {
 impl Records for SourceRecords<'_> {
     fn each(&self, take: &mut dyn FnMut(&States)) -> Result<(), Error> {
         for source in &self.sources {
-            Interruption::check()?;
+            Interruption::check().map_err(|e| Error::new(e.message()))?;
             match source {
                 Source::Held(records) => records.iter().for_each(&mut *take),
                 Source::Streamed(stream) => stream.each(self.regressor, &mut |states| take(&states))?,
@@ -160,13 +160,13 @@ impl Records for SourceRecords<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::estimate::identify::Fit;
     use crate::estimate::options::Options;
     use crate::estimators::weighted::Weights;
-    use crate::model::friction::terms::FrictionTerm;
     use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
     use logs::{ColumnNames, LogReport};
+    use numerics::random::Random;
     use std::path::{Path, PathBuf};
 
     /// A pendulum's log of `rows` rows, each as `row` makes it of t, q and tau.

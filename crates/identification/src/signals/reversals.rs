@@ -17,7 +17,7 @@
 //! | Stribeck | s exp(-(v/v_s)^2) |
 //! | load | s abs(tau) |
 
-use crate::model::friction::terms::{FrictionTerm, sign};
+use linear_model::friction::terms::{FrictionTerm, sign};
 
 /// The mean direction of each row, -1 to 1, from velocities.
 pub fn directions(v: &[f64]) -> Vec<f64> {

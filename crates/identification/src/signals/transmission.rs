@@ -9,11 +9,11 @@
 //!   tau_m += c (IAM ddq_k + FVM dq_k) + FSM sign(dq_m + c dq_k)
 //! [Gautier 1997; Janot, Vandanjon, Gautier 2014, for the TX40]
 
+use linear_model::coupling::Coupling;
 use logs::{Effort, Error, Log};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use crate::model::coupling::Coupling;
 use crate::signals::joint_signals::JointSignals;
 
 /// The transmission between the log and the joints; absent parts change nothing.

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::algebra::fourier::{fold, scatter};
-use crate::experiments::exciting_trajectory::{ExcitingTrajectory, Motion};
-use crate::experiments::record::Record;
+use experiments::motion::record::Record;
+use experiments::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use numerics::fourier::{fold, scatter};
 
 /// A motion and its record inside the windows: whole periods, or forth and back.
 #[derive(Clone, Debug)]
@@ -129,9 +129,9 @@ pub(crate) fn folded(series: &[Vec<f64>], period: usize) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::experiments::motion_kind::MotionKind;
-    use crate::experiments::profile::Profile;
+    use experiments::motion::profile::Profile;
+    use experiments::plan::motion_kind::MotionKind;
+    use numerics::random::Random;
 
     fn noisy(count: usize) -> Record {
         let mut random = Random::new(2);

@@ -6,16 +6,18 @@
 //!
 //! is two real rows (one at h = 0). x = pi f_h h_s, h_s the sample time, sinc x = sin x / x. The torque
 //! held over each sample has the spectrum of its samples times sinc x; the recorded mean of two neighbours
-//! (`simulate::closed_loop`) has cos x; and G is a mean over the cell (`model::friction::periodic`).
+//! (`experiments::simulate::closed_loop`) has cos x; and G is a mean over the cell
+//! (`linear_model::friction::periodic`).
 //!
 //! Fourier coefficients c_h = mean of x exp(-2 pi i h t/T) have Re and Im of variance sigma^2/(2N)
 //! for N samples recorded; the row h = 0 is divided by sqrt 2 to have the same variance. Noise of the
 //! position adds (sum_l A_jl^2 sigma_q,l^2) (2 pi f_h)^4 through the acceleration.
 
-use crate::algebra::fourier::{Bins, Complex, harmonic_derivatives};
-use crate::experiments::measured_motion::MeasuredMotion;
-use crate::model::friction::periodic::FrictionShape;
-use crate::model::regressor::Regressor;
+use experiments::plan::measured_motion::MeasuredMotion;
+use linear_model::friction::periodic::FrictionShape;
+use linear_model::regressor::Regressor;
+use numerics::fourier::{Bins, Complex, harmonic_derivatives};
+
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment, folded};
 
 /// The rows of one joint in one experiment, friction apart.

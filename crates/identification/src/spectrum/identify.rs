@@ -4,6 +4,10 @@
 //! scale then stands on the known gains or on a known load. A parameter whose interval contains zero is
 //! not significant; one that the rows do not determine has no value.
 
+use experiments::plan::paper_rows::EquationBlock;
+use linear_model::parameter::{Parameter, ParameterId};
+use linear_model::reference::ModelReference;
+use linear_model::regressor::Regressor;
 use logs::Error;
 
 use crate::estimate::artefact::Estimate;
@@ -12,10 +16,6 @@ use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimate::verdict::LACKING;
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
-use crate::experiments::paper_rows::EquationBlock;
-use crate::model::parameter::{Parameter, ParameterId};
-use crate::model::reference::ModelReference;
-use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};

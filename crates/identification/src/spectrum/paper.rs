@@ -10,11 +10,12 @@
 //! Friction has no column here. The rows are meant to be orthogonal to it, but are so only as far as
 //! the motion follows its reference. `rist_mh` does not rely on that.
 
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::TriangleBuilder;
-use crate::experiments::measured_motion::MeasuredMotion;
-use crate::experiments::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
-use crate::model::regressor::Regressor;
+use experiments::plan::measured_motion::MeasuredMotion;
+use experiments::plan::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
+use linear_model::regressor::Regressor;
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::TriangleBuilder;
+
 use crate::spectrum::experiment::SpectralExperiment;
 
 /// The weights of the rows.

@@ -7,18 +7,18 @@
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
+use experiments::motion::record::Record;
+use experiments::plan::measured_motion::MeasuredMotion;
+use linear_model::friction::periodic::FrictionShape;
+use linear_model::reference::ModelReference;
+use linear_model::regressor::Regressor;
+use linear_model::unit::Unit;
 use logs::Error;
+use numerics::fourier::circular_differences;
+use numerics::least_squares::solve;
+use numerics::triangle::TriangleBuilder;
 
-use crate::algebra::fourier::circular_differences;
-use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::TriangleBuilder;
 use crate::estimate::validation::{JointValidation, MotionValidation, TorquePicture, Validation};
-use crate::experiments::measured_motion::MeasuredMotion;
-use crate::experiments::record::Record;
-use crate::model::friction::periodic::FrictionShape;
-use crate::model::reference::ModelReference;
-use crate::model::regressor::Regressor;
-use crate::model::unit::Unit;
 use crate::signals::butterworth::Butterworth;
 
 /// Samples dropped at both ends of a motion, where the differences wrap around.
@@ -188,10 +188,10 @@ fn picture(coordinate: &str, c: &Compared, predicted: &[f64]) -> TorquePicture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::experiments::point_to_point::{ValidationMotion, validation_trajectory};
-    use crate::simulate::dynamics::torque;
     use crate::test_arm::Pendulum;
+    use experiments::motion::point_to_point::{ValidationMotion, validation_trajectory};
+    use experiments::simulate::dynamics::torque;
+    use numerics::random::Random;
 
     /// Motions from point to point with friction and noise; 2 N m/A.
     fn records(arm: &Pendulum, noise: f64) -> Vec<(String, Record)> {

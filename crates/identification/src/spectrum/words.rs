@@ -1,7 +1,8 @@
 //! Effects beside friction in words: what was found of them, and what to do about one that the model lacks.
 
+use linear_model::regressor::Regressor;
+
 use crate::estimate::passport::significant;
-use crate::model::regressor::Regressor;
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::options::Options;
-use identification::experiments::excitation::limits::LimitsFile;
-use identification::model::known_load::KnownLoad;
+use linear_model::known_load::KnownLoad;
 use serde_json::{Value, json};
 
 use super::field::{Flag, Shape};

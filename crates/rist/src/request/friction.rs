@@ -1,6 +1,6 @@
 //! The friction of a request: terms, or that they are to be chosen.
 
-use identification::model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::FrictionTerm;
 use serde_json::{Value, json};
 
 use super::field::{Flag, Shape};

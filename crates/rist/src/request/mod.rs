@@ -20,10 +20,12 @@
 //!
 //! Not here: what needs a model, such as whether there is a coordinate of a name.
 
+pub mod excite_request;
 mod field;
 mod file;
 mod friction;
 mod gains;
+pub mod harmonic_request;
 mod plan;
 mod range;
 pub mod spelling;

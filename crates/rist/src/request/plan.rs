@@ -1,7 +1,7 @@
 //! What is asked of a plan.
 
-use identification::experiments::exchange::Criterion;
-use identification::experiments::profile::Profile;
+use experiments::motion::profile::Profile;
+use experiments::plan::exchange::Criterion;
 
 use super::request;
 

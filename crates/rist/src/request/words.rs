@@ -1,8 +1,8 @@
 //! The words for the choices of a field, each with its line of help.
 
-use identification::experiments::exchange::Criterion;
-use identification::experiments::excitation::criterion::Aim;
-use identification::experiments::profile::Profile;
+use experiments::excitation::criterion::Aim;
+use experiments::motion::profile::Profile;
+use experiments::plan::exchange::Criterion;
 use serde_json::json;
 
 use super::field::{Flag, Shape};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use identification::estimate::identify::identify;
 use identification::estimate::options::Options;
-use identification::model::regressor::Regressor;
+use linear_model::regressor::Regressor;
 use logs::{Log, LogSource, Table};
 
 use crate::broken_logs::wheels;

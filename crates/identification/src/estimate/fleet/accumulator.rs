@@ -193,11 +193,11 @@ fn settle_cutoff(settings: &mut Settings, observation: &Observation) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::estimate::options::Options;
-    use crate::model::linear_model::Model;
-    use crate::model::reference::ModelReference;
     use crate::test_arm::Pendulum;
+    use linear_model::linear_model::Model;
+    use linear_model::reference::ModelReference;
+    use numerics::random::Random;
 
     fn empty() -> Accumulator {
         let arm = Pendulum::new();

@@ -2,22 +2,22 @@
 //!
 //! d_c = x_c - x_c(reference), var d_c = sigma_c^2 + sigma_c^2(reference), because the sums are of different logs. Each
 //! sigma is the larger of the white deviation and that between replicates, with degrees of freedom of its own.
-//! `algebra::behrens_fisher` says how likely d_c is without a change. The questions of all parameters and robots are
+//! `numerics::behrens_fisher` says how likely d_c is without a change. The questions of all parameters and robots are
 //! answered together (`false_discovery`). Only parameters that both determine are compared; those that one leaves open
 //! are named.
 
 use std::fmt;
 
+use linear_model::parameter::ParameterId;
+use linear_model::unit::Unit;
+use linear_model::yaml;
 use logs::Error;
+use numerics::behrens_fisher::two_sided_difference;
 use serde::{Deserialize, Serialize};
 
-use crate::algebra::behrens_fisher::two_sided_difference;
 use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::false_discovery::families;
 use crate::estimate::fleet::solution::Solved;
-use crate::model::parameter::ParameterId;
-use crate::model::unit::Unit;
-use crate::yaml;
 
 /// Robots against a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -247,14 +247,14 @@ impl ComparedRobot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::estimate::fleet::replicate::{LogAccount, MOST_BLOCKS, Replicate};
     use crate::estimate::fleet::settings::Settings;
     use crate::estimate::options::Options;
-    use crate::model::linear_model::Model;
-    use crate::model::reference::ModelReference;
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
+    use linear_model::linear_model::Model;
+    use linear_model::reference::ModelReference;
+    use numerics::random::Random;
 
     /// Sums over one log of a pendulum whose MX is larger by `more`.
     fn sums(seed: u64, more: f64) -> Accumulator {

@@ -57,9 +57,9 @@ pub fn families(p: &[Vec<f64>], rate: f64) -> Vec<Family> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::behrens_fisher::two_sided_difference;
-    use crate::algebra::random::Random;
-    use crate::algebra::student::two_sided;
+    use numerics::behrens_fisher::two_sided_difference;
+    use numerics::random::Random;
+    use numerics::student::two_sided;
 
     /// The fifteen p-values of the example of Benjamini and Hochberg 1995: at 5 % the four smallest are yeses.
     #[test]

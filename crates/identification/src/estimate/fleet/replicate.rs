@@ -4,10 +4,10 @@
 //! are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit whenever
 //! it was folded.
 
+use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
 use serde::{Deserialize, Serialize};
 
-use crate::model::linear_model::Model;
 use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
@@ -103,7 +103,7 @@ impl Replicate {
 
 /// Merges `together` neighbouring parts at a time.
 fn fold(observation: &mut Observation, together: usize) {
-    let merged = |parts: &[Vec<crate::algebra::triangle::Triangle>]| {
+    let merged = |parts: &[Vec<numerics::triangle::Triangle>]| {
         let mut first = parts[0].clone();
         for part in &parts[1..] {
             first.iter_mut().zip(part).for_each(|(a, b)| a.merge(b, 1.0));
@@ -153,10 +153,10 @@ fn digest(log: &LogSource) -> Result<u64, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
-    use crate::algebra::triangle::Triangle;
     use crate::estimators::weighted::{Weights, fit};
     use crate::test_arm::Pendulum;
+    use numerics::random::Random;
+    use numerics::triangle::Triangle;
 
     /// Sixteen blocks give the same bits whether they are folded at once or first to four.
     #[test]

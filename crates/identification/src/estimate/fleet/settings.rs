@@ -4,17 +4,17 @@
 //! fingerprint (which covers geometry and gravity), and every option that a row depends on. The names of the columns in
 //! the logs do not count, because two recorders may call one signal differently.
 
+use linear_model::description_options::DescriptionOptions;
+use linear_model::linear_model::Model;
+use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
+use linear_model::reference::ModelReference;
+use linear_model::regressor::Regressor;
+use linear_model::unit::Unit;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::options::Options;
 use crate::estimators::weighted::Weights;
-use crate::model::description_options::DescriptionOptions;
-use crate::model::linear_model::Model;
-use crate::model::parameter::{BaseParameter, Parameter, ParameterId};
-use crate::model::reference::ModelReference;
-use crate::model::regressor::Regressor;
-use crate::model::unit::Unit;
 
 /// What all logs of a sum have in common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -139,7 +139,7 @@ impl Settings {
         let options = &self.options;
         let couplings = options.transmission.coupled();
         let friction: usize = options.friction.iter().map(|t| t.parameters().len()).sum();
-        let width = crate::model::parameter::CouplingParameter::ALL.len();
+        let width = linear_model::parameter::CouplingParameter::ALL.len();
         let others = self.coordinates.len() * friction + couplings.len() * width;
         let unlike = || Error::new("its columns are not those of its friction and transmission: make the file again");
         let base = self.columns.len().checked_sub(others).ok_or_else(unlike)?;
@@ -204,8 +204,8 @@ impl Regressor for ColumnsAlone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::friction::terms::FrictionTerm;
     use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
 
     fn settings(options: &Options) -> Result<Settings, Error> {
         Settings::new(&Pendulum::new(), ModelReference { name: "arm".into(), fingerprint: "1".into() }, None, options)

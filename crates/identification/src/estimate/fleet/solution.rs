@@ -5,11 +5,12 @@
 //! its degrees of freedom, so that 1.96 of it hold 95 %, and it is at least that of white noise. Not here, because they
 //! need the rows: residuals that move with another joint, rows that do not fit.
 
+use linear_model::linear_model::Model;
 use logs::Error;
+use numerics::least_squares::Solution;
+use numerics::student::reach;
+use numerics::triangle::Triangle;
 
-use crate::algebra::least_squares::Solution;
-use crate::algebra::student::reach;
-use crate::algebra::triangle::Triangle;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::settings::ColumnsAlone;
@@ -20,7 +21,6 @@ use crate::estimate::remarks::driving;
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::fit;
-use crate::model::linear_model::Model;
 use crate::rows::observation::Observation;
 
 /// With fewer blocks than this a deviation is uncertain by more than a half.

@@ -10,15 +10,15 @@
 //! largest position, speed, effort, f95 and samples at rest. The cut-off comes last. Columns that hold only zeros have
 //! no place.
 
+use linear_model::yaml;
 use logs::Error;
+use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::algebra::triangle::Triangle;
 use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MOST_REPLICATES};
 use crate::estimate::fleet::replicate::{Digest, LogAccount, MOST_BLOCKS, Replicate};
 use crate::estimate::fleet::settings::Settings;
 use crate::rows::observation::Observation;
-use crate::yaml;
 
 /// The word that such a file begins with.
 const WORD: &str = "rist-tri";
@@ -225,9 +225,9 @@ impl Words<'_> {
 mod tests {
     use super::*;
     use crate::estimate::options::Options;
-    use crate::model::linear_model::Model;
-    use crate::model::reference::ModelReference;
     use crate::test_arm::Pendulum;
+    use linear_model::linear_model::Model;
+    use linear_model::reference::ModelReference;
 
     fn some() -> Accumulator {
         let arm = Pendulum::new();

@@ -6,11 +6,11 @@
 //! predicts it, 1 where it might as well be absent.
 
 use generated::Eight;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
 
 use crate::estimate::passport::finding::Columns;
 use crate::estimate::passport::regression::Partial;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 
 /// One change of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]

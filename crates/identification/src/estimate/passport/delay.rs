@@ -9,13 +9,14 @@
 //! changes sign with the joint as late torques do. Rows within 1 / f_c of a reversal are left out (|dq| < |ddq| / f_c),
 //! because the filtered velocity does not know when a joint sticks.
 
-use crate::algebra::least_squares::solve;
-use crate::algebra::triangle::TriangleBuilder;
-use crate::algebra::vector::dot;
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
+use numerics::least_squares::solve;
+use numerics::triangle::TriangleBuilder;
+use numerics::vector::dot;
+
 use crate::estimate::passport::change::{FEWEST, used};
 use crate::estimate::passport::samples::Samples;
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 
 /// A delay of all torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,8 +163,8 @@ fn fit(joints: &[JointRows], n: usize, seconds: f64) -> Option<Left> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::test_arm::Pendulum;
+    use numerics::random::Random;
 
     /// Samples of a pendulum with friction and noise, the torques late by some samples of 10 ms.
     fn late(by: usize) -> Samples {

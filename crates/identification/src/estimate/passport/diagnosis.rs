@@ -5,6 +5,7 @@
 //! currents, signs), of one joint or two and of gravity (`search`), and of the clock. What nothing explains is another
 //! robot.
 
+use linear_model::regressor::Regressor;
 use logs::Suspect;
 
 use crate::estimate::passport::change::Description;
@@ -15,7 +16,6 @@ use crate::estimate::passport::report::{Passport, TELLING};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
-use crate::model::regressor::Regressor;
 
 /// What a diagnosis looks at.
 pub struct Look<'a> {

@@ -7,10 +7,11 @@
 //! joint does not reach it. Friction brakes: its power b dq^2 + c |dq| is positive. Where it is negative, the torque or
 //! the motion of this joint has the wrong sign.
 
+use linear_model::regressor::Regressor;
+use linear_model::states::States;
+
 use crate::estimate::passport::change::{FEWEST, column, used};
 use crate::estimate::passport::regression::{Basis, product, square};
-use crate::model::regressor::Regressor;
-use crate::model::states::States;
 
 /// Friction of one joint as its own row of the equations sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

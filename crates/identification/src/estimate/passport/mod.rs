@@ -34,9 +34,10 @@ use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub use crate::estimate::passport::report::{JointPassport, Passport};
+use linear_model::regressor::Regressor;
+
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::trials::Trials;
-use crate::model::regressor::Regressor;
 use crate::signals::records::Records;
 
 /// Least number of samples that are looked at, where there are as many.

@@ -7,7 +7,8 @@
 
 use std::convert::Infallible;
 
-use crate::algebra::in_order::in_order;
+use numerics::in_order::in_order;
+
 use crate::estimate::passport::change::{Change, misfits};
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::search::{Search, Sum};

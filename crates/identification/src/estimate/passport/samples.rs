@@ -4,9 +4,9 @@
 //! many. What thinning would lose is summed over all samples: the path of each joint, and how each measured velocity
 //! agrees with the slope of each position.
 
+use linear_model::states::States;
 use logs::Error;
 
-use crate::model::states::States;
 use crate::signals::records::Records;
 
 /// Least number of torque entries that are kept, over all joints: a few thousand samples of an arm.

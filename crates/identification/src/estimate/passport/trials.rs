@@ -5,9 +5,10 @@
 
 use std::sync::OnceLock;
 
+use linear_model::states::States;
+
 use crate::estimate::passport::change::{Change, Description, FEWEST, column, motion_of, torque_of, used};
 use crate::estimate::passport::regression::{Basis, Partial};
-use crate::model::states::States;
 
 /// A log and a description, to be held against one another.
 pub struct Trials<'a> {

@@ -3,8 +3,8 @@
 //! A triangle with the nuisance columns in front projects the nuisance out. The rows below them hold all that is left
 //! about the parameters. The last entry of the diagonal is what nothing explains.
 
-use crate::algebra::triangle::TriangleBuilder;
-use crate::algebra::vector::dot;
+use numerics::triangle::TriangleBuilder;
+use numerics::vector::dot;
 
 /// The equations of one joint in currents: `rows[r]` X + `known[r]` = k `current[r]`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -83,7 +83,7 @@ impl JointEquations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use numerics::random::Random;
 
     #[test]
     fn nuisance_is_projected_out_of_the_known_torque_too() {

@@ -20,10 +20,10 @@
 
 use logs::Error;
 use nalgebra::DMatrix;
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::{Triangle, TriangleBuilder};
+use numerics::vector::dot;
 
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
-use crate::algebra::vector::dot;
 use crate::estimators::drive_gains::equations::JointEquations;
 
 /// Knowledge of a drive's gain, N m/A, before the data.
@@ -262,7 +262,7 @@ fn variance(row: &[f64], solution: &Solution) -> f64 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use numerics::random::Random;
 
     pub const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];

@@ -12,14 +12,14 @@
 //!
 //! An expected gain is a row of its own, whose error is one deviation.
 
+use linear_model::linear_model::Model;
 use nalgebra::DMatrix;
+use numerics::triangle::Triangle;
 
-use crate::algebra::triangle::Triangle;
 use crate::estimators::clusters::{Cluster, Whole};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::estimators::replicate_deviation::{ReplicateDeviation, of_clusters};
 use crate::estimators::speed_bands::SpeedBands;
-use crate::model::linear_model::Model;
 use crate::rows::observation::Observation;
 
 /// Rows of one joint that share an error.

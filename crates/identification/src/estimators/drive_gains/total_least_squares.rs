@@ -112,9 +112,9 @@ pub fn gains_by_total_least_squares(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
     use crate::estimators::drive_gains::likelihood::drive_gains;
     use crate::estimators::drive_gains::likelihood::tests::{GAINS, THIRD, TRUTH, joints};
+    use numerics::random::Random;
 
     #[test]
     fn without_noise_the_gains_come_back() {

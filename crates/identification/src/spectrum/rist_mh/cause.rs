@@ -19,10 +19,11 @@
 //! range(q) >= pi, since less may be taken for gravity. The equations reach it, k rms(dq) <= 2 pi f for their highest
 //! frequency f.
 
-use crate::algebra::student::exceeded;
-use crate::algebra::vector::dot;
+use linear_model::friction::periodic::FrictionShape;
+use numerics::student::exceeded;
+use numerics::vector::dot;
+
 use crate::estimate::passport::{Basis, square};
-use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;

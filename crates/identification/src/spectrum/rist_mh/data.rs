@@ -1,8 +1,9 @@
 //! The data of RIST-MH: the spectra of every experiment and joint, and the choices open to the search.
 
-use crate::experiments::measured_motion::MeasuredMotion;
-use crate::experiments::paper_rows::EquationBlock;
-use crate::model::regressor::Regressor;
+use experiments::plan::measured_motion::MeasuredMotion;
+use experiments::plan::paper_rows::EquationBlock;
+use linear_model::regressor::Regressor;
+
 use crate::spectrum::experiment::NoiseLevels;
 use crate::spectrum::harmonics::{Band, JointSpectrum};
 use crate::spectrum::rist_mh::effects::Effect;

@@ -4,9 +4,10 @@
 //! f = D_ej X + (1 + u) C f' + (C f) u'. A further row holds each u' to zero by 1/s. `search` says what is estimated
 //! and why.
 
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
+use linear_model::friction::periodic::FrictionShape;
+use numerics::triangle::{Triangle, TriangleBuilder};
+
 use crate::estimators::drive_gains::likelihood::Gain;
-use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 

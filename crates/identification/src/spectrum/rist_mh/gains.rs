@@ -9,11 +9,11 @@
 //! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..). But for u, its right-hand side is
 //! proportional to k: with D and t times k it is the row in currents that `estimators::drive_gains` takes.
 
+use linear_model::friction::periodic::FrictionShape;
 use logs::Error;
 
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
-use crate::model::friction::periodic::FrictionShape;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{Fit, Owner};
 use crate::spectrum::rist_mh::search::HarmonicEstimate;

@@ -16,7 +16,8 @@
 //! [`LACKING`], so that an interval does not jump where the model is said to lack something. Each joint is looked at
 //! alone, because the chatter of the others makes their part of the total small.
 
-use crate::algebra::triangle::{Triangle, TriangleBuilder};
+use numerics::triangle::{Triangle, TriangleBuilder};
+
 use crate::estimate::verdict::LACKING;
 use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
 use crate::estimators::drive_gains::likelihood::Gain;

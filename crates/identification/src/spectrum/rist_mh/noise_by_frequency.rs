@@ -11,8 +11,9 @@
 //! h is the leverage of the row, and u = log2(1 + f / f_1) with f_1 the lowest frequency of a motion. The likelihood of
 //! normal z gives a and b of each joint [Harvey 1976]. The estimate itself stays that of the weights.
 
-use crate::algebra::least_squares::{Solution, solve};
-use crate::algebra::triangle::TriangleBuilder;
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::TriangleBuilder;
+
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{Fit, GainEquation};
@@ -132,7 +133,7 @@ fn log_linear(rows: &[Row]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use numerics::random::Random;
 
     /// The law of noise that grows with frequency comes back, and so does the flat law of noise that does not.
     #[test]

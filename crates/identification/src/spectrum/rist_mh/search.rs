@@ -18,10 +18,11 @@
 //! BIC chooses the friction columns: equation (5) alone, or with load and Stribeck terms. The paper's
 //! orthogonality is not needed here: friction is in the model, and its many harmonics tell it apart.
 
-use crate::algebra::least_squares::{Solution, solve};
+use linear_model::friction::periodic::FrictionShape;
+use linear_model::regressor::Regressor;
+use numerics::least_squares::{Solution, solve};
+
 use crate::estimators::drive_gains::likelihood::Gain;
-use crate::model::friction::periodic::FrictionShape;
-use crate::model::regressor::Regressor;
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::harmonics::{Band, JointSpectrum, joint_spectra, mean_period};
 use crate::spectrum::paper::paper_rows;

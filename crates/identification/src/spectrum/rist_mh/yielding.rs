@@ -8,8 +8,9 @@
 //! held, friction hides it, and it is Y_k(q) X. Here a spring carries all of the model's torque. So an estimated rotor
 //! inertia stands behind the spring, which it does not in the robot.
 
-use crate::algebra::fourier::harmonic_derivatives;
-use crate::experiments::measured_motion::MeasuredMotion;
+use experiments::plan::measured_motion::MeasuredMotion;
+use numerics::fourier::harmonic_derivatives;
+
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::HarmonicData;
 use crate::spectrum::rist_mh::effects::Effect;

@@ -1,0 +1,274 @@
+//! motion.yaml: an exciting motion, the limits it was made with, its certificate, and what it makes visible.
+//!
+//! The coefficients and times are the motion: a Fourier series where there is a blend, else a spline. Everything below
+//! them can be found again from it and the model, and `rist check` does so.
+
+use std::fmt;
+
+use linear_model::reference::ModelReference;
+use linear_model::yaml;
+use logs::Error;
+use serde::{Deserialize, Serialize};
+
+use crate::excitation::criterion::Aim;
+use crate::excitation::fourier_series::FourierSeries;
+use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::motion::{Motion, Shape};
+use crate::excitation::proof::{CertificateRow, IdentifiedTorque, Kept};
+use crate::excitation::quintic_spline::QuinticSpline;
+use crate::excitation::space_limits::SpaceLimits;
+use crate::excitation::visibility::VisibleParameter;
+use crate::motion::sample_count::check_samples;
+
+/// The artefact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExcitingMotion {
+    /// The robot it was made for.
+    pub model: ModelReference,
+    /// Hz, of the controller.
+    pub rate_hz: f64,
+    /// s of one period; of a spline from rest to rest.
+    pub period_s: f64,
+    /// s from rest into the periods of a series, and out of them; a spline has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blend_s: Option<f64>,
+    /// Periods played.
+    pub repetitions: usize,
+    /// One a coordinate, in the order of the model.
+    pub joints: Vec<MotionJoint>,
+    /// Share of the limits of effort and power that the described torque may use.
+    pub effort_share: f64,
+    /// The torques that it was made with, where they are not those of the description.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identified: Option<IdentifiedTorque>,
+    /// Where the bodies may be.
+    #[serde(default)]
+    pub space: SpaceLimits,
+    /// The aim of the search.
+    pub aim: Aim,
+    /// det(W'W / samples)^(1/p), rows over the noise of their joint.
+    pub determinant: f64,
+    /// Of the columns scaled to unit norm.
+    pub condition_number: f64,
+    /// N m (N) a sample, one a coordinate.
+    pub torque_noise: Vec<f64>,
+    /// N m (N) a sample, one a coordinate: what the noise of the encoders adds to the residuals of an identification.
+    #[serde(default)]
+    pub encoder_noise: Vec<f64>,
+    /// Whether every limit below is proven to be kept.
+    pub proven: bool,
+    /// What was not looked at or had to be assumed, in sentences.
+    pub notes: Vec<String>,
+    /// The limits with what proves them.
+    pub certificate: Vec<CertificateRow>,
+    /// What the motion makes visible.
+    pub parameters: Vec<VisibleParameter>,
+}
+
+/// One coordinate of the motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotionJoint {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// Centre of a series, or the pose where a spline starts and ends, rad (m).
+    pub centre: f64,
+    /// Amplitudes of the velocity that go with the cosine, rad/s (m/s), harmonic by harmonic.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cosine: Vec<f64>,
+    /// Those that go with the sine.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sine: Vec<f64>,
+    /// Of a spline: its control points between the first and the last three, less the centre, rad (m).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub control_points: Vec<f64>,
+    /// The limits it was made for.
+    pub limits: CoordinateLimits,
+}
+
+impl MotionJoint {
+    /// From the coefficients of a shape.
+    pub fn new(coordinate: String, shape: &Shape, coefficients: &[f64], limits: CoordinateLimits) -> MotionJoint {
+        let centre = coefficients.first().copied().unwrap_or(0.0);
+        let swing = coefficients.get(1..).unwrap_or_default();
+        let nothing = MotionJoint { coordinate, centre, cosine: vec![], sine: vec![], control_points: vec![], limits };
+        match shape {
+            Shape::Fourier(_) => MotionJoint {
+                cosine: swing.iter().copied().step_by(2).collect(),
+                sine: swing.iter().copied().skip(1).step_by(2).collect(),
+                ..nothing
+            },
+            Shape::Spline(_) => MotionJoint { control_points: swing.to_vec(), ..nothing },
+        }
+    }
+
+    /// The coefficients; `None` where they are not those of the shape.
+    fn coefficients(&self, shape: &Shape) -> Option<Vec<f64>> {
+        let pairs = self.cosine.iter().zip(&self.sine).flat_map(|(a, b)| [*a, *b]);
+        let swing: Vec<f64> = match shape {
+            Shape::Fourier(_) if self.cosine.len() == self.sine.len() && self.control_points.is_empty() => {
+                pairs.collect()
+            }
+            Shape::Spline(_) if self.cosine.is_empty() && self.sine.is_empty() => self.control_points.clone(),
+            _ => return None,
+        };
+        let all: Vec<f64> = std::iter::once(self.centre).chain(swing).collect();
+        (all.len() == shape.size() && all.iter().all(|x| x.is_finite())).then_some(all)
+    }
+}
+
+impl ExcitingMotion {
+    /// The shape, as its first joint has it.
+    fn shape(&self) -> Shape {
+        let size = |of: &dyn Fn(&MotionJoint) -> &Vec<f64>| self.joints.first().map_or(0, |j| of(j).len());
+        match self.blend_s {
+            Some(blend) => {
+                let harmonics = size(&|j| &j.cosine);
+                Shape::Fourier(FourierSeries { period: self.period_s, blend, harmonics })
+            }
+            None => Shape::Spline(QuinticSpline { period: self.period_s, spans: size(&|j| &j.control_points) + 1 }),
+        }
+    }
+
+    /// The motion itself.
+    ///
+    /// Fails where its numbers describe no motion.
+    pub fn motion(&self, file: &str) -> Result<Motion, Error> {
+        let fail = |what: String| Err(Error::at(file, 0, what));
+        let times = [("rate_hz", Some(self.rate_hz)), ("period_s", Some(self.period_s)), ("blend_s", self.blend_s)];
+        let given = times.iter().filter_map(|(name, x)| Some((name, (*x)?)));
+        if let Some((name, x)) = given.into_iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+            return fail(format!("{name} is {x}; a motion needs a positive one"));
+        }
+        if !(self.effort_share > 0.0 && self.effort_share <= 1.0) || self.repetitions == 0 {
+            return fail(format!(
+                "effort_share {} and repetitions {}: expected a share above 0 and at most 1, and one period at least",
+                self.effort_share, self.repetitions
+            ));
+        }
+        let shape = self.shape();
+        let duration = 2.0 * shape.blend() + self.repetitions as f64 * shape.period();
+        check_samples(duration * self.rate_hz).map_err(|what| Error::at(file, 0, what))?;
+        let mut joints = Vec::new();
+        for joint in &self.joints {
+            let Some(coefficients) = joint.coefficients(&shape).filter(|x| x.len() > 1) else {
+                let expected = match shape {
+                    Shape::Fourier(_) => "as many finite cosine and sine as the first joint has",
+                    Shape::Spline(_) => {
+                        "as many finite control_points as the first joint has, and nothing else; a motion of cosine and \
+                         sine has blend_s"
+                    }
+                };
+                return fail(format!("joint {}: expected {expected}", joint.coordinate));
+            };
+            joints.push(coefficients);
+        }
+        Ok(Motion { rate: self.rate_hz, repetitions: self.repetitions, shape, joints })
+    }
+
+    /// Its shape and its times.
+    pub fn in_words(&self) -> String {
+        let (period, rate) = (self.period_s, self.rate_hz);
+        let shape = self.shape();
+        let duration = 2.0 * shape.blend() + self.repetitions as f64 * period;
+        let text = match shape {
+            Shape::Fourier(series) => {
+                let repeated = counted(self.repetitions, "period", "periods");
+                let (harmonics, frequency, blend) = (series.harmonics, 1.0 / period, series.blend);
+                format!(
+                    "{harmonics} harmonics of {frequency:.4} Hz, {repeated} of {period} s between blends of {blend} s"
+                )
+            }
+            Shape::Spline(spline) => {
+                let repeated = counted(self.repetitions, "time", "times");
+                format!("a quintic spline of {} spans, {repeated} {period} s from rest to rest", spline.spans)
+            }
+        };
+        format!("{text}: {duration} s at {rate} Hz")
+    }
+
+    /// The text of motion.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the motion cannot be written: {e}")))
+    }
+
+    /// Reads motion.yaml.
+    pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
+        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))
+    }
+}
+
+/// The sentence on a certificate whose rows are all proven. It names the kinds of limits that no row is about.
+pub fn proven_text(rows: &[CertificateRow]) -> String {
+    let kinds = [(LimitKind::Effort, "torques"), (LimitKind::Distance, "distances of the robot's own links")];
+    let absent = kinds.iter().filter(|(kind, _)| rows.iter().all(|row| row.limit != *kind));
+    let absent: Vec<&str> = absent.map(|(_, what)| *what).collect();
+    match absent.is_empty() {
+        true => "every limit above is proven, between samples too".into(),
+        false => format!("every limit above is proven, between samples too; NOT looked at: {}", absent.join(", ")),
+    }
+}
+
+/// The rows of one kind of limit.
+pub struct LimitSummary<'a> {
+    /// The kind.
+    pub limit: LimitKind,
+    /// Rows of it.
+    pub count: usize,
+    /// How many of them are proven.
+    pub proven: usize,
+    /// Of those proven, the one with the least room as a share of its bound.
+    pub nearest: Option<&'a CertificateRow>,
+    /// Those that are not.
+    pub faults: Vec<&'a CertificateRow>,
+}
+
+/// A certificate by kind of limit, those it has rows of.
+pub fn certificate_summary(rows: &[CertificateRow]) -> Vec<LimitSummary<'_>> {
+    let share = |r: &CertificateRow| r.room() / r.bound.abs().max(f64::MIN_POSITIVE);
+    let of_kind = |limit: LimitKind| {
+        let own = rows.iter().filter(move |r| r.limit == limit);
+        let (proven, faults): (Vec<&CertificateRow>, Vec<_>) = own.partition(|r| r.kept == Kept::Proven);
+        let nearest = proven.iter().copied().min_by(|a, b| share(a).total_cmp(&share(b)));
+        LimitSummary { limit, count: proven.len() + faults.len(), proven: proven.len(), nearest, faults }
+    };
+    LimitKind::ALL.map(of_kind).into_iter().filter(|summary| summary.count > 0).collect()
+}
+
+/// A certificate for people: violated and open limits in full, the others as the least room of each limit.
+pub fn certificate_text(rows: &[CertificateRow]) -> String {
+    let mut text = String::new();
+    for LimitSummary { limit, count, proven, nearest, faults } in certificate_summary(rows) {
+        if let Some(nearest) = nearest {
+            text.push_str(&format!("{limit:<13} proven for {proven} of {count}; nearest: {nearest}\n"));
+        }
+        faults.iter().for_each(|row| text.push_str(&format!("{row}\n")));
+    }
+    text
+}
+
+/// `1 period`, `3 periods`.
+fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+impl fmt::Display for ExcitingMotion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}", self.model.name, self.in_words())?;
+        writeln!(f, "det^(1/p) {:.4e}, condition number {:.1}\n", self.determinant, self.condition_number)?;
+        write!(f, "{}", certificate_text(&self.certificate))?;
+        let headline = if self.proven { proven_text(&self.certificate) } else { "NOT PROVEN".into() };
+        writeln!(f, "{headline}\n")?;
+        writeln!(f, "{:<26} {:>12} {:>12} {:>9}", "parameter", "described", "deviation", "relative")?;
+        for p in &self.parameters {
+            let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.4e}"));
+            let relative = p.relative_deviation.map_or("-".into(), |r| format!("{:.2} %", 100.0 * r));
+            let remark = p.remark().map_or(String::new(), |remark| format!("  {remark}"));
+            let (described, deviation) = (number(p.described), number(p.deviation));
+            let line = format!("{:<26} {described:>12} {deviation:>12} {relative:>9}{remark}", p.id.to_string());
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}

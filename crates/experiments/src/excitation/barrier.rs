@@ -1,0 +1,231 @@
+//! The kinematic limits of a motion as a wall that a descent stays within.
+//!
+//! Position, velocity, acceleration and jerk at instants of a period, and the control points of the blends, are linear
+//! in the coefficients x of a joint: low <= r x <= high. The wall of a row with weight 1/S (S instants a period) is
+//!
+//! B(x) = -1/S sum log((high - r x) / half) + log((r x - low) / half),   half = (high - low) / 2
+//!
+//! Here x is scaled by the units of the shape ([`Shape::units`]).
+//! [Boyd, Vandenberghe 2004, 11.2]
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use numerics::information_matrix::add_products;
+
+use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::motion::Shape;
+
+/// Instants of the wall for each instant of the criterion.
+///
+/// With thirty a period of the highest harmonic a peak can lie (pi/30)^2 / 2 = 0.5 % above what they show. Where a
+/// motion is made smaller by that, the determinant loses twice as much.
+const DENSITY: usize = 2;
+
+/// The rows of one joint.
+struct JointRows {
+    /// rows x m.
+    rows: Vec<f64>,
+    bounds: Vec<(f64, f64)>,
+    /// Limit of each row.
+    kinds: Vec<LimitKind>,
+    /// How large a change of the scaled coefficients is, m x m: see [`Shape::metric`].
+    metric: DMatrix<f64>,
+}
+
+/// The wall of all joints that move.
+pub struct Barrier {
+    m: usize,
+    weight: f64,
+    joints: Vec<JointRows>,
+}
+
+impl Barrier {
+    /// The wall for the joints with these limits, none of them locked, for a criterion at `samples` instants of a period.
+    pub fn new(shape: &Shape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
+        let samples = DENSITY * samples;
+        let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
+        for (k, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
+            rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));
+            rows.extend(shape.blend_control(k).into_iter().map(|row| (kind, row)));
+        }
+        // The ends of a motion have rows of zeros, since nothing moves at rest.
+        rows.retain(|(_, row)| row.iter().any(|x| *x != 0.0));
+        let joint = |limits: &&CoordinateLimits| {
+            let (m, scale) = (shape.size(), shape.units(limits));
+            let bound = |kind: LimitKind| limits.bounds(kind).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            JointRows {
+                rows: rows.iter().flat_map(|(_, row)| row.iter().zip(&scale).map(|(x, s)| x * s)).collect(),
+                bounds: rows.iter().map(|(kind, _)| bound(*kind)).collect(),
+                kinds: rows.iter().map(|(kind, _)| *kind).collect(),
+                metric: DMatrix::from_row_slice(m, m, &shape.metric(limits, samples)),
+            }
+        };
+        let joints = limits.iter().map(joint).collect();
+        Barrier { m: shape.size(), weight: 1.0 / samples as f64, joints }
+    }
+
+    /// Row values with their bounds, of one joint.
+    fn rows<'a>(&'a self, joint: usize, x: &'a [f64]) -> impl Iterator<Item = (&'a [f64], f64, (f64, f64))> {
+        let rows = &self.joints[joint];
+        let x = &x[joint * self.m..][..self.m];
+        rows.rows.chunks_exact(self.m).zip(&rows.bounds).map(move |(row, bounds)| (row, dot(row, x), *bounds))
+    }
+
+    /// B; its gradient times `factor` is added to `gradient`. `None` outside the limits.
+    pub fn value(&self, x: &[f64], factor: f64, gradient: &mut [f64]) -> Option<f64> {
+        let mut sum = 0.0;
+        for joint in 0..self.joints.len() {
+            let gradient = &mut gradient[joint * self.m..][..self.m];
+            for (row, value, (low, high)) in self.rows(joint, x) {
+                let (above, below, half) = (high - value, value - low, 0.5 * (high - low));
+                if !(above > 0.0 && below > 0.0) {
+                    return None;
+                }
+                sum -= (above / half * (below / half)).ln();
+                let slope = factor * self.weight * (1.0 / above - 1.0 / below);
+                for i in 0..self.m {
+                    gradient[i] += slope * row[i];
+                }
+            }
+        }
+        Some(sum * self.weight)
+    }
+
+    /// The Cholesky factors of the second derivative of `factor` B plus `ridge` times the metric, joint by joint.
+    pub fn curvature(&self, x: &[f64], factor: f64, ridge: f64) -> Option<Curvature> {
+        let m = self.m;
+        let block = |joint: usize| {
+            let JointRows { rows, metric, .. } = &self.joints[joint];
+            let bend = |(_, value, (low, high)): (&[f64], f64, (f64, f64))| {
+                factor * self.weight * ((high - value).powi(-2) + (value - low).powi(-2))
+            };
+            let bends: Vec<f64> = self.rows(joint, x).map(bend).collect();
+            let mut lower: Vec<f64> = (0..m * m).map(|at| metric[(at / m, at % m)] * ridge).collect();
+            add_products(&mut lower, m, rows, |r| bends[r]);
+            let mut hessian = DMatrix::from_row_slice(m, m, &lower);
+            hessian.fill_upper_triangle_with_lower_triangle();
+            Cholesky::new(hessian)
+        };
+        (0..self.joints.len()).map(block).collect::<Option<Vec<_>>>().map(|blocks| Curvature { m, blocks })
+    }
+
+    /// The greatest step along a direction that keeps a hundredth of the room of every row.
+    pub fn step(&self, x: &[f64], direction: &[f64]) -> f64 {
+        let mut step = f64::INFINITY;
+        for joint in 0..self.joints.len() {
+            let d = &direction[joint * self.m..][..self.m];
+            for (row, value, (low, high)) in self.rows(joint, x) {
+                let rate = dot(row, d);
+                let room = if rate > 0.0 { high - value } else { value - low };
+                if rate != 0.0 {
+                    step = step.min(0.99 * room / rate.abs());
+                }
+            }
+        }
+        step
+    }
+
+    /// The least room of any row over half the width of its limit, with the joint and the limit.
+    pub fn least_room(&self, x: &[f64]) -> Option<(f64, usize, LimitKind)> {
+        let all = (0..self.joints.len()).flat_map(|joint| {
+            let kinds = &self.joints[joint].kinds;
+            self.rows(joint, x).zip(kinds).map(move |((_, value, (low, high)), kind)| {
+                ((high - value).min(value - low) / (0.5 * (high - low)), joint, *kind)
+            })
+        });
+        all.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Least and greatest value of the rows of a limit of one joint.
+    pub fn reached(&self, joint: usize, x: &[f64], limit: LimitKind) -> (f64, f64) {
+        let kinds = &self.joints[joint].kinds;
+        let of = self.rows(joint, x).zip(kinds).filter(|(_, kind)| **kind == limit).map(|((_, value, _), _)| value);
+        of.fold((f64::INFINITY, f64::NEG_INFINITY), |m, v| (m.0.min(v), m.1.max(v)))
+    }
+}
+
+/// A factored second derivative, block by block.
+pub struct Curvature {
+    m: usize,
+    blocks: Vec<Cholesky<f64, Dyn>>,
+}
+
+impl Curvature {
+    /// Solves in place.
+    pub fn solve(&self, x: &mut [f64]) {
+        for (block, x) in self.blocks.iter().zip(x.chunks_exact_mut(self.m)) {
+            x.copy_from_slice(block.solve(&DVector::from_column_slice(x)).as_slice());
+        }
+    }
+}
+
+/// By indices: `zip` is not inlined from another unit of the crate, and this runs for every row of every step.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let b = &b[..a.len()];
+    (0..a.len()).map(|i| a[i] * b[i]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::fourier_series::FourierSeries;
+
+    fn barrier() -> Barrier {
+        let limits = CoordinateLimits {
+            position: (-1.0, 2.0),
+            velocity: 1.5,
+            acceleration: 4.0,
+            jerk: 60.0,
+            effort: None,
+            power: None,
+            locked: None,
+        };
+        let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
+        Barrier::new(&Shape::Fourier(series), 40, &[&limits, &limits])
+    }
+
+    #[test]
+    fn slope_and_curvature_are_those_of_differences() {
+        let barrier = barrier();
+        let x = [0.1, 0.1, -0.2, 0.05, 0.1, 0.3, -0.1, 0.0, 0.1, 0.02];
+        let slope = |x: &[f64]| {
+            let mut g = vec![0.0; 10];
+            let value = barrier.value(x, 1.0, &mut g).unwrap();
+            (value, g)
+        };
+        let (_, g) = slope(&x);
+        let mut along = vec![0.3; 10];
+        let direction = along.clone();
+        barrier.curvature(&x, 1.0, 0.0).unwrap().solve(&mut along);
+        let h = 1e-6;
+        let moved = |k: Option<usize>, h: f64| -> Vec<f64> {
+            let step = |(i, x): (usize, &f64)| match k {
+                Some(k) => x + if i == k { h } else { 0.0 },
+                None => x + h * along[i],
+            };
+            x.iter().enumerate().map(step).collect()
+        };
+        for k in 0..10 {
+            let difference = (slope(&moved(Some(k), h)).0 - slope(&moved(Some(k), -h)).0) / (2.0 * h);
+            assert!((g[k] - difference).abs() < 1e-6 * (1.0 + g[k].abs()), "{k}: {} {difference}", g[k]);
+        }
+        // The curvature times its solution is the right-hand side.
+        let (after, before) = (slope(&moved(None, h)).1, slope(&moved(None, -h)).1);
+        for k in 0..10 {
+            let difference = (after[k] - before[k]) / (2.0 * h);
+            assert!((difference - direction[k]).abs() < 1e-5, "{k}: {difference}");
+        }
+    }
+
+    #[test]
+    fn the_wall_is_where_the_limits_are() {
+        let barrier = barrier();
+        let (x, mut direction) = ([0.1; 10], [0.0; 10]);
+        direction[1] = 1.0;
+        let step = barrier.step(&[0.0; 10], &direction);
+        let at = |s: f64| -> Vec<f64> { direction.iter().map(|d| s * d).collect() };
+        assert!(barrier.value(&at(step), 1.0, &mut [0.0; 10]).is_some());
+        assert!(barrier.value(&at(step / 0.98), 1.0, &mut [0.0; 10]).is_none());
+        let (low, high) = barrier.reached(0, &x, LimitKind::Velocity);
+        assert!(low < 0.0 && high > 0.0 && high < 1.5);
+    }
+}

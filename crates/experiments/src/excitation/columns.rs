@@ -1,0 +1,155 @@
+//! The columns that an identification will have, along a motion: base parameters and friction of each joint.
+//!
+//! In a search the sign of dry friction is the smooth tanh(dq / v), so that it has a slope; v is 2 % of the limit of
+//! velocity. What a found motion shows is computed with the sign itself
+//! ([`crate::excitation::visibility`]).
+//!
+//! A locked coordinate has no row, because its dry friction may take any part of the torque. A column that is then a
+//! combination of those before it, at random states within the limits, cannot be told apart and is left out.
+
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model;
+use numerics::random::Random;
+use numerics::triangle::TriangleBuilder;
+
+use crate::excitation::limits::CoordinateLimits;
+
+/// Share of the limit of velocity over which the sign of dry friction turns in a search.
+pub const SMOOTH_SIGN: f64 = 0.02;
+
+/// A column is not told apart where the columns before it leave less than this share of its norm.
+const DEPENDENT: f64 = 1e-8;
+
+/// Rows a column from random states, at least, where no coordinate is locked.
+const STATES: usize = 40;
+
+/// The columns of one joint's friction, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.
+pub fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
+    let (mut places, sign) = (out.iter_mut(), (dq / v).tanh());
+    let turn = (1.0 - sign * sign) / v;
+    let mut put = |value: f64, along_dq: f64, along_ddq: f64| {
+        if let Some(place) = places.next() {
+            *place = [value, along_dq, along_ddq];
+        }
+    };
+    for term in terms {
+        match *term {
+            FrictionTerm::Viscous => put(dq, 1.0, 0.0),
+            FrictionTerm::Coulomb => put(sign, turn, 0.0),
+            FrictionTerm::SmoothCoulomb(width) => {
+                let s = (dq / width).tanh();
+                put(s, (1.0 - s * s) / width, 0.0);
+            }
+            FrictionTerm::Offset => put(1.0, 0.0, 0.0),
+            FrictionTerm::Asymmetric => {
+                let forward = f64::from(u8::from(dq > 0.0));
+                put(dq.max(0.0), forward, 0.0);
+                put(0.5 * (1.0 + sign), 0.5 * turn, 0.0);
+                put(dq.min(0.0), 1.0 - forward, 0.0);
+                put(0.5 * (1.0 - sign), -0.5 * turn, 0.0);
+            }
+            FrictionTerm::Stribeck(speed) => {
+                let fall = (-(dq / speed).powi(2)).exp();
+                put(sign * fall, (turn - 2.0 * sign * dq / (speed * speed)) * fall, 0.0);
+            }
+            FrictionTerm::Rotor => put(ddq, 0.0, 1.0),
+            // It needs a measured torque, which a motion that is still to be run does not have.
+            FrictionTerm::Load => put(0.0, 0.0, 0.0),
+        }
+    }
+}
+
+/// Which columns of the model can be told apart by motions within the limits.
+pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> {
+    let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
+    let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
+    let mut random = Random::new(1);
+    let mut block = TriangleBuilder::new(p);
+    let mut y = vec![0.0; n * base];
+    let mut friction = vec![[0.0; 3]; terms];
+    for _ in 0..STATES * p.div_ceil(n.max(1)).max(1) {
+        let mut between = |l: &CoordinateLimits, low: f64, high: f64, rest: f64| match l.locked {
+            Some(_) => rest,
+            None => random.between(low, high),
+        };
+        let mut state = |f: &dyn Fn(&CoordinateLimits) -> (f64, f64, f64)| -> Vec<f64> {
+            limits.iter().map(f).zip(limits).map(|((low, high, rest), l)| between(l, low, high, rest)).collect()
+        };
+        let q = state(&|l| (l.position.0, l.position.1, l.locked.unwrap_or(0.0)));
+        let dq = state(&|l| (-l.velocity, l.velocity, 0.0));
+        let ddq = state(&|l| (-l.acceleration, l.acceleration, 0.0));
+        model.regressor.fill(&q, &dq, &ddq, &mut y);
+        for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
+            let mut row = vec![0.0; p];
+            row[..base].copy_from_slice(&y[i * base..][..base]);
+            friction_columns(model.friction, dq[i], ddq[i], SMOOTH_SIGN * limits[i].velocity, &mut friction);
+            for (x, column) in row[base + i * terms..].iter_mut().zip(&friction) {
+                *x = column[0];
+            }
+            block.push(&row, 0.0);
+        }
+    }
+    let triangle = block.finish();
+    let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
+    let largest = norms.iter().copied().fold(0.0, f64::max);
+    (0..p).map(|c| norms[c] > 1e-12 * largest && triangle.at(c, c).abs() > DEPENDENT * norms[c]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pendulum::Pendulum;
+    use linear_model::friction::terms::sign;
+
+    /// Away from rest the columns are those of an identification; the slopes are those of central differences.
+    #[test]
+    fn columns_and_their_slopes() {
+        use FrictionTerm::*;
+        let terms = [Viscous, Coulomb, Offset, SmoothCoulomb(0.2), Asymmetric, Stribeck(0.4), Rotor];
+        let count: usize = terms.iter().map(|t| t.parameters().len()).sum();
+        let columns = |dq: f64, ddq: f64, v: f64| {
+            let mut out = vec![[f64::NAN; 3]; count];
+            friction_columns(&terms, dq, ddq, v, &mut out);
+            out
+        };
+        for dq in [-0.7, -0.1, 0.2, 1.3] {
+            let mut exact = vec![];
+            for term in terms {
+                let mut out = vec![0.0; term.parameters().len()];
+                term.fill(dq, 0.5, 0.0, sign(dq), &mut out);
+                exact.extend(out);
+            }
+            let found = columns(dq, 0.5, 1e-3);
+            assert!(found.iter().zip(&exact).all(|(a, b)| (a[0] - b).abs() < 1e-12), "{found:?} {exact:?}");
+            let (h, at) = (1e-6, columns(dq, 0.5, 0.3));
+            let slopes = |a: Vec<[f64; 3]>, b: Vec<[f64; 3]>| -> Vec<f64> {
+                a.iter().zip(&b).map(|(a, b)| (a[0] - b[0]) / (2.0 * h)).collect()
+            };
+            let along_dq = slopes(columns(dq + h, 0.5, 0.3), columns(dq - h, 0.5, 0.3));
+            let along_ddq = slopes(columns(dq, 0.5 + h, 0.3), columns(dq, 0.5 - h, 0.3));
+            for (c, at) in at.iter().enumerate() {
+                // Central differences of h = 1e-6: 1e-10 of rounding.
+                assert!((at[1] - along_dq[c]).abs() < 1e-8 && (at[2] - along_ddq[c]).abs() < 1e-8, "{c}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_column_twice_is_seen_once() {
+        let arm = Pendulum::new();
+        let limits = |locked| CoordinateLimits {
+            position: (-1.0, 1.0),
+            velocity: 1.0,
+            acceleration: 3.0,
+            jerk: 100.0,
+            effort: None,
+            power: None,
+            locked,
+        };
+        // A rotor inertia is ZZ1 once more.
+        let friction = [FrictionTerm::Viscous, FrictionTerm::Rotor];
+        let model = Model::new(&arm, &friction, &[]);
+        assert_eq!(visible_columns(&model, &[limits(None)]), [true, true, true, true, false]);
+        assert_eq!(visible_columns(&model, &[limits(Some(0.3))]), [false; 5]);
+    }
+}

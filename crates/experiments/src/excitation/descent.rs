@@ -1,0 +1,165 @@
+//! Quasi-Newton descent with a curvature that is known in part.
+//!
+//! Limited-memory BFGS [Nocedal, Wright 2006, algorithm 7.4] in which the known curvature (of a barrier) takes the
+//! place of the multiple of the identity, and a backtracking line search (Armijo) that stays inside. A pair of steps
+//! and slopes without positive curvature is not kept.
+
+use numerics::interruption::Interruption;
+
+/// Pairs remembered.
+const MEMORY: usize = 12;
+/// Share of the decrease promised by the slope that a step must reach.
+const ARMIJO: f64 = 1e-4;
+/// Halvings of a step.
+const HALVINGS: usize = 25;
+
+/// A function to be made small, on an open set.
+pub trait Objective {
+    /// Value and gradient; `None` outside, and where the value is above `at_most`: nobody needs a gradient there.
+    fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)>;
+
+    /// Divides a vector by the known part of the curvature at x, in place.
+    fn precondition(&self, x: &[f64], direction: &mut [f64]);
+
+    /// The greatest step along a direction that may be tried.
+    fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64;
+}
+
+/// Where a descent ended.
+pub struct Descent {
+    /// Where the descent ended.
+    pub x: Vec<f64>,
+    /// The criterion, the smaller the better.
+    pub value: f64,
+    /// Steps that it took.
+    pub iterations: usize,
+}
+
+/// Descends from `x` for at most so many iterations; `None` where x is outside.
+///
+/// It ends earlier where three iterations in turn each win less than the share `least` of 1 + |f|, and where it is
+/// interrupted.
+pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f64) -> Option<Descent> {
+    let mut x = x.to_vec();
+    let (mut value, mut slope) = objective.value(&x, f64::INFINITY)?;
+    let mut pairs: Vec<(Vec<f64>, Vec<f64>, f64)> = Vec::new();
+    let mut stalled = 0;
+    for iteration in 0..iterations {
+        if Interruption::check().is_err() {
+            return Some(Descent { x, value, iterations: iteration });
+        }
+        let mut direction = along(objective, &x, &slope, &pairs);
+        let mut rate = dot(&direction, &slope);
+        if rate.is_nan() || rate >= 0.0 {
+            pairs.clear();
+            direction = along(objective, &x, &slope, &pairs);
+            rate = dot(&direction, &slope);
+        }
+        let Some((next, next_value, next_slope)) = line_search(objective, &x, &direction, value, rate) else {
+            if pairs.is_empty() {
+                return Some(Descent { x, value, iterations: iteration });
+            }
+            pairs.clear();
+            continue;
+        };
+        let s: Vec<f64> = next.iter().zip(&x).map(|(a, b)| a - b).collect();
+        let y: Vec<f64> = next_slope.iter().zip(&slope).map(|(a, b)| a - b).collect();
+        let sy = dot(&s, &y);
+        if sy > 1e-10 * (dot(&s, &s) * dot(&y, &y)).sqrt() {
+            if pairs.len() == MEMORY {
+                pairs.remove(0);
+            }
+            pairs.push((s, y, 1.0 / sy));
+        }
+        stalled = if value - next_value < least * (1.0 + value.abs()) { stalled + 1 } else { 0 };
+        (x, value, slope) = (next, next_value, next_slope);
+        if stalled == 3 {
+            return Some(Descent { x, value, iterations: iteration + 1 });
+        }
+    }
+    Some(Descent { x, value, iterations })
+}
+
+/// Halves a step until its decrease is enough of what the slope `rate` promises, and gives x, value and gradient there.
+fn line_search(
+    objective: &dyn Objective,
+    x: &[f64],
+    direction: &[f64],
+    value: f64,
+    rate: f64,
+) -> Option<(Vec<f64>, f64, Vec<f64>)> {
+    let mut step = objective.greatest_step(x, direction).min(1.0);
+    for _ in 0..HALVINGS {
+        let candidate: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + step * d).collect();
+        if let Some((value, slope)) = objective.value(&candidate, value + ARMIJO * step * rate) {
+            return Some((candidate, value, slope));
+        }
+        step *= 0.5;
+    }
+    None
+}
+
+/// The direction of descent by the two loops.
+fn along(objective: &dyn Objective, x: &[f64], slope: &[f64], pairs: &[(Vec<f64>, Vec<f64>, f64)]) -> Vec<f64> {
+    let mut d: Vec<f64> = slope.iter().map(|g| -g).collect();
+    let mut shares = Vec::with_capacity(pairs.len());
+    for (s, y, rho) in pairs.iter().rev() {
+        let share = rho * dot(s, &d);
+        d.iter_mut().zip(y).for_each(|(d, y)| *d -= share * y);
+        shares.push(share);
+    }
+    objective.precondition(x, &mut d);
+    for ((s, y, rho), share) in pairs.iter().zip(shares.iter().rev()) {
+        let back = rho * dot(y, &d);
+        d.iter_mut().zip(s).for_each(|(d, s)| *d += (share - back) * s);
+    }
+    d
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley inside x_0 < 0.8: the least value within is at the wall, held off by a logarithm.
+    struct Valley;
+
+    impl Objective for Valley {
+        fn value(&self, x: &[f64], at_most: f64) -> Option<(f64, Vec<f64>)> {
+            let room = 0.8 - x[0];
+            if room <= 0.0 {
+                return None;
+            }
+            let (a, b) = (1.0 - x[0], x[1] - x[0] * x[0]);
+            let wall = 1e-4;
+            let value = a * a + 100.0 * b * b - wall * room.ln();
+            let gradient = vec![-2.0 * a - 400.0 * x[0] * b + wall / room, 200.0 * b];
+            (value <= at_most).then_some((value, gradient))
+        }
+
+        fn precondition(&self, x: &[f64], direction: &mut [f64]) {
+            direction[0] /= 2.0 + 1e-4 / (0.8 - x[0]).powi(2);
+            direction[1] /= 200.0;
+        }
+
+        fn greatest_step(&self, x: &[f64], direction: &[f64]) -> f64 {
+            if direction[0] > 0.0 { 0.99 * (0.8 - x[0]) / direction[0] } else { f64::INFINITY }
+        }
+    }
+
+    #[test]
+    fn the_valley_is_followed_to_the_wall() {
+        let found = descend(&Valley, &[-1.2, 1.0], 200, 1e-7).unwrap();
+        assert!(found.iterations < 200);
+        // At the wall: 2 (1 - x) = 1e-4 / (0.8 - x) gives 0.8 - x = 2.5e-4.
+        assert!(
+            (found.x[0] - 0.79975).abs() < 1e-4 && (found.x[1] - found.x[0] * found.x[0]).abs() < 1e-3,
+            "{:?}",
+            found.x
+        );
+        assert!(descend(&Valley, &[0.9, 0.0], 10, 1e-7).is_none());
+    }
+}

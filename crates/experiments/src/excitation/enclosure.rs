@@ -1,0 +1,258 @@
+//! Proved bounds of a motion and its derivatives on an interval of time.
+//!
+//! - The series: about the middle c of the interval, with h = t - c and w_l = w l,
+//!   q^(k)(t) within q^(k)(c) + q^(k+1)(c) h + [-1, 1] h^2/2 sum_l |(a_l, b_l)| w_l^(k+1), by Taylor's theorem.
+//! - A blend, and each span of a spline: between the least and greatest of the control points of its part (Bernstein), by
+//!   polar forms.
+//!
+//! All in interval arithmetic, so that rounding is part of the proof.
+
+use numerics::interval::Interval;
+
+use crate::excitation::fourier_series::FourierSeries;
+use crate::excitation::motion::{Motion, Shape};
+use crate::excitation::spline_enclosure::EnclosedSpline;
+
+/// A piece of a motion, with its own clock from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Piece {
+    /// From rest to the series.
+    Start,
+    /// One period; all are alike.
+    Period,
+    /// From the series to rest.
+    End,
+}
+
+/// Position and its first four derivatives.
+pub type Derivatives = [Interval; 5];
+
+/// A motion with what its enclosures need.
+pub enum EnclosedMotion<'a> {
+    /// A series and its blends.
+    Fourier(EnclosedSeries<'a>),
+    /// A spline.
+    Spline(EnclosedSpline),
+}
+
+/// A series with what its enclosures need.
+pub struct EnclosedSeries<'a> {
+    shape: FourierSeries,
+    /// By coordinate: (c, a_1, b_1, ..).
+    joints: &'a [Vec<f64>],
+    /// w_l, rad/s.
+    frequency: Vec<Interval>,
+    /// By coordinate: sum_l |(a_l, b_l)| w_l^(k+1), k = 0 .. 4.
+    curvature: Vec<[f64; 5]>,
+    /// By coordinate: the control points of the blends, start and end.
+    blends: Vec<[[Interval; 5]; 2]>,
+}
+
+impl Piece {
+    /// Those of a motion, in the order of time.
+    pub fn of(shape: &Shape) -> &'static [Piece] {
+        match shape {
+            Shape::Fourier(_) => &[Piece::Start, Piece::Period, Piece::End],
+            Shape::Spline(_) => &[Piece::Period],
+        }
+    }
+
+    /// Its span on its own clock, s.
+    pub fn span(self, shape: &Shape) -> Interval {
+        match self {
+            Piece::Period => Interval::new(0.0, shape.period()),
+            Piece::Start | Piece::End => Interval::new(0.0, shape.blend()),
+        }
+    }
+
+    /// Time of the motion at which its clock starts, s.
+    pub fn start(self, motion: &Motion) -> f64 {
+        match self {
+            Piece::Start => 0.0,
+            Piece::Period => motion.shape.blend(),
+            Piece::End => motion.shape.blend() + motion.repetitions as f64 * motion.shape.period(),
+        }
+    }
+
+    /// How its enclosures are found, in words.
+    pub fn method(self, shape: &Shape) -> &'static str {
+        match (self, shape) {
+            (Piece::Period, Shape::Fourier(_)) => "Taylor enclosures of the series",
+            (Piece::Period, Shape::Spline(_)) => "Bernstein control points of the spline",
+            (Piece::Start | Piece::End, _) => "Bernstein control points of the blend",
+        }
+    }
+}
+
+impl EnclosedMotion<'_> {
+    /// Encloses the pieces of a motion.
+    pub fn new(motion: &Motion) -> EnclosedMotion<'_> {
+        match motion.shape {
+            Shape::Fourier(shape) => EnclosedMotion::Fourier(EnclosedSeries::new(shape, &motion.joints)),
+            Shape::Spline(shape) => EnclosedMotion::Spline(EnclosedSpline::new(shape, &motion.joints)),
+        }
+    }
+
+    /// Encloses position and derivatives of each coordinate on a part of a piece.
+    pub fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
+        match self {
+            EnclosedMotion::Fourier(series) => series.on(piece, part),
+            EnclosedMotion::Spline(spline) => spline.on(part),
+        }
+    }
+}
+
+impl EnclosedSeries<'_> {
+    fn new(shape: FourierSeries, joints: &[Vec<f64>]) -> EnclosedSeries<'_> {
+        let turn = Interval::pi() * 2.0;
+        let w = turn.over(Interval::point(shape.period));
+        let frequency: Vec<Interval> = (1..=shape.harmonics).map(|l| w * l as f64).collect();
+        let curvature = joints.iter().map(|joint| {
+            let mut sums = [Interval::ZERO; 5];
+            for (amplitudes, w) in joint[1..].chunks_exact(2).zip(&frequency) {
+                let [a, b] = [0, 1].map(|i| Interval::point(amplitudes[i]));
+                let mut term = (a.square() + b.square()).sqrt();
+                for sum in &mut sums {
+                    term = term * *w;
+                    *sum = *sum + term;
+                }
+            }
+            sums.map(|s| s.high)
+        });
+        let curvature = curvature.collect();
+        let mut enclosed = EnclosedSeries { shape, joints, frequency, curvature, blends: vec![] };
+        let d = Interval::point(shape.blend);
+        let blends = enclosed.series_at(Interval::ZERO).into_iter().map(|[q, v, a, ..]| {
+            let bend = (d.square() * a).over(Interval::point(12.0));
+            let (before, after) = (q - d * v * 0.5 + bend, q + d * v * 0.5 + bend);
+            [[before, before, before, q - d * v * 0.25, q], [q, q + d * v * 0.25, after, after, after]]
+        });
+        enclosed.blends = blends.collect();
+        enclosed
+    }
+
+    fn on(&self, piece: Piece, part: Interval) -> Vec<Derivatives> {
+        match piece {
+            Piece::Start => self.blend(0, part),
+            Piece::End => self.blend(1, part),
+            Piece::Period => {
+                let middle = Interval::point(part.middle());
+                let h = part - middle;
+                let bend = h.square() * 0.5;
+                let around = |(at, curvature): ([Interval; 6], &[f64; 5])| -> Derivatives {
+                    std::array::from_fn(|k| at[k] + at[k + 1] * h + bend * Interval::around_zero(curvature[k]))
+                };
+                self.series_at(middle).into_iter().zip(&self.curvature).map(around).collect()
+            }
+        }
+    }
+
+    /// Position and five derivatives of each coordinate at an instant of a period.
+    fn series_at(&self, t: Interval) -> Vec<[Interval; 6]> {
+        let waves: Vec<(Interval, Interval)> =
+            self.frequency.iter().map(|w| ((*w * t).sin(), (*w * t).cos())).collect();
+        let of = |joint: &Vec<f64>| {
+            let mut found = [Interval::ZERO; 6];
+            found[0] = Interval::point(joint[0]);
+            for (l, (s, c)) in waves.iter().enumerate() {
+                let (a, b, w) = (joint[2 * l + 1], joint[2 * l + 2], self.frequency[l]);
+                // `along` is w times the position of a harmonic, and `across` its velocity. Powers of w give the
+                // others.
+                let (along, across) = (*s * a - *c * b, *c * a + *s * b);
+                found[0] = found[0] + along.over(w);
+                let mut scale = Interval::point(1.0);
+                for (k, sum) in found.iter_mut().enumerate().skip(1) {
+                    let term = match k % 4 {
+                        1 => across,
+                        2 => -along,
+                        3 => -across,
+                        _ => along,
+                    };
+                    *sum = *sum + term * scale;
+                    scale = scale * w;
+                }
+            }
+            found
+        };
+        self.joints.iter().map(of).collect()
+    }
+
+    fn blend(&self, which: usize, part: Interval) -> Vec<Derivatives> {
+        let d = Interval::point(self.shape.blend);
+        let within = |t: f64| Interval::point(t).over(d).meet(Interval::new(0.0, 1.0));
+        let (from, to) = (within(part.low), within(part.high));
+        let of = |control: &[[Interval; 5]; 2]| -> Derivatives {
+            let mut points = control[which].to_vec();
+            let mut degree = 4.0;
+            std::array::from_fn(|_| {
+                let held = restricted(&points, from, to);
+                let factor = Interval::point(degree).over(d);
+                points = points.windows(2).map(|p| (p[1] - p[0]) * factor).collect();
+                degree -= 1.0;
+                held
+            })
+        };
+        self.blends.iter().map(of).collect()
+    }
+}
+
+/// The hull of the control points of the part from u to v: the polar form at n - j times u and j times v.
+fn restricted(points: &[Interval], u: Interval, v: Interval) -> Interval {
+    let between = |x: Interval, y: Interval, u: Interval| x + (y - x) * u;
+    let polar = |j: usize| {
+        let mut left = points.to_vec();
+        for step in 1..points.len() {
+            let at = if step <= j { v } else { u };
+            left = left.windows(2).map(|p| between(p[0], p[1], at)).collect();
+        }
+        left[0]
+    };
+    (0..points.len()).map(polar).reduce(Interval::hull).unwrap_or(Interval::ALL)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::motion::tests::motions;
+
+    /// The motion evaluated in plain f64 lies within, everywhere, and the enclosure of an instant is narrow.
+    #[test]
+    fn the_motion_lies_within() {
+        for motion in motions() {
+            let enclosed = EnclosedMotion::new(&motion);
+            for &piece in Piece::of(&motion.shape) {
+                let span = piece.span(&motion.shape);
+                for k in 0..40 {
+                    let at = |k: usize| span.low + span.width() * k as f64 / 40.0;
+                    let part = Interval::new(at(k), at(k + 1));
+                    hold(&motion, &enclosed, piece, part);
+                }
+            }
+        }
+    }
+
+    fn hold(motion: &Motion, enclosed: &EnclosedMotion, piece: Piece, part: Interval) {
+        let (held, span) = (enclosed.on(piece, part), piece.span(&motion.shape));
+        for i in 0..=20 {
+            // Within the piece: at its ends the jerk jumps.
+            let t = (part.low + part.width() * f64::from(i) / 20.0).clamp(span.low + 1e-9, span.high - 1e-9);
+            let thin = enclosed.on(piece, Interval::point(t));
+            for (j, x) in motion.at(piece.start(motion) + t).iter().enumerate() {
+                for d in 0..4 {
+                    // The clock of the whole motion is rounded: 1e-15 s at 100 rad/s^4.
+                    assert!(held[j][d].low <= x[d] + 1e-9 && held[j][d].high >= x[d] - 1e-9, "{piece:?} {t}");
+                    assert!((thin[j][d].middle() - x[d]).abs() < 1e-9 && thin[j][d].width() < 1e-9);
+                }
+                // The fourth derivative is the slope of the third.
+                let h = 1e-6;
+                let [before, after] = [-h, h].map(|h| motion.at(piece.start(motion) + t + h)[j][3]);
+                let slope = (after - before) / (2.0 * h);
+                let is_inside = t - h > span.low && t + h < span.high;
+                // Rounding of a jerk of hundreds over h; h times the jumps of the fifth derivative at knots.
+                let near = 1e-3 * (1.0 + slope.abs());
+                assert!(!is_inside || (thin[j][4].middle() - slope).abs() < near, "{t}: {:?} {slope}", thin[j][4]);
+                assert!(held[j][4].low <= thin[j][4].high && held[j][4].high >= thin[j][4].low);
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The proof that the bodies of a robot keep their distances along a motion, between the samples too.
+//!
+//! On a part of the motion every coordinate stays within s of q(t), t the middle of the part, by the enclosures of
+//! [`crate::excitation::enclosure`]. The distance there is at least the one at q(t) less how far the
+//! joints move the bodies. This is a Lipschitz bound by the reach of the joints, which the surroundings know. A part is
+//! halved until the bound is above the limit. The proof follows from the motion, the limits and the description alone.
+//!
+//! Not here: the bodies and their distances.
+
+use numerics::interval::Interval;
+
+use crate::excitation::enclosure::{EnclosedMotion, Piece};
+use crate::excitation::limits::LimitKind;
+use crate::excitation::motion::Motion;
+use crate::excitation::proof::{CertificateRow, Kept};
+
+/// A distance that must not become too small.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gap {
+    /// Distance of two links, or region of one.
+    pub limit: LimitKind,
+    /// Between whom: `forearm and base`, or `forearm at the floor`.
+    pub subject: String,
+    /// m.
+    pub bound: f64,
+}
+
+impl Gap {
+    /// `distance of forearm and base (0.01 m)`.
+    pub fn in_words(&self) -> String {
+        format!("{} of {} ({} m)", self.limit, self.subject, self.bound)
+    }
+}
+
+/// A gap at a configuration and near it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Room {
+    /// At the configuration, m; negative where bodies overlap.
+    pub reached: f64,
+    /// Lower bound near the configuration, m.
+    pub at_least: f64,
+}
+
+/// The gaps that the bodies of a robot must keep.
+pub trait Surroundings: Sync {
+    /// The gaps, in a fixed order.
+    fn gaps(&self) -> &[Gap];
+
+    /// The gaps `which` at `q`, and the least they are while each coordinate stays within `spread` of it.
+    fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room>;
+
+    /// Visits every two solids whose room above their bound is less than `within`.
+    ///
+    /// `each` takes their gap, the room, m, and its slope along each coordinate, m/rad (m/m).
+    fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64]));
+}
+
+/// Parts of a piece to begin with.
+const PARTS: usize = 128;
+/// Largest number of distances looked at. What is not proven by then stays open.
+const BUDGET: usize = 1_000_000;
+
+/// A gap along the motion.
+struct Least {
+    reached: f64,
+    time: f64,
+    proved: f64,
+}
+
+/// The rows of the gaps, in their order.
+pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
+    let gaps = surroundings.gaps();
+    let enclosed = EnclosedMotion::new(motion);
+    let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };
+    let mut found: Vec<Least> = (0..gaps.len()).map(nothing).collect();
+    let mut looked_at = 0;
+    for &piece in Piece::of(&motion.shape) {
+        let span = piece.span(&motion.shape);
+        let at = |k: usize| if k == PARTS { span.high } else { span.low + span.width() * (k as f64 / PARTS as f64) };
+        let all: Vec<usize> = (0..gaps.len()).collect();
+        let mut left: Vec<(Interval, Vec<usize>)> =
+            (0..PARTS).rev().map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
+        while let Some((part, which)) = left.pop() {
+            let middle = part.middle();
+            let time = piece.start(motion) + middle;
+            let q: Vec<f64> = motion.at(time).iter().map(|x| x[0]).collect();
+            let spread: Vec<f64> = enclosed
+                .on(piece, part)
+                .iter()
+                .zip(&q)
+                .map(|(held, q)| (held[0].high - q).max(q - held[0].low).max(0.0))
+                .collect();
+            let is_point = middle <= part.low || middle >= part.high;
+            looked_at += which.len();
+            let mut open = Vec::new();
+            for (&g, room) in which.iter().zip(surroundings.rooms(&q, &spread, &which)) {
+                let (least, bound) = (&mut found[g], gaps[g].bound);
+                if room.reached < least.reached {
+                    (least.reached, least.time) = (room.reached, time);
+                }
+                // A limit that is broken somewhere needs no proof elsewhere.
+                let settled = room.at_least >= bound || least.reached < bound;
+                if settled || is_point || looked_at >= BUDGET {
+                    least.proved = least.proved.min(room.at_least);
+                } else {
+                    open.push(g);
+                }
+            }
+            if !open.is_empty() {
+                left.push((Interval::new(middle, part.high), open.clone()));
+                left.push((Interval::new(part.low, middle), open));
+            }
+        }
+    }
+    gaps.iter().zip(found).map(|(gap, least)| row(gap, least)).collect()
+}
+
+fn row(gap: &Gap, least: Least) -> CertificateRow {
+    CertificateRow {
+        limit: gap.limit,
+        subject: gap.subject.clone(),
+        time_s: least.time,
+        value: least.reached,
+        bound: gap.bound,
+        nowhere_beyond: least.proved,
+        kept: match (least.proved >= gap.bound, least.reached < gap.bound) {
+            (_, true) => Kept::Violated,
+            (true, false) => Kept::Proven,
+            (false, false) => Kept::Open,
+        },
+        how: "distance at instants less what joints times reach take the bodies in between".into(),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::excitation::motion::tests::motions;
+
+    /// A body at the end of a rod of length 1 that the first coordinate turns, before a wall at y = `height`.
+    pub(crate) struct Rod {
+        pub(crate) height: f64,
+        pub(crate) gaps: [Gap; 1],
+    }
+
+    impl Rod {
+        pub(crate) fn new(height: f64) -> Rod {
+            let gap = Gap { limit: LimitKind::Region, subject: "rod at the wall".into(), bound: 0.0 };
+            Rod { height, gaps: [gap] }
+        }
+    }
+
+    impl Surroundings for Rod {
+        fn gaps(&self) -> &[Gap] {
+            &self.gaps
+        }
+
+        fn rooms(&self, q: &[f64], spread: &[f64], which: &[usize]) -> Vec<Room> {
+            let reached = self.height - q[0].sin();
+            which.iter().map(|_| Room { reached, at_least: reached - spread[0] }).collect()
+        }
+
+        fn near(&self, q: &[f64], within: f64, each: &mut dyn FnMut(usize, f64, &[f64])) {
+            let room = self.height - q[0].sin();
+            if room < within {
+                let mut slope = vec![0.0; q.len()];
+                slope[0] = -q[0].cos();
+                each(0, room, &slope);
+            }
+        }
+    }
+
+    /// A wall just beyond what dense samples reach is proven to be kept, one just before it is seen to be broken.
+    #[test]
+    fn proofs_of_gaps_are_sharp() {
+        for motion in motions() {
+            let height = |i: u32| motion.at(motion.duration() * f64::from(i) / 100_000.0)[0][0].sin();
+            let greatest = (0..=100_000).map(height).fold(f64::NEG_INFINITY, f64::max);
+            let [kept] = &prove_gaps(&motion, &Rod::new(greatest + 1e-4))[..] else { panic!() };
+            assert!(kept.kept == Kept::Proven && kept.nowhere_beyond >= 0.0 && kept.value >= 9e-5, "{kept:?}");
+            let [broken] = &prove_gaps(&motion, &Rod::new(greatest - 1e-4))[..] else { panic!() };
+            assert!(broken.kept == Kept::Violated && broken.value < 0.0, "{broken:?}");
+            let there = greatest - 1e-4 - motion.at(broken.time_s)[0][0].sin();
+            assert!((there - broken.value).abs() < 1e-12, "{broken:?} {there}");
+            assert!(broken.to_string().starts_with("region of rod at the wall: -0.0"), "{broken}");
+        }
+    }
+}

@@ -1,0 +1,400 @@
+//! The limits of each coordinate: of the description, tightened by a file, assumed where neither has one.
+//!
+//! | limit | of the description | assumed (slides) |
+//! |---|---|---|
+//! | position | yes | +-1.5 rad (+-0.25 m) |
+//! | velocity | yes | 1 rad/s (0.25 m/s) |
+//! | acceleration | of a YAML | reaches the velocity in 0.3 s |
+//! | jerk | no | reaches the acceleration in 0.05 s |
+//! | effort | yes | unknown: not looked at |
+//! | power | no | none |
+//!
+//! A file can only tighten what the description says. Not here: boxes, floors, collisions of the arm with itself
+//! ([`crate::excitation::space_limits`]).
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use linear_model::yaml;
+use robot::Limits;
+use serde::{Deserialize, Serialize};
+
+use crate::excitation::space_limits::SpaceLimits;
+
+/// A kind of limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LimitKind {
+    /// rad (m).
+    Position,
+    /// rad/s (m/s).
+    Velocity,
+    /// rad/s^2 (m/s^2).
+    Acceleration,
+    /// rad/s^3 (m/s^3).
+    Jerk,
+    /// N m (N).
+    Effort,
+    /// Of a drive: torque times velocity, W.
+    Power,
+    /// Between two links, m.
+    Distance,
+    /// From a floor, a wall or the side of a box, m.
+    Region,
+}
+
+impl LimitKind {
+    /// Those of the motion alone, in the order of its derivatives.
+    pub const KINEMATIC: [LimitKind; 4] =
+        [LimitKind::Position, LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk];
+
+    /// All, in the order of a certificate.
+    pub const ALL: [LimitKind; 8] = [
+        LimitKind::Position,
+        LimitKind::Velocity,
+        LimitKind::Acceleration,
+        LimitKind::Jerk,
+        LimitKind::Distance,
+        LimitKind::Region,
+        LimitKind::Effort,
+        LimitKind::Power,
+    ];
+
+    /// The unit at a joint that turns, or slides.
+    pub fn unit(self, is_prismatic: bool) -> &'static str {
+        match (self, is_prismatic) {
+            (LimitKind::Position, false) => "rad",
+            (LimitKind::Velocity, false) => "rad/s",
+            (LimitKind::Acceleration, false) => "rad/s^2",
+            (LimitKind::Jerk, false) => "rad/s^3",
+            (LimitKind::Effort, false) => "N m",
+            (LimitKind::Position, true) => "m",
+            (LimitKind::Velocity, true) => "m/s",
+            (LimitKind::Acceleration, true) => "m/s^2",
+            (LimitKind::Jerk, true) => "m/s^3",
+            (LimitKind::Effort, true) => "N",
+            (LimitKind::Power, _) => "W",
+            (LimitKind::Distance | LimitKind::Region, _) => "m",
+        }
+    }
+}
+
+impl fmt::Display for LimitKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            LimitKind::Position => "position",
+            LimitKind::Velocity => "velocity",
+            LimitKind::Acceleration => "acceleration",
+            LimitKind::Jerk => "jerk",
+            LimitKind::Effort => "effort",
+            LimitKind::Power => "power",
+            LimitKind::Distance => "distance",
+            LimitKind::Region => "region",
+        })
+    }
+}
+
+/// What a motion may ask of one coordinate: rad and s (m and s where it slides), N m (N), W.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoordinateLimits {
+    /// Smallest and largest, rad (m).
+    pub position: (f64, f64),
+    /// rad/s (m/s).
+    pub velocity: f64,
+    /// rad/s^2 (m/s^2).
+    pub acceleration: f64,
+    /// rad/s^3 (m/s^3).
+    pub jerk: f64,
+    /// None: unknown, not looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effort: Option<f64>,
+    /// Of the drive, driving and braking, W. None: not limited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<f64>,
+    /// The coordinate stands here all the time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub locked: Option<f64>,
+}
+
+impl CoordinateLimits {
+    /// Least and greatest value that a limit allows.
+    pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
+        let symmetric = |x: f64| Some((-x, x));
+        match kind {
+            LimitKind::Position => Some(self.position),
+            LimitKind::Velocity => symmetric(self.velocity),
+            LimitKind::Acceleration => symmetric(self.acceleration),
+            LimitKind::Jerk => symmetric(self.jerk),
+            LimitKind::Effort => self.effort.and_then(symmetric),
+            LimitKind::Power => self.power.and_then(symmetric),
+            // Of links, not of a coordinate.
+            LimitKind::Distance | LimitKind::Region => None,
+        }
+    }
+
+    /// Why no motion can keep these limits, if so.
+    pub fn fault(&self) -> Option<String> {
+        let (low, high) = self.position;
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Some(format!("the limits of position leave no room: from {low} to {high}"));
+        }
+        let positive = [
+            (LimitKind::Velocity, Some(self.velocity)),
+            (LimitKind::Acceleration, Some(self.acceleration)),
+            (LimitKind::Jerk, Some(self.jerk)),
+            (LimitKind::Effort, self.effort),
+            (LimitKind::Power, self.power),
+        ];
+        let mut given = positive.into_iter().filter_map(|(kind, x)| Some((kind, x?)));
+        if let Some((kind, x)) = given.find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
+            return Some(format!(
+                "the limit of {kind} leaves no room: {x}; expected is a positive number (locked: holds still)"
+            ));
+        }
+        let locked = self.locked.filter(|q| !(*q >= low && *q <= high));
+        locked.map(|q| format!("locked at {q}, outside its limits of position, {low} to {high}"))
+    }
+}
+
+/// Limits that a file gives for one coordinate, or for all.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AskedLimits {
+    /// Smallest and largest, rad (m).
+    pub position: Option<(f64, f64)>,
+    /// rad/s (m/s).
+    pub velocity: Option<f64>,
+    /// rad/s^2 (m/s^2).
+    pub acceleration: Option<f64>,
+    /// rad/s^3 (m/s^3).
+    pub jerk: Option<f64>,
+    /// N m (N).
+    pub effort: Option<f64>,
+    /// Of the drive, W.
+    pub power: Option<f64>,
+    /// Stand here all the time.
+    pub locked: Option<f64>,
+    /// Slow motion: velocity times s, acceleration times s^2, jerk times s^3.
+    pub slowed: Option<f64>,
+}
+
+impl AskedLimits {
+    /// The limits of a description that are usable.
+    pub fn of_description(described: &Limits) -> AskedLimits {
+        let positive = |x: Option<f64>| x.filter(|x| x.is_finite() && *x > 0.0);
+        AskedLimits {
+            position: described.position.filter(|(low, high)| low.is_finite() && high.is_finite()),
+            velocity: positive(described.velocity),
+            acceleration: positive(described.acceleration),
+            effort: positive(described.effort),
+            ..AskedLimits::default()
+        }
+    }
+
+    /// Least and greatest value that a limit allows, where there is one.
+    pub fn bounds(&self, kind: LimitKind) -> Option<(f64, f64)> {
+        let size = match kind {
+            LimitKind::Position => return self.position,
+            LimitKind::Velocity => self.velocity,
+            LimitKind::Acceleration => self.acceleration,
+            LimitKind::Jerk => self.jerk,
+            LimitKind::Effort => self.effort,
+            LimitKind::Power => self.power,
+            // Of links, not of a coordinate.
+            LimitKind::Distance | LimitKind::Region => None,
+        };
+        size.map(|x| (-x, x))
+    }
+}
+
+/// The file of `--limits`.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitsFile {
+    /// Limits of every coordinate; those of a coordinate itself come first.
+    pub all: AskedLimits,
+    /// Of single coordinates, by name.
+    pub coordinates: BTreeMap<String, AskedLimits>,
+    /// Where the bodies may be; `None`: as where nothing is asked.
+    pub space: Option<SpaceLimits>,
+}
+
+impl LimitsFile {
+    /// Reads the YAML of `--limits`.
+    pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
+        let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
+                        power, locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
+                        boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
+        yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
+    }
+
+    /// Fails where the file names a coordinate that is not there.
+    pub fn check_names(&self, names: &[String]) -> Result<(), String> {
+        match self.coordinates.keys().find(|name| !names.contains(name)) {
+            Some(unknown) => Err(format!("limits: there is no coordinate `{unknown}`; there are {}", names.join(", "))),
+            None => Ok(()),
+        }
+    }
+
+    /// What the file says of a coordinate by its name.
+    pub fn of(&self, coordinate: &str) -> AskedLimits {
+        self.coordinates.get(coordinate).cloned().unwrap_or_default()
+    }
+}
+
+/// The limits of the coordinates, and what had to be assumed for them, in sentences.
+///
+/// Fails where the file names a coordinate that is not there, is looser than the description, or leaves no room.
+pub fn motion_limits(
+    names: &[String],
+    is_prismatic: impl Fn(usize) -> bool,
+    described: &[Limits],
+    file: &LimitsFile,
+) -> Result<(Vec<CoordinateLimits>, Vec<String>), String> {
+    if let Some(fault) = file.space.as_ref().and_then(SpaceLimits::fault) {
+        return Err(fault);
+    }
+    file.check_names(names)?;
+    let mut assumed: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut limits = Vec::new();
+    for (k, (name, described)) in names.iter().zip(described).enumerate() {
+        let own = file.of(name);
+        let mut assume = |text: String| match assumed.iter_mut().find(|a| a.0 == text) {
+            Some(a) => a.1.push(name),
+            None => assumed.push((text, vec![name])),
+        };
+        let found = one(is_prismatic(k), described, &own, &file.all, &mut assume);
+        let found = found.map_err(|what| format!("coordinate {name}: {what}"))?;
+        limits.push(found);
+    }
+    let sentence = |(text, names): (String, Vec<&str>)| format!("{}: {text}", names.join(", "));
+    Ok((limits, assumed.into_iter().map(sentence).collect()))
+}
+
+/// A limit of the limits file, or else of the description; `None` where neither has one.
+///
+/// Fails where the file's is the looser one.
+fn chosen(kind: LimitKind, described: Option<f64>, asked: Option<f64>) -> Result<Option<f64>, String> {
+    match (described, asked) {
+        (Some(d), Some(a)) if a > d => {
+            Err(format!("{kind} {a} of the limits file is above {d} of the description, which a file can only tighten"))
+        }
+        (described, asked) => Ok(asked.or(described)),
+    }
+}
+
+/// What a file and the description give for a coordinate, slowed down as the file asks; nothing is assumed.
+///
+/// Fails where the file is the looser one.
+pub fn given(described: &Limits, own: &AskedLimits, all: &AskedLimits) -> Result<AskedLimits, String> {
+    let described = AskedLimits::of_description(described);
+    let position = match (described.position, own.position.or(all.position)) {
+        (Some((low, high)), Some((a, b))) if a < low || b > high => {
+            return Err(format!(
+                "position {a} to {b} of the limits file exceeds {low} to {high} of the description, which a file can \
+                 only tighten"
+            ));
+        }
+        (described, asked) => asked.or(described),
+    };
+    let slowed = own.slowed.or(all.slowed);
+    let factor = slowed.unwrap_or(1.0);
+    if !(factor > 0.0 && factor <= 1.0) {
+        return Err(format!("slowed is a factor above 0 and at most 1, not {factor}"));
+    }
+    let scaled = |x: Option<f64>, power: i32| x.map(|x| x * factor.powi(power));
+    let velocity = chosen(LimitKind::Velocity, described.velocity, own.velocity.or(all.velocity))?;
+    let asked = own.acceleration.or(all.acceleration);
+    let acceleration = chosen(LimitKind::Acceleration, described.acceleration, asked)?;
+    Ok(AskedLimits {
+        position,
+        velocity: scaled(velocity, 1),
+        acceleration: scaled(acceleration, 2),
+        jerk: scaled(own.jerk.or(all.jerk), 3),
+        effort: chosen(LimitKind::Effort, described.effort, own.effort.or(all.effort))?,
+        power: own.power.or(all.power),
+        locked: own.locked.or(all.locked),
+        slowed,
+    })
+}
+
+fn one(
+    is_prismatic: bool,
+    described: &Limits,
+    own: &AskedLimits,
+    all: &AskedLimits,
+    assume: &mut dyn FnMut(String),
+) -> Result<CoordinateLimits, String> {
+    let given = given(described, own, all)?;
+    let factor = given.slowed.unwrap_or(1.0);
+    let mut or_assumed = |kind: LimitKind, given: Option<f64>, otherwise: f64, power: i32| {
+        given.unwrap_or_else(|| {
+            let size = if otherwise < 1e-3 { format!("{otherwise:.3e}") } else { format!("{otherwise:.4}") };
+            assume(format!("no limit of {kind} given, {size} {} assumed", kind.unit(is_prismatic)));
+            otherwise * factor.powi(power)
+        })
+    };
+    let (far, fast) = if is_prismatic { (0.25, 0.25) } else { (1.5, 1.0) };
+    // What is assumed follows from the limits before they are slowed down.
+    let velocity = or_assumed(LimitKind::Velocity, given.velocity, fast, 1);
+    let quick = velocity / factor / 0.3;
+    let acceleration = or_assumed(LimitKind::Acceleration, given.acceleration, quick, 2);
+    let jerk = or_assumed(LimitKind::Jerk, given.jerk, acceleration / factor.powi(2) / 0.05, 3);
+    let position = given.position.unwrap_or_else(|| {
+        let unit = LimitKind::Position.unit(is_prismatic);
+        assume(format!("no limits of position given, +-{far} {unit} assumed"));
+        (-far, far)
+    });
+    let AskedLimits { effort, power, locked, .. } = given;
+    let limits = CoordinateLimits { position, velocity, acceleration, jerk, effort, power, locked };
+    match limits.fault() {
+        None => Ok(limits),
+        Some(fault) => Err(fault),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn described() -> Limits {
+        Limits { position: Some((-2.0, 2.0)), velocity: Some(3.0), acceleration: None, effort: Some(10.0) }
+    }
+
+    fn found(text: &str) -> Result<(Vec<CoordinateLimits>, Vec<String>), String> {
+        let file = LimitsFile::from_yaml("limits.yaml", text).map_err(|e| e.to_string())?;
+        motion_limits(&["q1".into(), "q2".into()], |k| k == 1, &[described(), Limits::default()], &file)
+    }
+
+    #[test]
+    fn description_file_assumption() {
+        let (limits, notes) =
+            found("coordinates: {q1: {velocity: 1.5, slowed: 0.5}, q2: {locked: 0.1, effort: 7}}").unwrap();
+        assert_eq!((limits[0].position, limits[0].velocity, limits[0].effort), ((-2.0, 2.0), 0.75, Some(10.0)));
+        // 1.5 / 0.3 = 5, times 0.5^2; 5 / 0.05 = 100, times 0.5^3.
+        assert!((limits[0].acceleration - 1.25).abs() < 1e-12 && (limits[0].jerk - 12.5).abs() < 1e-12);
+        assert_eq!((limits[1].position, limits[1].locked, limits[1].effort), ((-0.25, 0.25), Some(0.1), Some(7.0)));
+        assert!(notes.iter().any(|n| n == "q2: no limits of position given, +-0.25 m assumed"), "{notes:?}");
+    }
+
+    #[test]
+    fn what_leaves_no_room_is_refused_with_its_coordinate() {
+        for (text, words) in [
+            ("coordinates: {q9: {velocity: 1}}", "no coordinate `q9`; there are q1, q2"),
+            ("coordinates: {q1: {velocity: 4}}", "coordinate q1: velocity 4 of the limits file is above 3"),
+            ("coordinates: {q1: {position: [-3, 1]}}", "exceeds -2 to 2"),
+            ("coordinates: {q2: {position: [0.1, 0.1]}}", "coordinate q2: the limits of position leave no room"),
+            ("all: {acceleration: 0}", "the limit of acceleration leaves no room: 0"),
+            ("coordinates: {q1: {power: -5}}", "coordinate q1: the limit of power leaves no room: -5"),
+            ("coordinates: {q1: {locked: 5}}", "locked at 5, outside"),
+            ("coordinates: {q1: {slowed: 2}}", "slowed is a factor"),
+            ("coordinates: {q1: {speed: 2}}", "these are no limits"),
+            ("space: {distance: -0.1}", "space: distance is -0.1; expected are metres"),
+            ("space: {walls: [{point: [0, 0, 0]}]}", "these are no limits"),
+        ] {
+            let error = found(text).unwrap_err();
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+}

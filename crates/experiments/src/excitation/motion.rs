@@ -1,0 +1,265 @@
+//! A motion of all joints from rest to rest: the sum of functions of its shape.
+//!
+//! q_i(t) = c_i + sum_j x_ij f_j(t): the functions are those of a Fourier series
+//! ([`crate::excitation::fourier_series`]) or of a quintic spline
+//! ([`crate::excitation::quintic_spline`]), the same for all coordinates. c_i is the pose about which a
+//! coordinate moves. Every quantity is linear in (c, x_1, x_2, ..).
+
+use crate::excitation::fourier_series::FourierSeries;
+use crate::excitation::limits::CoordinateLimits;
+use crate::excitation::quintic_spline::QuinticSpline;
+use crate::motion::reference_motion::Reference;
+
+/// The functions that a motion is a sum of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Whole periods of a series, between blends.
+    Fourier(FourierSeries),
+    /// From rest to rest, played again for each repetition.
+    Spline(QuinticSpline),
+}
+
+impl Shape {
+    /// Coefficients of a coordinate, the pose among them.
+    pub fn size(&self) -> usize {
+        match self {
+            Shape::Fourier(series) => 2 * series.harmonics + 1,
+            Shape::Spline(spline) => spline.spans,
+        }
+    }
+
+    /// Duration of what is repeated, s.
+    pub fn period(&self) -> f64 {
+        match self {
+            Shape::Fourier(series) => series.period,
+            Shape::Spline(spline) => spline.period,
+        }
+    }
+
+    /// Duration from rest to what is repeated, and from there to rest, s.
+    pub fn blend(&self) -> f64 {
+        match self {
+            Shape::Fourier(series) => series.blend,
+            Shape::Spline(_) => 0.0,
+        }
+    }
+
+    /// The k-th derivative per unit of the coefficients at `t` s from the start of a period; k at most 3.
+    pub fn row(&self, t: f64, k: usize) -> Vec<f64> {
+        match self {
+            Shape::Fourier(series) => series.row(t, k),
+            Shape::Spline(spline) => spline.row(t, k),
+        }
+    }
+
+    /// The units of the coefficients in a search. One unit is a large part of what the limits allow.
+    pub fn units(&self, limits: &CoordinateLimits) -> Vec<f64> {
+        let half_room = 0.5 * (limits.position.1 - limits.position.0);
+        let unit = match self {
+            Shape::Fourier(_) => limits.velocity,
+            Shape::Spline(spline) => spline.unit(half_room, limits.velocity),
+        };
+        std::iter::once(half_room).chain(std::iter::repeat_n(unit, self.size() - 1)).collect()
+    }
+
+    /// The metric of the coefficients in these units.
+    ///
+    /// The square of a swing at the greatest velocity, or by half the room, is about 1. For a series it is the
+    /// identity, because its functions are orthogonal. For a spline it is twice the mean of (dq/v)^2 over `count`
+    /// instants, v the limit of velocity. So a quick swing of the control points counts as a quick harmonic does.
+    pub fn metric(&self, limits: &CoordinateLimits, count: usize) -> Vec<f64> {
+        let m = self.size();
+        let mut metric = vec![0.0; m * m];
+        match self {
+            Shape::Fourier(_) => metric.iter_mut().step_by(m + 1).for_each(|x| *x = 1.0),
+            Shape::Spline(_) => {
+                let units = self.units(limits);
+                metric[0] = 1.0;
+                for row in self.rows(1, count, std::iter::empty()) {
+                    let shares: Vec<f64> = row.iter().zip(&units).map(|(x, u)| x * u / limits.velocity).collect();
+                    for (i, a) in shares.iter().enumerate() {
+                        metric[i * m..][..m]
+                            .iter_mut()
+                            .zip(&shares)
+                            .for_each(|(x, b)| *x += 2.0 * a * b / count as f64);
+                    }
+                }
+            }
+        }
+        metric
+    }
+
+    /// Rows of the k-th derivative at `count` instants of a period, and at these shares of each blend.
+    pub fn rows(&self, k: usize, count: usize, of_blends: impl Iterator<Item = f64> + Clone) -> Vec<Vec<f64>> {
+        let of_period = |r: usize| self.row(self.period() * r as f64 / count as f64, k);
+        let mut rows: Vec<Vec<f64>> = (0..count).map(of_period).collect();
+        if let Shape::Fourier(series) = self {
+            for is_start in [true, false] {
+                rows.extend(of_blends.clone().map(|u| series.blend_row(k, is_start, u)));
+            }
+        }
+        rows
+    }
+
+    /// Control points whose hull holds the k-th derivative of the blends, those of the start before those of the end.
+    pub fn blend_control(&self, k: usize) -> Vec<Vec<f64>> {
+        match self {
+            Shape::Fourier(series) => [true, false].into_iter().flat_map(|s| series.blend_control(k, s)).collect(),
+            Shape::Spline(_) => vec![],
+        }
+    }
+}
+
+/// The motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Rate of the file that is played, Hz.
+    pub rate: f64,
+    /// Whole periods.
+    pub repetitions: usize,
+    /// What it is a sum of.
+    pub shape: Shape,
+    /// By coordinate: its coefficients (c, x_1, x_2, ..).
+    pub joints: Vec<Vec<f64>>,
+}
+
+/// The coefficients of a coordinate with its swing about `centre` times `factor`.
+pub fn scaled(coefficients: &[f64], factor: f64, centre: f64) -> Vec<f64> {
+    let swing = coefficients.iter().skip(1).map(|x| factor * x);
+    std::iter::once(centre).chain(swing).collect()
+}
+
+impl Motion {
+    /// s, from rest to rest.
+    pub fn duration(&self) -> f64 {
+        2.0 * self.shape.blend() + self.repetitions as f64 * self.shape.period()
+    }
+
+    /// Position, velocity, acceleration, jerk of each coordinate at t s after the start; at rest before and after.
+    pub fn at(&self, t: f64) -> Vec<[f64; 4]> {
+        let series = self.repetitions as f64 * self.shape.period();
+        let rows: [Vec<f64>; 4] = match self.shape {
+            Shape::Fourier(shape) if t < shape.blend || t - shape.blend > series => {
+                let is_start = t < shape.blend;
+                let local = if is_start { t } else { t - shape.blend - series };
+                let u = (local / shape.blend).clamp(0.0, 1.0);
+                [0, 1, 2, 3].map(|k| shape.blend_row(k, is_start, u))
+            }
+            Shape::Fourier(_) => {
+                let phase = (t - self.shape.blend()) % self.shape.period();
+                [0, 1, 2, 3].map(|k| self.shape.row(phase, k))
+            }
+            Shape::Spline(spline) => {
+                let phase = if t < series { t.max(0.0) % spline.period } else { spline.period };
+                [0, 1, 2, 3].map(|k| spline.row(phase, k))
+            }
+        };
+        let of = |x: &Vec<f64>| [0, 1, 2, 3].map(|k: usize| rows[k].iter().zip(x).map(|(b, x)| b * x).sum());
+        self.joints.iter().map(of).collect()
+    }
+
+    /// The motion at its rate, from rest to rest; the window is the whole periods.
+    pub fn reference(&self) -> Reference {
+        let count = |seconds: f64| (seconds * self.rate).round() as usize;
+        let (samples, n) = (count(self.duration()) + 1, self.joints.len());
+        let mut reference = Reference { sample_time: 1.0 / self.rate, ..Reference::default() };
+        for series in [&mut reference.q, &mut reference.dq, &mut reference.ddq] {
+            *series = vec![Vec::with_capacity(samples); n];
+        }
+        for r in 0..samples {
+            for (k, [q, dq, ddq, _]) in self.at(r as f64 / self.rate).into_iter().enumerate() {
+                // Rounding must not leave a velocity at the last instant, which controllers refuse.
+                let is_end = r + 1 == samples;
+                reference.q[k].push(q);
+                reference.dq[k].push(if is_end { 0.0 } else { dq });
+                reference.ddq[k].push(if is_end { 0.0 } else { ddq });
+            }
+        }
+        let first = count(self.shape.blend());
+        let whole = count(self.repetitions as f64 * self.shape.period());
+        reference.windows = std::iter::once(first..first + whole).collect();
+        reference
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use numerics::random::Random;
+
+    /// One of each shape, of two coordinates, with two repetitions.
+    pub(crate) fn motions() -> [Motion; 2] {
+        let mut random = Random::new(3);
+        let mut motion = |shape: Shape| {
+            let joints = vec![vec![(); shape.size()]; 2];
+            let joints = joints.iter().map(|x| x.iter().map(|()| random.normal()).collect()).collect();
+            Motion { rate: 100.0, repetitions: 2, shape, joints }
+        };
+        [
+            motion(Shape::Fourier(FourierSeries { period: 4.0, blend: 1.0, harmonics: 3 })),
+            motion(Shape::Spline(QuinticSpline { period: 4.0, spans: 9 })),
+        ]
+    }
+
+    /// Each derivative is the slope of the one before, across the joints of the pieces too; it starts and ends at rest.
+    #[test]
+    fn derivatives_follow_and_the_ends_rest() {
+        for motion in motions() {
+            let duration = motion.duration();
+            assert_eq!(duration, 8.0 + 2.0 * motion.shape.blend());
+            let h = 1e-5;
+            for i in 0..100 * duration as usize {
+                // Away from the instants where the jerk jumps.
+                let t = 0.01 * i as f64 + 0.003;
+                let (before, at, after) = (motion.at(t - h), motion.at(t), motion.at(t + h));
+                for k in 0..2 {
+                    for d in 0..3 {
+                        let slope = (after[k][d] - before[k][d]) / (2.0 * h);
+                        // h^2 times the derivative two orders on: five powers of 3 w = 4.7, 120 K^5 / T^5 = 6900. Rounding:
+                        // 1e-16 of a hundred over h.
+                        assert!((slope - at[k][d + 1]).abs() < 1e-5, "{t} {k} {d}: {slope} {}", at[k][d + 1]);
+                    }
+                }
+            }
+            let joins = [motion.shape.blend(), motion.shape.blend() + 4.0, motion.shape.blend() + 4.0 / 9.0];
+            for t in joins.into_iter().chain([duration - motion.shape.blend()]).filter(|t| (0.1..7.9).contains(t)) {
+                let (before, after) = (motion.at(t - 1e-9), motion.at(t + 1e-9));
+                for k in 0..2 {
+                    for d in 0..3 {
+                        // 2e-9 s at a jerk of 200 rad/s^3.
+                        assert!((before[k][d] - after[k][d]).abs() < 1e-6, "{t}");
+                    }
+                }
+            }
+            for t in [0.0, duration] {
+                assert!(motion.at(t).iter().all(|x| x[1] == 0.0 && x[2].abs() < 1e-12), "{:?}", motion.at(t));
+            }
+        }
+    }
+
+    /// Inside a spline the jerk is continuous, and so is its slope.
+    #[test]
+    fn a_spline_is_continuous_through_its_jerk() {
+        let [_, motion] = motions();
+        for knot in 1..9 {
+            let t = 4.0 * f64::from(knot) / 9.0;
+            let [before, after] = [-1e-7, 1e-7].map(|h| motion.at(t + h));
+            for k in 0..2 {
+                // 2e-7 s at a slope of the jerk of some thousands.
+                assert!((before[k][3] - after[k][3]).abs() < 2e-3, "{knot}: {} {}", before[k][3], after[k][3]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_file_ends_at_rest_and_repeats() {
+        for motion in motions() {
+            let (reference, first) = (motion.reference(), (100.0 * motion.shape.blend()) as usize);
+            assert_eq!((reference.q[0].len(), reference.windows[0].clone()), (2 * first + 801, first..first + 800));
+            for k in 0..2 {
+                assert_eq!((reference.dq[k][2 * first + 800], reference.ddq[k][2 * first + 800]), (0.0, 0.0));
+                assert!((reference.q[k][first + 50] - reference.q[k][first + 450]).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,375 @@
+//! The proof that a motion keeps its limits between the samples too, or where it does not.
+//!
+//! For each piece of the motion and each limit the range of the limited quantity is found by subdivision of an
+//! enclosure ([`numerics::range`]). Position to jerk have the enclosures of the motion
+//! ([`crate::excitation::enclosure`]). The torque has the second-order enclosure of the torque function
+//! along the motion ([`numerics::jet`]), with the described friction: tau = Y X + FV dq + OFF, and FS on either
+//! side. The power of a drive has the same enclosure, of tau dq + FS |dq|. The proof follows from the motion, the
+//! limits and the description alone.
+//!
+//! Not here: bodies and their distances ([`crate::excitation::gap_proof`]); torques that the description
+//! does not tell.
+
+use std::fmt;
+
+use numerics::interval::Interval;
+use numerics::jet::Jet;
+use numerics::range::{Range, Subdivision, ranges};
+use serde::{Deserialize, Serialize};
+
+use crate::excitation::enclosure::{Derivatives, EnclosedMotion, Piece};
+use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::motion::Motion;
+
+/// The torque function of a described robot on jets of its motion.
+pub trait EnclosedTorque: Sync {
+    /// Torque of each coordinate, N m (N), friction left out.
+    fn torque(&self, q: &[Jet], dq: &[Jet], ddq: &[Jet]) -> Vec<Jet>;
+}
+
+/// Friction that the description gives for a coordinate: N m s/rad, N m (N s/m, N).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DescribedFriction {
+    /// N m s/rad (N s/m).
+    pub viscous: f64,
+    /// N m (N).
+    pub coulomb: f64,
+    /// N m (N).
+    pub offset: f64,
+}
+
+/// Torques as an earlier identification found them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IdentifiedTorque {
+    /// Base parameters, in the order of the model.
+    pub parameters: Vec<f64>,
+    /// One a coordinate.
+    pub friction: Vec<DescribedFriction>,
+}
+
+/// What is known of the torques of a robot, described or identified.
+pub struct DescribedTorque<'a> {
+    /// Encloses the torque of the description.
+    pub torque: &'a dyn EnclosedTorque,
+    /// One a coordinate.
+    pub friction: Vec<DescribedFriction>,
+    /// Share of the limits of effort and power that a motion may use: the description is not the robot.
+    pub share: f64,
+}
+
+/// Whether a limit is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kept {
+    /// Nowhere broken.
+    Proven,
+    /// Broken at the time given.
+    Violated,
+    /// Not seen to be broken, and not proved to be kept.
+    Open,
+}
+
+/// A row of a certificate: a limit of a coordinate, of two links, or of one link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CertificateRow {
+    /// Which limit.
+    pub limit: LimitKind,
+    /// Name of the coordinate; or `forearm and base`, `forearm at the floor`.
+    pub subject: String,
+    /// Time after the start, s. In a repeated period it is that of the first repetition.
+    pub time_s: f64,
+    /// The value at that time, which is nearest to the bound or farthest beyond it.
+    pub value: f64,
+    /// The limit itself, in the unit of the value.
+    pub bound: f64,
+    /// A proved bound: the value is nowhere beyond it.
+    pub nowhere_beyond: f64,
+    /// Whether the limit is kept, and how that is known.
+    pub kept: Kept,
+    /// The proof in words.
+    pub how: String,
+}
+
+impl CertificateRow {
+    /// Room between what is reached and the bound; negative where the limit is broken.
+    pub fn room(&self) -> f64 {
+        let distance = (self.bound - self.value).abs();
+        if self.kept == Kept::Violated { -distance } else { distance }
+    }
+}
+
+impl fmt::Display for CertificateRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let CertificateRow { limit, subject, time_s, value, bound, .. } = self;
+        match self.kept {
+            Kept::Proven => write!(f, "{limit} of {subject}: {value:.6} at {time_s:.4} s, bound {bound:.6}, proven"),
+            Kept::Violated => write!(
+                f,
+                "{limit} of {subject}: {value:.6} at {time_s:.4} s is beyond {bound:.6} by {:.3e}",
+                (value - bound).abs()
+            ),
+            Kept::Open => write!(
+                f,
+                "{limit} of {subject}: {value:.6} at {time_s:.4} s, bound {bound:.6}, not proven: nowhere beyond {:.6}",
+                self.nowhere_beyond
+            ),
+        }
+    }
+}
+
+/// How near a proof of a kinematic limit comes to what is reached, relative to the size of the limit.
+const KINEMATIC_TOLERANCE: f64 = 1e-6;
+/// The same for torques, whose enclosures are wider.
+const TORQUE_TOLERANCE: f64 = 1e-3;
+/// Parts of a piece to begin with, and the most enclosures.
+const KINEMATIC_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 50_000 };
+const TORQUE_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
+
+/// The rows of the kinematic limits, coordinate by coordinate.
+pub fn prove_motion(motion: &Motion, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
+    let enclosed = EnclosedMotion::new(motion);
+    let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
+    let tolerance: Vec<f64> =
+        limits.iter().flat_map(|l| LimitKind::KINEMATIC.map(|kind| KINEMATIC_TOLERANCE * size(l, kind))).collect();
+    let pieces = over_pieces(motion, |piece, span| {
+        let enclose = |part| enclosed.on(piece, part).iter().flat_map(|x| x[..4].to_vec()).collect();
+        ranges(span, KINEMATIC_PARTS, &tolerance, enclose)
+    });
+    let mut rows = Vec::new();
+    for (k, (limits, name)) in limits.iter().zip(names).enumerate() {
+        for (d, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
+            let Some(bounds) = limits.bounds(kind) else { continue };
+            let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[4 * k + d]));
+            rows.extend(row(motion, kind, name, bounds, found, |piece| piece.method(&motion.shape).into()));
+        }
+    }
+    rows
+}
+
+/// The ranges over each piece of a motion.
+fn over_pieces(motion: &Motion, of: impl Fn(Piece, Interval) -> Vec<Range>) -> Vec<(Piece, Vec<Range>)> {
+    Piece::of(&motion.shape).iter().map(|&piece| (piece, of(piece, piece.span(&motion.shape)))).collect()
+}
+
+/// The rows of torques and powers of the coordinates that have a limit of effort, or of power.
+pub fn prove_torque(
+    motion: &Motion,
+    limits: &[CoordinateLimits],
+    names: &[String],
+    described: &DescribedTorque,
+) -> Vec<CertificateRow> {
+    let enclosed = EnclosedMotion::new(motion);
+    let dry = |k: usize| described.friction[k].coulomb.abs();
+    // The dry friction of a joint at rest may act to either side, so it is kept free.
+    let effort = |k: usize| Some((k, LimitKind::Effort, described.share * limits[k].effort? - dry(k)));
+    let power = |k: usize| Some((k, LimitKind::Power, described.share * limits[k].power?));
+    let limited: Vec<(usize, LimitKind, f64)> =
+        (0..limits.len()).filter_map(effort).chain((0..limits.len()).filter_map(power)).collect();
+    if limited.is_empty() {
+        return vec![];
+    }
+    let tolerance: Vec<f64> = limited.iter().map(|(.., bound)| TORQUE_TOLERANCE * bound.abs()).collect();
+    let pieces = over_pieces(motion, |piece, span| {
+        let enclose = |part| {
+            let all = drives_on(&enclosed, piece, part, described);
+            limited.iter().map(|&(k, kind, _)| if kind == LimitKind::Power { all[k].1 } else { all[k].0 }).collect()
+        };
+        ranges(span, TORQUE_PARTS, &tolerance, enclose)
+    });
+    let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
+        let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[i]));
+        let how = match kind {
+            LimitKind::Power => "Taylor enclosures of the described torque times velocity, with dry friction".into(),
+            _ => format!("Taylor enclosures of the described torque; {} N m of dry friction kept free", dry(k)),
+        };
+        row(motion, kind, &names[k], (-bound, bound), found, |_| how.clone())
+    };
+    limited.iter().enumerate().filter_map(one).collect()
+}
+
+/// Torque of each coordinate on a part of a piece, with viscous friction and offset, N m (N); and power, with dry friction
+/// too, W.
+fn drives_on(
+    enclosed: &EnclosedMotion,
+    piece: Piece,
+    part: Interval,
+    described: &DescribedTorque,
+) -> Vec<(Interval, Interval)> {
+    let jets = |states: &[Derivatives]| -> Vec<(Jet, Jet)> {
+        let of =
+            |d: usize| -> Vec<Jet> { states.iter().map(|x| Jet::of_derivatives(x[d], x[d + 1], x[d + 2])).collect() };
+        let dq = of(1);
+        described.torque.torque(&of(0), &dq, &of(2)).into_iter().zip(dq).collect()
+    };
+    let states = enclosed.on(piece, part);
+    let wide = jets(&states);
+    let is_point = part.width() == 0.0;
+    let middle = Interval::point(part.middle());
+    let thin = if is_point { wide.clone() } else { jets(&enclosed.on(piece, middle)) };
+    let over = |thin: Jet, wide: Jet| match is_point {
+        true => wide.0[0],
+        false => Jet::over_interval(thin, wide, part - middle),
+    };
+    let one = |k: usize| {
+        let (f, velocity) = (described.friction[k], states[k][1]);
+        let torque = over(thin[k].0, wide[k].0) + velocity * f.viscous + Interval::point(f.offset);
+        // Where the joint does not turn round, the sign of its dry friction is known.
+        let (sign, turning) = match velocity {
+            v if v.low >= 0.0 => (1.0, Interval::ZERO),
+            v if v.high <= 0.0 => (-1.0, Interval::ZERO),
+            v => (0.0, Interval::new(0.0, v.magnitude())),
+        };
+        let dry = f.coulomb.abs();
+        let power = |(torque, dq): &(Jet, Jet)| {
+            let constant = |x: f64| Jet::constant(Interval::point(x));
+            (*torque + *dq * constant(f.viscous) + constant(f.offset) + constant(sign * dry)) * *dq
+        };
+        (torque, over(power(&thin[k]), power(&wide[k])) + turning * dry)
+    };
+    (0..wide.len()).map(one).collect()
+}
+
+/// The row of a limit from the ranges over the pieces: the end with the least room.
+fn row(
+    motion: &Motion,
+    limit: LimitKind,
+    subject: &str,
+    (low, high): (f64, f64),
+    found: impl Iterator<Item = (Piece, Range)>,
+    how: impl Fn(Piece) -> String,
+) -> Option<CertificateRow> {
+    let rows = found.flat_map(|(piece, range)| {
+        let ends = [(low, range.least, -1.0), (high, range.greatest, 1.0)];
+        let how = how(piece);
+        ends.map(|(bound, end, sign)| CertificateRow {
+            limit,
+            subject: subject.to_string(),
+            time_s: piece.start(motion) + end.time,
+            value: end.reached,
+            bound,
+            nowhere_beyond: end.proved,
+            kept: match (sign * (end.proved - bound) <= 0.0, sign * (end.reached - bound) > 0.0) {
+                (true, _) => Kept::Proven,
+                (false, true) => Kept::Violated,
+                (false, false) => Kept::Open,
+            },
+            how: how.clone(),
+        })
+    });
+    // Violated before open before proven, then by room; the first of equals.
+    let rank = |row: &CertificateRow| match row.kept {
+        Kept::Violated => 0,
+        Kept::Open => 1,
+        Kept::Proven => 2,
+    };
+    rows.min_by(|a, b| rank(a).cmp(&rank(b)).then(a.room().total_cmp(&b.room())))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::excitation::motion::tests::motions;
+
+    /// The greatest size of each quantity of each coordinate, from dense samples.
+    fn sampled(motion: &Motion) -> Vec<[(f64, f64); 4]> {
+        let mut found = vec![[(f64::INFINITY, f64::NEG_INFINITY); 4]; motion.joints.len()];
+        for i in 0..=200_000 {
+            for (found, x) in found.iter_mut().zip(motion.at(motion.duration() * f64::from(i) / 200_000.0)) {
+                for d in 0..4 {
+                    found[d] = (found[d].0.min(x[d]), found[d].1.max(x[d]));
+                }
+            }
+        }
+        found
+    }
+
+    fn limits(found: &[[(f64, f64); 4]], factor: f64) -> Vec<CoordinateLimits> {
+        let size = |x: (f64, f64)| factor * x.1.max(-x.0);
+        let of = |x: &[(f64, f64); 4]| CoordinateLimits {
+            position: (x[0].0 - (factor - 1.0), x[0].1 + (factor - 1.0)),
+            velocity: size(x[1]),
+            acceleration: size(x[2]),
+            jerk: size(x[3]),
+            effort: None,
+            power: None,
+            locked: None,
+        };
+        found.iter().map(of).collect()
+    }
+
+    /// Limits just above what dense samples reach are proven, limits just below are seen to be broken, at a time where
+    /// the motion does break them.
+    #[test]
+    fn proofs_are_sharp() {
+        let names = ["q1".to_string(), "q2".to_string()];
+        for motion in motions() {
+            let found = sampled(&motion);
+            // Samples 5e-5 s apart miss a peak by less than 1e-6 of its size; the jerk at its jumps by 1e-4.
+            let rows = prove_motion(&motion, &limits(&found, 1.001), &names);
+            assert_eq!(rows.len(), 8);
+            assert!(rows.iter().all(|r| r.kept == Kept::Proven && r.room() > 0.0), "{rows:?}");
+            let rows = prove_motion(&motion, &limits(&found, 0.999), &names);
+            for row in rows {
+                assert!(row.kept == Kept::Violated && row.room() < 0.0, "{row:?}");
+                let joint = names.iter().position(|n| *n == row.subject).unwrap();
+                let d = LimitKind::KINEMATIC.iter().position(|k| *k == row.limit).unwrap();
+                let near = |t: f64| (motion.at(t)[joint][d] - row.value).abs() < 1e-6 * (1.0 + row.value.abs());
+                // At an instant where the jerk jumps, on the side of its piece.
+                assert!(near(row.time_s) || near(row.time_s - 1e-9) || near(row.time_s + 1e-9), "{row:?}");
+            }
+        }
+    }
+
+    /// A body of 2 kg m^2 against a spring of 3 N m/rad.
+    pub(crate) struct Spring;
+
+    impl EnclosedTorque for Spring {
+        fn torque(&self, q: &[Jet], _: &[Jet], ddq: &[Jet]) -> Vec<Jet> {
+            let constant = |x: f64| Jet::constant(Interval::point(x));
+            q.iter().zip(ddq).map(|(q, ddq)| *ddq * constant(2.0) + *q * constant(3.0)).collect()
+        }
+    }
+
+    /// Torques and powers just beyond what dense samples reach are proven, those just before are seen to be broken.
+    #[test]
+    fn proofs_of_torque_and_power_are_sharp() {
+        let names = ["q1".to_string(), "q2".to_string()];
+        let friction = DescribedFriction { viscous: 0.7, coulomb: 0.4, offset: -0.2 };
+        let described = DescribedTorque { torque: &Spring, friction: vec![friction; 2], share: 0.8 };
+        for motion in motions() {
+            let drive = |x: [f64; 4]| {
+                let tau = 2.0 * x[2] + 3.0 * x[0] + 0.7 * x[1] - 0.2;
+                [tau.abs() + 0.4, (tau * x[1] + 0.4 * x[1].abs()).abs()]
+            };
+            let mut greatest = [[0.0_f64; 2]; 2];
+            for i in 0..=100_000 {
+                for (greatest, x) in greatest.iter_mut().zip(motion.at(motion.duration() * f64::from(i) / 100_000.0)) {
+                    (0..2).for_each(|d| greatest[d] = greatest[d].max(drive(x)[d]));
+                }
+            }
+            // A proof stops within a thousandth of what is reached.
+            for (factor, kept) in [(1.002, Kept::Proven), (0.998, Kept::Violated)] {
+                let mut limits = limits(&sampled(&motion), 1.0);
+                for (limits, [effort, power]) in limits.iter_mut().zip(greatest) {
+                    // Of the effort only what dry friction leaves free is used.
+                    limits.effort = Some((0.4 + factor * (effort - 0.4)) / 0.8);
+                    limits.power = Some(factor * power / 0.8);
+                }
+                let rows = prove_torque(&motion, &limits, &names, &described);
+                assert_eq!(rows.len(), 4);
+                for row in rows {
+                    assert_eq!(row.kept, kept, "{row:?}");
+                    let joint = names.iter().position(|n| *n == row.subject).unwrap();
+                    let place = usize::from(row.limit == LimitKind::Power);
+                    let there = drive(motion.at(row.time_s)[joint])[place];
+                    let free = if place == 0 { 0.4 } else { 0.0 };
+                    // Of a size of hundreds, at a time that is rounded.
+                    assert!((row.value.abs() + free - there).abs() < 1e-6 * (1.0 + there), "{row:?} {there}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,382 @@
+//! Many starts, each descended to the wall of the limits.
+//!
+//! A start draws a spectrum for each joint (for a spline, of its control points). It scales the spectrum into the
+//! limits, which some scale always allows, and puts its centre where there is room. Its walls are then lowered in
+//! steps, with a descent at each ([`crate::excitation::descent`]). Limits between the samples are settled
+//! after it ([`crate::excitation::fitting`]).
+//!
+//! A third of the starts draws every joint. The others take the best motion so far and draw two of its joints anew.
+//! Good motions lie near one another, so the best of as many starts is better that way (docs/benchmarks.md).
+//!
+//! A start depends on the seed, its number and the rounds before it alone, so the outcome is the same on any number of
+//! threads.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use numerics::interruption::Interruption;
+use numerics::random::Random;
+
+use crate::excitation::descent::descend;
+use crate::excitation::limits::LimitKind;
+use crate::excitation::motion::Shape;
+use crate::excitation::no_motion::{NoMotion, too_small};
+use crate::excitation::problem::{Prepared, Problem};
+use crate::excitation::space_wall::SpaceWall;
+use crate::excitation::walled::Walled;
+
+/// How much is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct SearchOptions {
+    /// Starting points of the search.
+    pub starts: usize,
+    /// Most iterations at each height of the walls.
+    pub iterations: usize,
+    /// Seed of the starting points.
+    pub seed: u64,
+    /// Threads that share the starts; the result does not depend on them.
+    pub threads: usize,
+}
+
+/// One start, done.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Its number.
+    pub start: usize,
+    /// By coordinate: its coefficients.
+    pub joints: Vec<Vec<f64>>,
+    /// J.
+    pub criterion: f64,
+    /// The least room of a kinematic limit over half its width, with its coordinate and limit.
+    pub room: (f64, usize, LimitKind),
+    /// The greatest torque or power over its bound with its coordinate and limit, where there are any.
+    pub torque: Option<(f64, usize, LimitKind)>,
+    /// The least room between bodies above its bound, m, with its gap, where any come near.
+    pub nearest: Option<(f64, usize)>,
+}
+
+/// Heights of the walls. At the last one they cost the determinant less than a thousandth a limit. A start from a good
+/// motion begins at the second.
+const HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST];
+const LAST: f64 = 5e-5;
+/// Gain of a step as a share of 1 + |J|, at the last height and at the ones before. Three smaller gains in turn end a
+/// descent. What is left at one height is won at the next. 1e-7 at all heights gives motions that are 0.3 % better, in
+/// a third more time (five seeds on UR5 and Panda).
+const LEAST: (f64, f64) = (1e-7, 1e-5);
+/// Index of the height at which a start begins again with what is known, after a descent without it.
+const ALONE: usize = 2;
+/// Starts of a round that takes the best motion so far. Their number is the same for any number of threads.
+const ROUND: usize = 4;
+/// Joints of the best motion that a start of such a round draws anew.
+const ANEW: usize = 2;
+/// Draws for one start before it is given up.
+const DRAWS: usize = 60;
+/// Times a drawn motion is made smaller before it is given up.
+const SHRINKS: usize = 12;
+/// Share of a torque's bound up to which a drawn motion is taken.
+const STRONG: f64 = 0.95;
+/// Centres drawn for a start whose robot has bodies.
+const CENTRES: usize = 2000;
+
+/// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
+///
+/// Fails where no start keeps the limits, with what stands in the way. Interrupted, it gives what there is.
+pub fn search(
+    problem: &Problem,
+    options: &SearchOptions,
+    progress: &(dyn Fn(usize, Option<&Found>) + Sync),
+) -> Result<Vec<Found>, NoMotion> {
+    let prepared = Prepared::new(problem);
+    if prepared.moving().is_empty() {
+        return Err(NoMotion::AllLocked);
+    }
+    if prepared.p() == 0 {
+        return Err(NoMotion::NothingToTell);
+    }
+    // Where much is known already the criterion is flat, and its slopes lead to poor motions. So a start goes first to
+    // where the motion alone tells most.
+    let alone = Problem { prior: &[], ..problem.clone() };
+    let alone = (!problem.prior.is_empty()).then(|| Prepared::new(&alone));
+    let (done, interruption) = (AtomicUsize::new(0), Interruption::here());
+    let round = |starts: Range<usize>, best: Option<&[f64]>| {
+        let next = AtomicUsize::new(starts.start);
+        let work = || {
+            let mut found: Vec<(usize, Result<Found, NoMotion>)> = Vec::new();
+            loop {
+                let start = next.fetch_add(1, Ordering::Relaxed);
+                if start >= starts.end || interruption.is_raised() {
+                    return found;
+                }
+                let outcome = interruption.during(|| one(alone.as_ref(), &prepared, problem, options, start, best));
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, outcome.as_ref().ok());
+                found.push((start, outcome));
+            }
+        };
+        let mut all: Vec<(usize, Result<Found, NoMotion>)> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..options.threads.max(1)).map(|_| scope.spawn(work)).collect();
+            threads.into_iter().flat_map(|t| t.join().unwrap_or_default()).collect()
+        });
+        all.sort_by_key(|(start, _)| *start);
+        all
+    };
+    let starts = options.starts.max(1);
+    let mut all = round(0..starts.div_ceil(3), None);
+    while all.len() < starts && !interruption.is_raised() {
+        let found = all.iter().filter_map(|(_, outcome)| outcome.as_ref().ok());
+        let best = found.min_by(|a, b| a.criterion.total_cmp(&b.criterion)).map(|f| prepared.scaled(&f.joints));
+        let next = all.len()..starts.min(all.len() + ROUND);
+        all.extend(round(next, best.as_deref()));
+    }
+    let mut failed = NoMotion::NothingToTell;
+    let mut found = Vec::new();
+    for (_, outcome) in all {
+        match outcome {
+            Ok(motion) => found.push(motion),
+            Err(why) => failed = why,
+        }
+    }
+    found.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
+    if found.is_empty() { Err(failed) } else { Ok(found) }
+}
+
+/// One start: from a random motion, or from the best so far with some of its joints drawn anew. `alone`: the problem
+/// without what is known, where anything is.
+fn one(
+    alone: Option<&Prepared>,
+    prepared: &Prepared,
+    problem: &Problem,
+    options: &SearchOptions,
+    start: usize,
+    best: Option<&[f64]>,
+) -> Result<Found, NoMotion> {
+    let mut random = Random::stream(options.seed, start as u64);
+    let near = best.and_then(|best| near(prepared, problem, best, &mut random));
+    let (mut x, heights) = match near {
+        Some(x) => (x, &HEIGHTS[1..]),
+        None => (first(prepared, problem, &mut random)?, &HEIGHTS[..]),
+    };
+    let first = alone.into_iter().flat_map(|prepared| heights.iter().map(move |height| (prepared, *height)));
+    let last = if alone.is_some() { &HEIGHTS[ALONE..] } else { heights };
+    for (prepared, height) in first.chain(last.iter().map(|height| (prepared, *height))) {
+        let walled = Walled { prepared, height };
+        let least = if height == LAST { LEAST.0 } else { LEAST.1 };
+        if let Some(found) = descend(&walled, &x, options.iterations, least) {
+            x = found.x;
+        }
+    }
+    let criterion = prepared.criterion(&x).ok_or_else(|| too_small(prepared, problem, &x))?;
+    let (room, joint, limit) = prepared.barrier().least_room(&x).ok_or(NoMotion::AllLocked)?;
+    Ok(Found {
+        start,
+        joints: prepared.joints(&x),
+        criterion,
+        room: (room, prepared.moving()[joint], limit),
+        torque: prepared.greatest_torque(&x),
+        nearest: prepared.nearest(&x),
+    })
+}
+
+/// A random motion about a random centre, a share of the limits wide.
+fn drawn(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Vec<f64> {
+    let m = problem.shape.size();
+    let barrier = prepared.barrier();
+    let mut x = vec![0.0; m * prepared.moving().len()];
+    for (j, &k) in prepared.moving().iter().enumerate() {
+        draw_spectrum(&problem.shape, random, &mut x[j * m + 1..(j + 1) * m]);
+        let limits = &problem.limits[k];
+        let share = |kind: LimitKind| {
+            let (low, high) = barrier.reached(j, &x, kind);
+            match (kind, limits.bounds(kind)) {
+                (LimitKind::Position, Some((a, b))) => (high - low) / (b - a),
+                (_, Some((_, b))) => high.max(-low) / b,
+                (_, None) => 0.0,
+            }
+        };
+        let most = LimitKind::KINEMATIC.into_iter().map(share).fold(0.0, f64::max);
+        let factor = random.between(0.4, 0.85) / most.max(f64::MIN_POSITIVE);
+        x[j * m + 1..(j + 1) * m].iter_mut().for_each(|x| *x *= factor);
+        let (least, greatest) = barrier.reached(j, &x, LimitKind::Position);
+        let (low, high) = limits.position;
+        let margin = 0.05 * (high - low);
+        let centre = random.between(low + margin - least, high - margin - greatest);
+        x[j * m] = centre / (0.5 * (high - low));
+    }
+    x
+}
+
+/// The best motion with some of its joints drawn anew, their swing as small as torques and distances ask; `None` where
+/// that is not enough.
+fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Random) -> Option<Vec<f64>> {
+    let m = problem.shape.size();
+    let other = drawn(prepared, problem, random);
+    let mut x = best.to_vec();
+    let anew: Vec<usize> = (0..ANEW).map(|_| random.index(prepared.moving().len())).collect();
+    anew.iter().for_each(|&j| x[j * m..(j + 1) * m].copy_from_slice(&other[j * m..(j + 1) * m]));
+    for _ in 0..SHRINKS {
+        let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= STRONG);
+        if is_weak && SpaceWall::is_inside(prepared.nearest(&x)) {
+            return Some(x);
+        }
+        anew.iter().for_each(|&j| shrink(&mut x[j * m..(j + 1) * m]));
+    }
+    None
+}
+
+/// A joint with a smaller swing about its pose.
+fn shrink(joint: &mut [f64]) {
+    joint[1..].iter_mut().for_each(|x| *x *= 0.7);
+}
+
+/// The coefficients of a coordinate behind its pose, by a random spectrum of its velocity.
+fn draw_spectrum(shape: &Shape, random: &mut Random, x: &mut [f64]) {
+    for l in 0..x.len() / 2 {
+        // The square leaves some harmonics nearly silent.
+        let weight = random.uniform().powi(2);
+        match shape {
+            Shape::Fourier(_) => x[2 * l..2 * l + 2].fill_with(|| weight * random.normal()),
+            Shape::Spline(spline) => {
+                // Half-waves: they vanish at both ends. The amplitude of the position is that of the velocity over l.
+                let (half_waves, amplitude) = ((l + 1) as f64, weight * random.normal());
+                let turn = std::f64::consts::PI * half_waves / spline.spans as f64;
+                let wave = |i: usize| amplitude / half_waves * libm::sin(turn * (i + 1) as f64);
+                x.iter_mut().enumerate().for_each(|(i, x)| *x += wave(i));
+            }
+        }
+    }
+}
+
+/// A motion within all limits: a random spectrum, scaled.
+fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<Vec<f64>, NoMotion> {
+    let m = problem.shape.size();
+    let mut weakest = (f64::INFINITY, 0, LimitKind::Effort);
+    let mut narrowest: Option<(f64, usize)> = None;
+    let (mut draws, centres) = (0, if problem.surroundings.is_some() { CENTRES } else { DRAWS });
+    for _ in 0..centres {
+        if draws == DRAWS {
+            break;
+        }
+        let mut x = drawn(prepared, problem, random);
+        // About a centre at which bodies meet there is no motion, however small.
+        let mut is_free = |nearest: Option<(f64, usize)>| {
+            let is_free = SpaceWall::is_inside(nearest);
+            if let Some(near) = nearest.filter(|n| !is_free && narrowest.is_none_or(|best| n.0 > best.0)) {
+                narrowest = Some(near);
+            }
+            is_free
+        };
+        if !is_free(prepared.nearest_at_centre(&x)) {
+            continue;
+        }
+        draws += 1;
+        // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
+        for _ in 0..SHRINKS {
+            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > STRONG);
+            if let Some(less) = strong.filter(|strong| strong.0 < weakest.0) {
+                weakest = less;
+            }
+            if strong.is_none() && is_free(prepared.nearest(&x)) {
+                return Ok(x);
+            }
+            x.chunks_exact_mut(m).for_each(shrink);
+        }
+    }
+    match narrowest {
+        Some((room, gap)) if weakest.0 == f64::INFINITY => Err(NoMotion::TooNarrow { gap, room }),
+        _ => Err(NoMotion::TooWeak { coordinate: weakest.1, limit: weakest.2, share: weakest.0 }),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::excitation::criterion::Aim;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::limits::CoordinateLimits;
+    use crate::excitation::proof::DescribedFriction;
+    use crate::excitation::quintic_spline::QuinticSpline;
+    use crate::excitation::torque_wall::TorqueWall;
+    use crate::pendulum::Pendulum;
+    use linear_model::differentiable::DifferentiableRegressor;
+    use linear_model::friction::terms::FrictionTerm;
+
+    impl DifferentiableRegressor for Pendulum {
+        fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]) {
+            for ((s, w), g) in states.chunks_exact(3).zip(weights.chunks_exact(3)).zip(gradient.chunks_exact_mut(3)) {
+                let (sine, cosine) = s[0].sin_cos();
+                g.copy_from_slice(&[-9.81 * (w[1] * sine + w[2] * cosine), 0.0, w[0]]);
+            }
+        }
+    }
+
+    pub(crate) fn pendulum_limits() -> CoordinateLimits {
+        CoordinateLimits {
+            position: (-1.5, 2.0),
+            velocity: 2.0,
+            acceleration: 8.0,
+            jerk: 150.0,
+            effort: Some(12.0),
+            power: None,
+            locked: None,
+        }
+    }
+
+    pub(crate) fn pendulum_torque() -> TorqueWall {
+        let friction = vec![DescribedFriction { viscous: 0.1, coulomb: 0.2, offset: 0.05 }];
+        TorqueWall { parameters: vec![0.3, 0.8, -0.1], friction, share: 0.9 }
+    }
+
+    fn problem<'a>(arm: &'a Pendulum, limits: &'a [CoordinateLimits], wall: &'a TorqueWall) -> Problem<'a> {
+        Problem {
+            regressor: arm,
+            friction: &[FrictionTerm::Viscous],
+            limits,
+            noise: &[0.1],
+            aim: Aim::Determinant,
+            torque: Some(wall),
+            columns: &[true; 4],
+            shape: Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 3 }),
+            samples: 60,
+            surroundings: None,
+            prior: &[],
+        }
+    }
+
+    #[test]
+    fn the_same_motion_on_any_number_of_threads() {
+        let (arm, limits, wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        let series = problem(&arm, &limits, &wall);
+        let shape = Shape::Spline(QuinticSpline { period: 5.0, spans: 9 });
+        for problem in [Problem { shape, ..problem(&arm, &limits, &wall) }, series] {
+            let run = |threads| {
+                let options = SearchOptions { starts: 4, iterations: 20, seed: 7, threads };
+                search(&problem, &options, &|_, _| ()).unwrap()
+            };
+            let (one, three) = (run(1), run(3));
+            assert_eq!(one.len(), 4);
+            for (a, b) in one.iter().zip(&three) {
+                assert_eq!((a.start, &a.joints, a.criterion), (b.start, &b.joints, b.criterion));
+            }
+            assert!(one.iter().all(|f| f.room.0 > 0.0 && f.torque.unwrap().0 < 1.0));
+            // The descent ends far above where random motions are.
+            let prepared = Prepared::new(&problem);
+            let random = first(&prepared, &problem, &mut Random::new(1)).unwrap();
+            assert!(one[0].criterion < prepared.criterion(&random).unwrap() - 0.5);
+        }
+    }
+
+    #[test]
+    fn what_cannot_move_says_why() {
+        let (arm, mut limits, mut wall) = (Pendulum::new(), [pendulum_limits()], pendulum_torque());
+        let options = SearchOptions { starts: 1, iterations: 5, seed: 1, threads: 1 };
+        // Gravity takes 9.81 * 0.8 = 7.8 N m near the horizontal, and never less than at the edge of the room.
+        wall.share = 0.05;
+        let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
+        assert!(
+            matches!(why, NoMotion::TooWeak { coordinate: 0, limit: LimitKind::Effort, share } if share > 1.0),
+            "{why:?}"
+        );
+        limits[0].locked = Some(0.0);
+        let why = search(&problem(&arm, &limits, &wall), &options, &|_, _| ()).unwrap_err();
+        assert_eq!(why, NoMotion::AllLocked);
+    }
+}

@@ -1,0 +1,132 @@
+//! The gaps between bodies as a wall that a descent stays within.
+//!
+//! At N instants of the motion, with r the room of two solids above their bound less a reserve for what they do between
+//! the instants, and s = r / w, w the distance from which the wall is felt:
+//!
+//! S = -1/N sum of log s + (1 - s) + (1 - s)^2 / 2   over the rooms with s < 1
+//!
+//! It is steep at the bound like a logarithm, and both its slope and its curvature vanish at s = 1.
+
+use crate::excitation::gap_proof::Surroundings;
+use crate::excitation::motion::Shape;
+
+/// Room below which bodies feel the wall, m.
+const WITHIN: f64 = 0.15;
+/// Reserve for what bodies do between instants, m. The proof decides in the end.
+const RESERVE: f64 = 0.004;
+/// Instants a period for each two coefficients of a coordinate (a harmonic), and instants in a blend. Between them the
+/// distance of a turning body at 2 m/s errs by millimetres.
+const INSTANTS: usize = 50;
+const BLEND_INSTANTS: usize = 32;
+
+/// The wall.
+pub struct SpaceWall<'a> {
+    surroundings: &'a dyn Surroundings,
+    /// Positions at each instant per unit of the coefficients.
+    instants: Vec<Vec<f64>>,
+}
+
+impl<'a> SpaceWall<'a> {
+    /// The wall of motions of this shape.
+    pub fn new(surroundings: &'a dyn Surroundings, shape: &Shape) -> SpaceWall<'a> {
+        let count = (INSTANTS * (shape.size() / 2)).max(200);
+        let of_blends = (0..BLEND_INSTANTS).map(|i| i as f64 / BLEND_INSTANTS as f64);
+        SpaceWall { surroundings, instants: shape.rows(0, count, of_blends) }
+    }
+
+    /// `height` times S; `None` where a gap is not kept.
+    ///
+    /// `positions` gives the coordinates from a row of the basis. `along` takes a row with the slope of `height` S
+    /// along each coordinate at its instant.
+    pub fn value(
+        &self,
+        positions: &dyn Fn(&[f64]) -> Vec<f64>,
+        height: f64,
+        along: &mut dyn FnMut(&[f64], &[f64]),
+    ) -> Option<f64> {
+        let (weight, width) = (height / self.instants.len() as f64, WITHIN - RESERVE);
+        let mut value = 0.0;
+        for row in &self.instants {
+            let q = positions(row);
+            let (mut total, mut is_near, mut is_kept) = (vec![0.0; q.len()], false, true);
+            self.surroundings.near(&q, WITHIN, &mut |_, room, slope| {
+                let s = (room - RESERVE) / width;
+                if s.is_nan() || s <= 0.0 {
+                    is_kept = false;
+                } else if s < 1.0 {
+                    is_near = true;
+                    value -= s.ln() + (1.0 - s) + 0.5 * (1.0 - s).powi(2);
+                    let rate = weight * (2.0 - s - 1.0 / s) / width;
+                    total.iter_mut().zip(slope).for_each(|(t, x)| *t += rate * x);
+                }
+            });
+            if !is_kept {
+                return None;
+            }
+            if is_near {
+                along(row, &total);
+            }
+        }
+        Some(weight * value)
+    }
+
+    /// The least room above its bound with its gap, where any solids come near, m.
+    pub fn nearest(&self, positions: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<(f64, usize)> {
+        let mut nearest: Option<(f64, usize)> = None;
+        for row in &self.instants {
+            self.nearest_at(&positions(row), &mut nearest);
+        }
+        nearest
+    }
+
+    /// Puts the least room at a configuration into `nearest`, if it is less.
+    pub fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
+        self.surroundings.near(q, WITHIN, &mut |gap, room, _| {
+            if nearest.is_none_or(|n| room < n.0) {
+                *nearest = Some((room, gap));
+            }
+        });
+    }
+
+    /// Whether a room is enough to begin a descent with.
+    pub fn is_inside(nearest: Option<(f64, usize)>) -> bool {
+        nearest.is_none_or(|(room, _)| room > 2.0 * RESERVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::gap_proof::tests::Rod;
+
+    #[test]
+    fn slopes_are_those_of_differences() {
+        let rod = Rod::new(0.8);
+        let series = FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 };
+        let wall = SpaceWall::new(&rod, &Shape::Fourier(series));
+        let at = |x: &[f64]| {
+            let positions = |row: &[f64]| vec![row.iter().zip(x).map(|(b, x)| b * x).sum()];
+            let mut gradient = vec![0.0; 5];
+            let value = wall.value(&positions, 0.1, &mut |row, slope| {
+                gradient.iter_mut().zip(row).for_each(|(g, b)| *g += slope[0] * b);
+            });
+            (value, gradient, wall.nearest(&positions))
+        };
+        let x = [0.3, 0.3, -0.2, 0.2, 0.4];
+        let (value, gradient, nearest) = at(&x);
+        assert!(value.unwrap() > 0.0 && SpaceWall::is_inside(nearest), "{value:?} {nearest:?}");
+        for k in 0..5 {
+            let moved = |h: f64| {
+                let mut x = x;
+                x[k] += h;
+                at(&x).0.unwrap()
+            };
+            let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            // Central differences: 1e-16 over 1e-6, and the curvature of a logarithm near its wall.
+            assert!((gradient[k] - difference).abs() < 1e-6, "{k}: {} {difference}", gradient[k]);
+        }
+        assert!(at(&[1.5, 0.0, 0.0, 0.0, 0.0]).0.is_none());
+        assert!(at(&[0.0; 5]).2.is_none());
+    }
+}

@@ -1,0 +1,85 @@
+//! Proved bounds of a quintic spline and its derivatives on an interval of time.
+//!
+//! The k-th derivative is a spline of degree p = 5 - k on the same knots t, whose control points are differences of those of
+//! the one before:
+//!
+//! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, section 3.3]
+//!
+//! On the part [a, b] of a span it is between the least and the greatest of the control points that knots inserted at a and b
+//! leave there: the polar form at p - j times a and j times b [Ramshaw 1989]. All in interval arithmetic.
+
+use numerics::interval::Interval;
+
+use crate::excitation::quintic_spline::{DEGREE, QuinticSpline};
+
+/// A spline with what its enclosures need.
+pub struct EnclosedSpline {
+    shape: QuinticSpline,
+    /// K/T, 1/s.
+    rate: Interval,
+    /// By coordinate: the control points of the position and of its first four derivatives.
+    joints: Vec<[Vec<Interval>; 5]>,
+}
+
+impl EnclosedSpline {
+    /// `joints`: by coordinate (c, d_1, d_2, ..).
+    pub fn new(shape: QuinticSpline, joints: &[Vec<f64>]) -> EnclosedSpline {
+        let rate = Interval::point(shape.spans as f64).over(Interval::point(shape.period));
+        let joints = joints.iter().map(|x| {
+            let rest = Interval::point(x[0]);
+            let moved = x[1..].iter().map(|d| rest + Interval::point(*d));
+            let mut points: Vec<Interval> = [rest; 3].into_iter().chain(moved).chain([rest; 3]).collect();
+            std::array::from_fn(|k| {
+                let next = points.windows(2).enumerate().map(|(i, p)| {
+                    let width = shape.knot(i + DEGREE + 1) - shape.knot(i + k + 1);
+                    ((p[1] - p[0]) * (DEGREE - k) as f64).over(Interval::point(width)) * rate
+                });
+                let next = next.collect();
+                std::mem::replace(&mut points, next)
+            })
+        });
+        EnclosedSpline { shape, rate, joints: joints.collect() }
+    }
+
+    /// Position and four derivatives of each coordinate on a part of the spline, s.
+    pub fn on(&self, part: Interval) -> Vec<[Interval; 5]> {
+        let spans = self.shape.spans;
+        let [from, to] = [part.low, part.high].map(|t| Interval::point(t) * self.rate);
+        // The rounding of an end may reach into the span beside it.
+        let [first, last] = [from.low, to.high].map(|u| (u.max(0.0) as usize).min(spans.saturating_sub(1)));
+        let of = |points: &[Vec<Interval>; 5]| -> [Interval; 5] {
+            std::array::from_fn(|k| {
+                let on_span = |span: usize| {
+                    let within = |u: Interval| {
+                        let [low, high] = [u.low, u.high].map(|u| u.clamp(span as f64, (span + 1) as f64));
+                        Interval::new(low, high)
+                    };
+                    self.restricted(&points[k], DEGREE - k, span, within(from), within(to))
+                };
+                (first..=last).map(on_span).reduce(Interval::hull).unwrap_or(Interval::ALL)
+            })
+        };
+        self.joints.iter().map(of).collect()
+    }
+
+    /// The hull of the control points of the part of a span from a to b, of a spline of this degree.
+    fn restricted(&self, points: &[Interval], degree: usize, span: usize, a: Interval, b: Interval) -> Interval {
+        let polar = |j: usize| {
+            let mut left = points[span..=span + degree].to_vec();
+            for step in 1..=degree {
+                let u = if step <= j { b } else { a };
+                let between = |(i, p): (usize, &[Interval])| {
+                    let (before, after) =
+                        (self.shape.knot(span + DEGREE - degree + step + i), self.shape.knot(span + DEGREE + 1 + i));
+                    let share = (u - Interval::point(before)).over(Interval::point(after - before));
+                    p[0] + (p[1] - p[0]) * share
+                };
+                left = left.windows(2).enumerate().map(between).collect();
+            }
+            left[0]
+        };
+        // At an instant all control points are one.
+        let last = if a == b { 0 } else { degree };
+        (0..=last).map(polar).reduce(Interval::hull).unwrap_or(Interval::ALL)
+    }
+}

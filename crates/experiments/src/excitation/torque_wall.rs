@@ -1,0 +1,112 @@
+//! The torques and powers of the drives as a wall that a descent stays within.
+//!
+//! With S instants a period, and a sum over all coordinates at the instants of the period and of the blends,
+//!
+//! T = -1/S sum log((u - v) / u) + log((u + v) / u)
+//!
+//! | v | u |
+//! |---|---|
+//! | tau = Y X + FV dq + OFF, N m (N) | share effort - FS |
+//! | P = tau dq + FS abs(dq), W | share power |
+//!
+//! At rest P is zero and the wall flat, so that T has a continuous slope where abs(dq) has none.
+
+use crate::excitation::limits::{CoordinateLimits, LimitKind};
+use crate::excitation::proof::DescribedFriction;
+
+/// Share of their bound that torques and powers keep at samples. The rest is for what they do in between.
+const BETWEEN_SAMPLES: f64 = 0.995;
+
+/// Torques of the description that a motion must keep within.
+#[derive(Clone, Debug)]
+pub struct TorqueWall {
+    /// Base parameters, in the order of the regressor.
+    pub parameters: Vec<f64>,
+    /// One a coordinate.
+    pub friction: Vec<DescribedFriction>,
+    /// Share of the limits of effort and power.
+    pub share: f64,
+}
+
+/// A quantity of a coordinate at an instant that has a bound.
+struct Held {
+    limit: LimitKind,
+    value: f64,
+    bound: f64,
+    /// Slopes of the value along tau and along dq.
+    along: [f64; 2],
+}
+
+impl TorqueWall {
+    /// The bounded quantities of coordinate k at velocity `dq`; `y`: its row of the regressor.
+    fn held(&self, k: usize, limits: &CoordinateLimits, dq: f64, y: &[f64]) -> impl Iterator<Item = Held> {
+        let f = self.friction[k];
+        let dry = f.coulomb.abs();
+        let rigid: f64 = y.iter().zip(&self.parameters).map(|(y, x)| y * x).sum();
+        let tau = rigid + f.viscous * dq + f.offset;
+        let effort = limits.effort.map(|effort| Held {
+            limit: LimitKind::Effort,
+            value: tau,
+            bound: BETWEEN_SAMPLES * (self.share * effort - dry),
+            along: [1.0, 0.0],
+        });
+        let power = limits.power.map(|power| Held {
+            limit: LimitKind::Power,
+            value: tau * dq + dry * dq.abs(),
+            bound: BETWEEN_SAMPLES * self.share * power,
+            along: [dq, tau + dry * dq.signum()],
+        });
+        effort.into_iter().chain(power)
+    }
+
+    /// The greatest quantity over its bound, with its coordinate and limit; `None` where nothing is bounded.
+    ///
+    /// `states`: q, dq, ddq after each other, instant after instant. `y`: the regressor, instant after instant.
+    pub fn greatest(&self, limits: &[CoordinateLimits], states: &[f64], y: &[f64]) -> Option<(f64, usize, LimitKind)> {
+        let (n, b) = (limits.len(), self.parameters.len());
+        let mut greatest: Option<(f64, usize, LimitKind)> = None;
+        for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)) {
+            for k in 0..n {
+                for held in self.held(k, &limits[k], state[n + k], &y[k * b..][..b]) {
+                    let share = if held.bound > 0.0 { held.value.abs() / held.bound } else { f64::INFINITY };
+                    if greatest.is_none_or(|g| share > g.0) {
+                        greatest = Some((share, k, held.limit));
+                    }
+                }
+            }
+        }
+        greatest
+    }
+
+    /// `weight` times S T; `None` where a quantity is beyond its bound.
+    ///
+    /// Its slopes along the entries of Y are added to `weights`, and those along the states to `along`.
+    pub fn value(
+        &self,
+        limits: &[CoordinateLimits],
+        weight: f64,
+        (states, y): (&[f64], &[f64]),
+        weights: &mut [f64],
+        along: &mut [f64],
+    ) -> Option<f64> {
+        let (n, b) = (limits.len(), self.parameters.len());
+        let mut value = 0.0;
+        for (r, (state, y)) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).enumerate() {
+            for k in 0..n {
+                for held in self.held(k, &limits[k], state[n + k], &y[k * b..][..b]) {
+                    let (above, below) = (held.bound - held.value, held.bound + held.value);
+                    if !(above > 0.0 && below > 0.0) {
+                        return None;
+                    }
+                    value -= weight * (above / held.bound * (below / held.bound)).ln();
+                    let slope = weight * (1.0 / above - 1.0 / below);
+                    let [along_tau, along_dq] = held.along.map(|x| slope * x);
+                    let place = &mut weights[(r * n + k) * b..][..b];
+                    place.iter_mut().zip(&self.parameters).for_each(|(w, x)| *w += along_tau * x);
+                    along[r * 3 * n + n + k] += along_tau * self.friction[k].viscous + along_dq;
+                }
+            }
+        }
+        Some(value)
+    }
+}

@@ -1,0 +1,295 @@
+//! What a motion will tell: the deviation of each parameter that an identification from it may expect.
+//!
+//! sigma_c = sqrt((A^-1 B A^-1)_cc),   A = sum over the rows of y'y / r_i^2,   B = sum of y'y s_i^2 / r_i^4,
+//!
+//! over the rows y at the rate of the motion and over its whole periods. s_i is the white noise of the torques of joint
+//! i. r_i is what an identification divides its rows by: that noise, and what the encoders add ([`JointNoise`]). The
+//! prediction is for a model that fits and for joints that follow. Dry friction has its exact sign.
+
+use linear_model::friction::terms::sign;
+use linear_model::linear_model::Model;
+use linear_model::parameter::{Parameter, ParameterId};
+use linear_model::unit::Unit;
+use numerics::least_squares::solve;
+use numerics::triangle::{Triangle, TriangleBuilder};
+use serde::{Deserialize, Serialize};
+
+use crate::excitation::columns::visible_columns;
+use crate::excitation::limits::CoordinateLimits;
+use crate::excitation::motion::Motion;
+use crate::excitation::proof::CertificateRow;
+
+/// The noise that an identification has to expect, N m (N) a sample, one a coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointNoise {
+    /// White noise of the torques.
+    pub torque: Vec<f64>,
+    /// What the encoders add to the residual.
+    pub encoders: Vec<f64>,
+}
+
+impl JointNoise {
+    /// The noise of the torques alone.
+    pub fn of_torques(torque: Vec<f64>) -> JointNoise {
+        JointNoise { encoders: vec![0.0; torque.len()], torque }
+    }
+
+    /// What an identification divides the rows of each joint by: the deviation of its residual.
+    pub fn weights(&self) -> Vec<f64> {
+        self.torque.iter().zip(&self.encoders).map(|(s, e)| s.hypot(*e)).collect()
+    }
+}
+
+/// What a motion tells of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VisibleParameter {
+    /// What the parameter is.
+    #[serde(rename = "name")]
+    pub id: ParameterId,
+    /// SI unit of its deviation.
+    pub unit: Unit,
+    /// Value of the description, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub described: Option<f64>,
+    /// Expected deviation, in the unit; `None` where the parameter is not visible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<f64>,
+    /// That deviation over the size of the described value, where that is not zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_deviation: Option<f64>,
+    /// For a parameter that is not visible or weak: the joint behind it, and what holds the joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to_blame: Option<String>,
+}
+
+impl VisibleParameter {
+    /// What is to be said of a parameter that is not visible, or weak.
+    pub fn remark(&self) -> Option<String> {
+        match (self.deviation, self.relative_deviation, &self.to_blame) {
+            (None, _, Some(why)) => Some(format!("not visible ({why})")),
+            (None, _, None) => Some("not visible".into()),
+            (_, Some(r), Some(why)) if r > WEAK => Some(format!("weak ({why})")),
+            _ => None,
+        }
+    }
+}
+
+/// A parameter with a greater relative deviation is weak.
+const WEAK: f64 = 0.3;
+
+/// A described value below this share of the greatest one counts as zero, because no deviation is small beside it.
+const NO_VALUE: f64 = 1e-9;
+
+/// What a motion tells of all parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Visibility {
+    /// In the order of the model.
+    pub parameters: Vec<VisibleParameter>,
+    /// det(W'W / instants)^(1/p) of the columns that are visible within the limits.
+    pub determinant: f64,
+    /// Of those columns, scaled to unit norm.
+    pub condition_number: f64,
+}
+
+/// What the motion tells, beside what is known already. `described`: one a parameter; `certificate`: that of the motion;
+/// `prior`: rows of the information that is known, over all columns.
+pub fn visibility(
+    model: &Model,
+    motion: &Motion,
+    limits: &[CoordinateLimits],
+    noise: &JointNoise,
+    described: &[Option<f64>],
+    certificate: &[CertificateRow],
+    prior: &[f64],
+) -> Visibility {
+    let visible = visible_columns(model, limits);
+    let columns: Vec<usize> = (0..model.p()).filter(|&c| visible[c]).collect();
+    let repetitions = motion.repetitions.max(1) as f64;
+    // The triangle is that of one period, so a share of what is known goes with it.
+    let known: Vec<f64> = prior.iter().map(|x| x / repetitions.sqrt()).collect();
+    let triangle_over = |divisor: &[f64]| information(model, motion, limits, divisor, &columns, &known);
+    let triangle = triangle_over(&noise.torque);
+    // Without a column there is nothing to solve for.
+    let solution = (!columns.is_empty()).then(|| solve(&triangle));
+    let weights = noise.weights();
+    let weighted = solution.as_ref().map(|_| solve(&triangle_over(&weights)).inverse);
+    let square: Vec<f64> = weights.iter().zip(&noise.torque).map(|(r, s)| r * r / s).collect();
+    let seen = triangle_over(&square);
+    let greatest = described.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let one = |(c, parameter): (usize, &Parameter)| {
+        let place = columns.iter().position(|k| *k == c);
+        let found = place.filter(|&i| solution.as_ref().is_some_and(|s| s.determined[i]));
+        let deviation = found.zip(weighted.as_ref()).map(|(i, inverse)| {
+            let along: Vec<f64> = inverse.column(i).iter().copied().collect();
+            (seen.squares(&along).1 / repetitions).sqrt()
+        });
+        let value = described.get(c).copied().flatten();
+        let size = value.map(f64::abs).filter(|x| *x > NO_VALUE * greatest);
+        let relative_deviation = deviation.zip(size).map(|(d, x)| d / x);
+        let to_blame = match deviation {
+            None => Some(held(model, limits, c)),
+            Some(_) => relative_deviation
+                .filter(|r| *r > WEAK)
+                .and_then(|_| slowest(model, &parameter.coordinates, certificate)),
+        };
+        VisibleParameter {
+            id: parameter.id.clone(),
+            unit: parameter.unit(),
+            described: value,
+            deviation,
+            relative_deviation,
+            to_blame,
+        }
+    };
+    let instants = (motion.shape.period() * motion.rate).round().max(1.0);
+    let logarithms: f64 = (0..columns.len()).map(|i| triangle.at(i, i).abs().ln()).sum();
+    Visibility {
+        parameters: model.parameters.iter().enumerate().map(one).collect(),
+        determinant: (2.0 * logarithms / columns.len().max(1) as f64).exp() / instants,
+        condition_number: solution.as_ref().map_or(f64::INFINITY, |s| s.condition_number),
+    }
+}
+
+/// The triangle of these columns: the rows of one period over their noise, and the rows of what is known.
+fn information(
+    model: &Model,
+    motion: &Motion,
+    limits: &[CoordinateLimits],
+    noise: &[f64],
+    columns: &[usize],
+    known: &[f64],
+) -> Triangle {
+    let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
+    let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
+    let mut block = TriangleBuilder::new(columns.len());
+    let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
+    for r in 0..(motion.shape.period() * motion.rate).round() as usize {
+        let state = motion.at(motion.shape.blend() + r as f64 / motion.rate);
+        let of = |d: usize| -> Vec<f64> { state.iter().map(|x| x[d]).collect() };
+        let (dq, ddq) = (of(1), of(2));
+        model.regressor.fill(&of(0), &dq, &ddq, &mut y);
+        for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
+            row.fill(0.0);
+            row[..base].copy_from_slice(&y[i * base..][..base]);
+            let mut places = &mut row[base + i * terms..][..terms];
+            for term in model.friction {
+                let (own, rest) = places.split_at_mut(term.parameters().len());
+                term.fill(dq[i], ddq[i], 0.0, sign(dq[i]), own);
+                places = rest;
+            }
+            picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c] / noise[i]);
+            block.push(&picked, 0.0);
+        }
+    }
+    for row in known.chunks_exact(p.max(1)) {
+        picked.iter_mut().zip(columns).for_each(|(x, &c)| *x = row[c]);
+        block.push(&picked, 0.0);
+    }
+    block.finish()
+}
+
+/// Which locked joint hides a column.
+fn held(model: &Model, limits: &[CoordinateLimits], column: usize) -> String {
+    let names = model.regressor.coordinates();
+    let locked: Vec<usize> = (0..limits.len()).filter(|&k| limits[k].locked.is_some()).collect();
+    let shows = |free: &[usize]| {
+        let mut limits = limits.to_vec();
+        free.iter().for_each(|&k| limits[k].locked = None);
+        visible_columns(model, &limits)[column]
+    };
+    let alone: Vec<usize> = locked.iter().copied().filter(|k| shows(&[*k])).collect();
+    let list = |these: &[usize]| these.iter().map(|&k| names[k].as_str()).collect::<Vec<_>>().join(", ");
+    match (alone.as_slice(), shows(&locked)) {
+        ([], true) => format!("locked: {}", list(&locked)),
+        ([], false) => "no motion shows it beside the others".into(),
+        (one, _) => format!("locked: {}", list(one)),
+    }
+}
+
+/// The limit that holds back most the joint behind a parameter.
+fn slowest(model: &Model, coordinates: &[usize], certificate: &[CertificateRow]) -> Option<String> {
+    let names = model.regressor.coordinates();
+    let own = |row: &&CertificateRow| coordinates.iter().any(|&k| names[k] == row.subject);
+    let share = |row: &CertificateRow| row.room() / row.bound.abs().max(f64::MIN_POSITIVE);
+    let least = certificate.iter().filter(own).min_by(|a, b| share(a).total_cmp(&share(b)))?;
+    Some(format!("{}: {}", least.subject, least.limit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::fourier_series::FourierSeries;
+    use crate::excitation::motion::Shape;
+    use crate::excitation::search::tests::pendulum_limits;
+    use crate::pendulum::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
+    use linear_model::regressor::Regressor;
+    use numerics::random::Random;
+
+    fn motion() -> Motion {
+        let shape = Shape::Fourier(FourierSeries { period: 5.0, blend: 1.0, harmonics: 2 });
+        Motion { rate: 50.0, repetitions: 2, shape, joints: vec![vec![0.2, 0.6, 0.1, 0.5, -0.3]] }
+    }
+
+    /// Least squares on noisy torques of the motion deviate as predicted.
+    #[test]
+    fn deviations_are_those_of_least_squares() {
+        let (arm, motion, limits) = (Pendulum::new(), motion(), [pendulum_limits()]);
+        let friction = [FrictionTerm::Viscous];
+        let model = Model::new(&arm, &friction, &[]);
+        let truth = [0.3, 0.8, -0.1, 0.5];
+        let noise = JointNoise::of_torques(vec![0.2]);
+        let described = truth.map(Some);
+        let predicted = visibility(&model, &motion, &limits, &noise, &described, &[], &[]).parameters;
+        let draws = 200;
+        let mut squares = [0.0; 4];
+        let mut random = Random::new(9);
+        for _ in 0..draws {
+            let mut block = TriangleBuilder::new(4);
+            for r in 0..500 {
+                let [q, dq, ddq, _] = motion.at(1.0 + 0.02 * f64::from(r))[0];
+                let mut row = [0.0; 4];
+                arm.fill(&[q], &[dq], &[ddq], &mut row[..3]);
+                row[3] = dq;
+                let torque: f64 = row.iter().zip(truth).map(|(y, x)| y * x).sum();
+                block.push(&row, torque + 0.2 * random.normal());
+            }
+            let triangle = block.finish();
+            let found = solve(&triangle).x;
+            (0..4).for_each(|c| squares[c] += (found[c] - truth[c]).powi(2) / f64::from(draws));
+        }
+        for c in 0..4 {
+            let (sigma, seen) = (predicted[c].deviation.unwrap(), squares[c].sqrt());
+            // The deviation of 200 draws is known to 1/sqrt(400) = 5 %: four of those.
+            assert!((seen / sigma - 1.0).abs() < 0.2, "{c}: {seen} {sigma}");
+            let relative = predicted[c].relative_deviation.unwrap();
+            assert!((relative - sigma / truth[c].abs()).abs() < 1e-12);
+        }
+        // A greater weight of the only joint changes nothing.
+        let rough = JointNoise { encoders: vec![0.3], ..noise.clone() };
+        let weighted = visibility(&model, &motion, &limits, &rough, &described, &[], &[]).parameters;
+        for (a, b) in weighted.iter().zip(&predicted) {
+            let (a, b) = (a.deviation.unwrap(), b.deviation.unwrap());
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
+        // As much again of one parameter is known: information adds.
+        let mut known = [0.0; 4];
+        known[3] = 1.0 / predicted[3].deviation.unwrap();
+        let both = visibility(&model, &motion, &limits, &noise, &described, &[], &known).parameters;
+        let (alone, both) = (predicted[3].deviation.unwrap(), both[3].deviation.unwrap());
+        assert!((both / alone - 0.5_f64.sqrt()).abs() < 1e-9, "{both} {alone}");
+    }
+
+    #[test]
+    fn what_is_hidden_names_the_joint() {
+        let (arm, motion) = (Pendulum::new(), motion());
+        let model = Model::new(&arm, &[], &[]);
+        let limits = [CoordinateLimits { locked: Some(0.0), ..pendulum_limits() }];
+        let found =
+            visibility(&model, &motion, &limits, &JointNoise::of_torques(vec![0.2]), &[None; 3], &[], &[]).parameters;
+        assert!(
+            found.iter().all(|p| p.deviation.is_none() && p.to_blame.as_deref() == Some("locked: q1")),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,100 @@
+//! Motions that no plan has used: moves from point to point.
+//!
+//! Each move is p(s) = 10 s^3 - 15 s^4 + 6 s^5, s = t/T, with peaks 1.875 L/T and 5.7735 L/T^2; all
+//! joints share the T of the slowest.
+
+use numerics::random::Random;
+
+use crate::motion::reference_motion::Reference;
+
+/// How far a validation motion goes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ValidationMotion {
+    /// Points lie within this share of the range about its middle.
+    pub range: f64,
+    /// Share of the greatest velocity.
+    pub velocity: f64,
+    /// Share of the greatest acceleration.
+    pub acceleration: f64,
+    /// Number of moves in one motion.
+    pub moves: usize,
+}
+
+impl Default for ValidationMotion {
+    fn default() -> ValidationMotion {
+        ValidationMotion { range: 0.8, velocity: 0.8, acceleration: 0.7, moves: 3 }
+    }
+}
+
+impl ValidationMotion {
+    /// s that a move over `distance` takes within these limits.
+    pub fn seconds(&self, distance: f64, velocity: f64, acceleration: f64) -> f64 {
+        let by_velocity = 1.875 * distance / (self.velocity * velocity);
+        by_velocity.max((5.7735 * distance / (self.acceleration * acceleration)).sqrt())
+    }
+}
+
+/// Moves between random points. Limits one a coordinate: rad, rad/s, rad/s^2.
+pub fn validation_trajectory(
+    motion: &ValidationMotion,
+    position: &[(f64, f64)],
+    velocity: &[f64],
+    acceleration: &[f64],
+    sample_time: f64,
+    random: &mut Random,
+) -> Reference {
+    let n = position.len();
+    let mut point = || -> Vec<f64> {
+        let within = |&(low, high): &(f64, f64)| (0.5 * (low + high), 0.5 * motion.range * (high - low));
+        position.iter().map(within).map(|(middle, half)| random.between(middle - half, middle + half)).collect()
+    };
+    let mut r =
+        Reference { sample_time, q: vec![vec![]; n], dq: vec![vec![]; n], ddq: vec![vec![]; n], windows: vec![] };
+    let mut from = point();
+    for _ in 0..motion.moves {
+        let to = point();
+        let time =
+            (0..n).map(|k| motion.seconds((to[k] - from[k]).abs(), velocity[k], acceleration[k])).fold(0.0, f64::max);
+        let count = (time / sample_time).ceil().max(1.0) as usize;
+        let time = count as f64 * sample_time;
+        for i in 0..count {
+            let s = i as f64 / count as f64;
+            let p = s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
+            let dp = 30.0 * (s * (1.0 - s)).powi(2) / time;
+            let ddp = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (time * time);
+            for k in 0..n {
+                let l = to[k] - from[k];
+                r.q[k].push(from[k] + l * p);
+                r.dq[k].push(l * dp);
+                r.ddq[k].push(l * ddp);
+            }
+        }
+        from = to;
+    }
+    let count = r.q.first().map_or(0, Vec::len);
+    r.windows = std::iter::once(0..count).collect();
+    r
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moves_stay_within_their_limits() {
+        let position = [(-2.0, 1.0), (-0.5, 0.5)];
+        let motion = ValidationMotion::default();
+        let r = validation_trajectory(&motion, &position, &[2.0, 3.0], &[20.0, 30.0], 1e-3, &mut Random::new(3));
+        for k in 0..2 {
+            let peak = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            assert!(r.q[k].iter().all(|&q| q >= position[k].0 && q <= position[k].1));
+            assert!(peak(&r.dq[k]) <= 0.8 * [2.0, 3.0][k] + 1e-9);
+            assert!(peak(&r.ddq[k]) <= 0.7 * [20.0, 30.0][k] + 1e-2);
+            for i in 1..r.q[k].len() - 1 {
+                let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
+                // Third derivative of the move times h^2 / 6.
+                assert!((v - r.dq[k][i]).abs() < 1e-2);
+            }
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! How many samples a motion may have.
+//!
+//! A duration or a rate of another unit would make a motion whose samples take memory or time without end.
+
+/// Samples of one motion: more than an hour at 1 kHz.
+pub const MOST_SAMPLES: f64 = 4e6;
+
+/// Refuses a motion of more than [`MOST_SAMPLES`].
+pub fn check_samples(samples: f64) -> Result<(), String> {
+    if samples <= MOST_SAMPLES {
+        return Ok(());
+    }
+    Err(format!("the motion has {samples:.1e} samples; at most {MOST_SAMPLES:.0e} are taken"))
+}

@@ -1,0 +1,43 @@
+//! A motion as URScript: one `servoj` a sample [Universal Robots, The URScript Programming Language].
+//!
+//! The program moves to the first pose, follows the samples at their period with a look-ahead of 0.1 s and a gain of
+//! 300, the controller's own defaults, and stops.
+
+use std::fmt::Write;
+
+use crate::motion::reference_motion::Reference;
+
+/// The text of a program; a controller has six joints, in the order of the coordinates.
+pub fn servo_script(reference: &Reference) -> String {
+    let pose = |r: usize| {
+        let cells: Vec<String> = reference.q.iter().map(|q| format!("{:.9}", q[r])).collect();
+        format!("[{}]", cells.join(", "))
+    };
+    let samples = reference.q.first().map_or(0, Vec::len);
+    let mut text = String::from("def rist_motion():\n");
+    if samples > 0 {
+        // A String never fails to grow.
+        let _ = writeln!(text, "  movej({}, a=0.5, v=0.3)", pose(0));
+    }
+    for r in 0..samples {
+        let _ = writeln!(text, "  servoj({}, 0, 0, {:?}, 0.1, 300)", pose(r), reference.sample_time);
+    }
+    text.push_str("  stopj(2.0)\nend\nrist_motion()\n");
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_a_sample_between_start_and_stop() {
+        let q = (0..6).map(|k| vec![0.1 * f64::from(k), 0.2]).collect();
+        let reference = Reference { sample_time: 0.008, q, ..Reference::default() };
+        let text = servo_script(&reference);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 7);
+        assert!(lines[1].starts_with("  movej([0.000000000, 0.100000000, "));
+        assert_eq!(lines[3], format!("  servoj([{}], 0, 0, 0.008, 0.1, 300)", ["0.200000000"; 6].join(", ")));
+    }
+}

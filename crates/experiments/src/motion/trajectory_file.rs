@@ -1,0 +1,198 @@
+//! Motions as files a controller can play.
+//!
+//! - CSV: `t, q_<coordinate>.., dq_<coordinate>.., ddq_<coordinate>..`, s, rad, rad/s, rad/s^2, at any rate.
+//! - ROS `trajectory_msgs/JointTrajectory` as YAML or JSON: joint_names, points with positions, velocities,
+//!   accelerations and time_from_start (sec, nanosec, as ROS 2 has it).
+
+use std::fmt::Write;
+
+use crate::motion::reference_motion::Reference;
+
+/// The format of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrajectoryFormat {
+    /// Columns `t, q_<coordinate>, dq_<coordinate>, ddq_<coordinate>`.
+    Csv,
+    /// trajectory_msgs/JointTrajectory as YAML.
+    RosYaml,
+    /// trajectory_msgs/JointTrajectory as JSON.
+    RosJson,
+}
+
+/// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
+///
+/// Between samples positions follow the cubic that has the positions and velocities of its neighbours. Velocities and
+/// accelerations are linear there.
+pub fn trajectory_file(reference: &Reference, coordinates: &[String], rate: f64, format: TrajectoryFormat) -> String {
+    let points = resampled(reference, rate);
+    match format {
+        TrajectoryFormat::Csv => csv(&points, coordinates),
+        TrajectoryFormat::RosYaml => yaml(&points, coordinates),
+        TrajectoryFormat::RosJson => json(&points, coordinates),
+    }
+}
+
+struct Point {
+    t: f64,
+    q: Vec<f64>,
+    dq: Vec<f64>,
+    ddq: Vec<f64>,
+}
+
+fn resampled(r: &Reference, rate: f64) -> Vec<Point> {
+    let count = r.q.first().map_or(0, Vec::len);
+    if count == 0 || rate.is_nan() || rate <= 0.0 {
+        return vec![];
+    }
+    let h = r.sample_time;
+    let points = ((count - 1) as f64 * h * rate + 1e-9) as usize + 1;
+    let at = |p: usize| {
+        let t = p as f64 / rate;
+        let i = ((t / h + 1e-9) as usize).min(count - 1);
+        let j = (i + 1).min(count - 1);
+        let s = (t - i as f64 * h) / h;
+        let s = if s < 1e-6 { 0.0 } else { s.min(1.0) };
+        let cubic = |k: usize| {
+            let (a, b) = (r.q[k][i], r.q[k][j]);
+            let (va, vb) = (h * r.dq[k][i], h * r.dq[k][j]);
+            let (s2, s3) = (s * s, s * s * s);
+            a * (2.0 * s3 - 3.0 * s2 + 1.0) + va * (s3 - 2.0 * s2 + s) + b * (3.0 * s2 - 2.0 * s3) + vb * (s3 - s2)
+        };
+        let linear = |x: &[Vec<f64>], k: usize| x[k][i] + s * (x[k][j] - x[k][i]);
+        let n = 0..r.q.len();
+        Point {
+            t,
+            q: n.clone().map(cubic).collect(),
+            dq: n.clone().map(|k| linear(&r.dq, k)).collect(),
+            ddq: n.map(|k| linear(&r.ddq, k)).collect(),
+        }
+    };
+    (0..points).map(at).collect()
+}
+
+fn list(x: &[f64]) -> String {
+    x.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(", ")
+}
+
+fn csv(points: &[Point], coordinates: &[String]) -> String {
+    let mut text = String::from("t");
+    for prefix in ["q", "dq", "ddq"] {
+        coordinates.iter().for_each(|c| text.push_str(&format!(",{prefix}_{c}")));
+    }
+    text.push('\n');
+    for p in points {
+        // A String never fails to grow.
+        let _ = writeln!(text, "{:.6},{},{},{}", p.t, list(&p.q), list(&p.dq), list(&p.ddq));
+    }
+    text.replace(", ", ",")
+}
+
+fn split(t: f64) -> (u64, u64) {
+    let nanoseconds = (t * 1e9).round() as u64;
+    (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000)
+}
+
+fn yaml(points: &[Point], coordinates: &[String]) -> String {
+    let names: Vec<String> = coordinates.iter().map(|c| quoted(c)).collect();
+    let mut text = format!("joint_names: [{}]\npoints:\n", names.join(", "));
+    for p in points {
+        let (seconds, nanoseconds) = split(p.t);
+        let _ = writeln!(text, "  - positions: [{}]", list(&p.q));
+        let _ = writeln!(text, "    velocities: [{}]", list(&p.dq));
+        let _ = writeln!(text, "    accelerations: [{}]", list(&p.ddq));
+        let _ = writeln!(text, "    time_from_start: {{sec: {seconds}, nanosec: {nanoseconds}}}");
+    }
+    text
+}
+
+fn json(points: &[Point], coordinates: &[String]) -> String {
+    let names: Vec<String> = coordinates.iter().map(|c| quoted(c)).collect();
+    let point = |p: &Point| {
+        let (seconds, nanoseconds) = split(p.t);
+        format!(
+            "    {{\"positions\": [{}], \"velocities\": [{}], \"accelerations\": [{}], \
+             \"time_from_start\": {{\"sec\": {seconds}, \"nanosec\": {nanoseconds}}}}}",
+            list(&p.q),
+            list(&p.dq),
+            list(&p.ddq)
+        )
+    };
+    let points: Vec<String> = points.iter().map(point).collect();
+    format!("{{\n  \"joint_names\": [{}],\n  \"points\": [\n{}\n  ]\n}}\n", names.join(", "), points.join(",\n"))
+}
+
+/// A string of JSON, which is one of YAML too.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out.push_str(&format!("\\u{:04x}", c as u32)),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::exciting_trajectory::ExcitingTrajectory;
+    use serde::Deserialize;
+
+    #[derive(Deserialize)]
+    struct JointTrajectory {
+        joint_names: Vec<String>,
+        points: Vec<JointPoint>,
+    }
+    #[derive(Deserialize)]
+    struct JointPoint {
+        positions: Vec<f64>,
+        velocities: Vec<f64>,
+        accelerations: Vec<f64>,
+        time_from_start: Time,
+    }
+    #[derive(Deserialize)]
+    struct Time {
+        sec: u64,
+        nanosec: u64,
+    }
+
+    fn reference() -> (Reference, Vec<String>) {
+        let sweep = ExcitingTrajectory::sweep(1, &[0.2, 0.0], 1.0, 1.0, 1e-3);
+        (sweep.reference(), vec!["q1".into(), "el\"bow".into()])
+    }
+
+    #[test]
+    fn ros_files_read_back() {
+        let (reference, names) = reference();
+        for format in [TrajectoryFormat::RosYaml, TrajectoryFormat::RosJson] {
+            let text = trajectory_file(&reference, &names, 100.0, format);
+            let read: JointTrajectory = serde_yaml::from_str(&text).unwrap();
+            assert_eq!(read.joint_names, names);
+            assert_eq!(read.points.len(), (reference.q[0].len() - 1) / 10 + 1);
+            let p = &read.points[57];
+            assert_eq!((p.time_from_start.sec, p.time_from_start.nanosec), (0, 570_000_000));
+            // Each sample is itself.
+            assert!((p.positions[1] - reference.q[1][570]).abs() < 1e-12);
+            assert_eq!(p.velocities[1], reference.dq[1][570]);
+            assert_eq!(p.accelerations.len(), 2);
+        }
+    }
+
+    #[test]
+    fn csv_at_another_rate_follows_the_motion() {
+        let (reference, names) = reference();
+        let text = trajectory_file(&reference, &names, 1500.0, TrajectoryFormat::Csv);
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("t,q_q1,q_el\"bow,dq_q1,dq_el\"bow,ddq_q1,ddq_el\"bow"));
+        for line in lines {
+            let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+            let i = (cells[0] * 1000.0) as usize;
+            // At most 1 rad/s over one sample.
+            assert!((cells[2] - reference.q[1][i]).abs() <= 1.001e-3);
+        }
+        assert_eq!(trajectory_file(&reference, &names, 0.0, TrajectoryFormat::Csv).lines().count(), 1);
+    }
+}

@@ -1,0 +1,37 @@
+//! The fixture of the unit tests here and in `identification`: a pendulum, the smallest robot with inertia and gravity,
+//! which hangs on a fixed pivot. Whole arms are tested in the package `tests`.
+
+use linear_model::parameter::BaseParameter;
+use linear_model::regressor::Regressor;
+
+/// tau = ZZ ddq + MX g cos q + MY g (-sin q).
+pub struct Pendulum {
+    coordinates: Vec<String>,
+    parameters: Vec<BaseParameter>,
+    pub truth: [f64; 3],
+}
+
+impl Pendulum {
+    pub fn new() -> Pendulum {
+        Pendulum {
+            coordinates: vec!["q1".into()],
+            parameters: ["ZZ1", "MX1", "MY1"].map(|name| BaseParameter::turning(name, 0).unwrap()).to_vec(),
+            truth: [0.3, 0.8, -0.1],
+        }
+    }
+}
+
+impl Regressor for Pendulum {
+    fn coordinates(&self) -> &[String] {
+        &self.coordinates
+    }
+
+    fn parameters(&self) -> &[BaseParameter] {
+        &self.parameters
+    }
+
+    fn fill(&self, q: &[f64], _: &[f64], ddq: &[f64], y: &mut [f64]) {
+        let (s, c) = q[0].sin_cos();
+        y.copy_from_slice(&[ddq[0], 9.81 * c, -9.81 * s]);
+    }
+}

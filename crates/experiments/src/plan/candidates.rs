@@ -1,0 +1,325 @@
+//! The experiments a plan may choose from: every kind of motion about a grid of configurations.
+//!
+//! A and B from the limits, for a fast joint with a_max, v_max, the range available about the
+//! centre, the bandwidth f_bw of its controller and its smallest smooth velocity v_small (bang-bang;
+//! a smooth profile has its own peak factors):
+//!
+//! inertial, coupling   f_P = min(f_bw/4, a_max/(4 v_small)),  L = a_max T^2/16: greatest
+//! acceleration at low velocity; L at least 200 encoder counts
+//!
+//! centrifugal          L = v_max^2/a_max, T = 4 sqrt(L/a_max): greatest velocity
+//!
+//! mixed                T the geometric mean of the two
+//!
+//! L is cut to the range; T is rounded up to a multiple of four samples at this L, which lowers the
+//! acceleration and never raises it. Slow joints move by v_small T/4.
+//!
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2 and table 1], made exact.
+
+use linear_model::regressor::Regressor;
+use logs::Error;
+use numerics::in_order::in_order;
+use numerics::information_matrix::Rows;
+use numerics::interruption::Interruption;
+use numerics::random::Random;
+
+use crate::motion::profile::Profile;
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::plan::measured_motion::MeasuredMotion;
+use crate::plan::motion_kind::MotionKind;
+use crate::plan::paper_rows::{gravity_rows, spectral_rows};
+
+/// The limits of a coordinate; rad, rad/s, rad/s^2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionLimits {
+    /// Smallest and largest position, rad (m).
+    pub position: (f64, f64),
+    /// Largest speed, rad/s (m/s).
+    pub velocity: f64,
+    /// Largest acceleration, rad/s^2 (m/s^2).
+    pub acceleration: f64,
+    /// Smallest velocity without stick-slip.
+    pub slow_velocity: f64,
+    /// Bandwidth of the position controller, Hz.
+    pub bandwidth: f64,
+    /// Encoder quantum.
+    pub quantum: f64,
+}
+
+/// The grid on which the candidates lie.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CandidateGrid {
+    /// How swings change their velocity.
+    pub profile: Profile,
+    /// Configurations a coordinate, between its limits less a tenth on each side.
+    pub steps: usize,
+    /// At most this many configurations a motion; beyond, that many are drawn from the grid.
+    pub configurations: usize,
+    /// Seconds recorded in one experiment.
+    pub duration: f64,
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// Gravity sweeps are of use: the robot is not balanced.
+    pub gravity: bool,
+    /// Seed of the choice among configurations.
+    pub seed: u64,
+}
+
+/// A motion with the rows that it would give.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// The motion.
+    pub trajectory: ExcitingTrajectory,
+    /// Rows as the paper has them, N m per unit: for criterion (15).
+    pub raw: Rows,
+    /// The same over their standard deviations: for the determinant.
+    pub information: Rows,
+}
+
+/// Longest sweep in one direction, s. It is two and a half times what is recorded of another motion where that is
+/// longer.
+///
+/// Slow axes sweep only a part of their way.
+const LONGEST_SWEEP: f64 = 10.0;
+
+/// Least stroke of a periodic motion, in encoder counts.
+const LEAST_COUNTS: f64 = 200.0;
+
+impl Candidate {
+    /// The rows of a motion that follows its reference exactly; `noise`: N m a sample and coordinate.
+    pub fn new(trajectory: ExcitingTrajectory, regressor: &dyn Regressor, noise: &[f64]) -> Candidate {
+        let n = trajectory.centre.len();
+        match &trajectory.motion {
+            Motion::Swing { profile, period, half_range, periods, .. } => {
+                // 200 instants a period are enough, since the rows use the first two harmonics only.
+                let (count, t) = (200, *period as f64 * trajectory.sample_time);
+                let series = |value: &dyn Fn(usize, (f64, f64, f64)) -> f64| -> Vec<Vec<f64>> {
+                    let at = |i: usize| profile.at(i as f64 / count as f64);
+                    (0..n).map(|k| (0..count).map(|i| value(k, at(i))).collect()).collect()
+                };
+                let motion = MeasuredMotion {
+                    q: series(&|k, p| trajectory.centre[k] + half_range[k] * p.0),
+                    dq: series(&|k, p| half_range[k] * p.1 / t),
+                    ddq: series(&|k, p| half_range[k] * p.2 / (t * t)),
+                };
+                let mut one_period = trajectory.clone();
+                if let Motion::Swing { period, .. } = &mut one_period.motion {
+                    *period = count;
+                }
+                // The noise of 200 instants that stand for all samples recorded.
+                let share = (count as f64 / (periods * period) as f64).sqrt();
+                let noise: Vec<f64> = noise.iter().map(|s| s * share).collect();
+                let zero = vec![vec![0.0; count]; n];
+                let block = spectral_rows(&one_period, regressor, &motion, &zero, &noise);
+                Candidate { trajectory, information: block.weighted(), raw: block.rows }
+            }
+            Motion::Sweep { .. } => {
+                let reference = trajectory.reference();
+                let motion = MeasuredMotion::of_reference(&reference);
+                let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
+                let zero = vec![vec![0.0; motion.len()]; n];
+                let block = gravity_rows(&trajectory, regressor, &motion.q, &zero, noise, &directions);
+                let mean = 1.0 / (motion.len().max(1) as f64).sqrt();
+                let raw = block.rows.scaled(&vec![mean; block.rows.width()]);
+                Candidate { trajectory, information: block.weighted(), raw }
+            }
+        }
+    }
+}
+
+/// Every motion of the grid that the limits allow and that shows anything; none where the work is interrupted.
+pub fn candidates(
+    grid: &CandidateGrid,
+    limits: &[MotionLimits],
+    regressor: &dyn Regressor,
+    noise: &[f64],
+) -> Vec<Candidate> {
+    let n = limits.len();
+    let mut trajectories = Vec::new();
+    let matters = coordinates_that_matter(regressor, limits);
+    for fast in 0..n {
+        let mut motions = vec![(MotionKind::Inertial, vec![])];
+        for l in fast + 1..n {
+            motions.push((MotionKind::Centrifugal, vec![l]));
+            motions.push((MotionKind::Coupling, vec![l]));
+        }
+        if fast + 1 < n {
+            motions.push((MotionKind::Mixed, (fast + 1..n).collect()));
+        }
+        if grid.gravity {
+            motions.push((MotionKind::Gravity, vec![]));
+        }
+        for (index, (kind, slow)) in motions.into_iter().enumerate() {
+            let mut random = Random::stream(grid.seed, (fast * 1000 + index) as u64);
+            for centre in configurations(grid, limits, &matters, &mut random) {
+                let trajectory = match kind {
+                    MotionKind::Gravity => sweep(grid, limits, fast, &centre),
+                    _ => swing(grid, limits, kind, fast, &slow, &centre),
+                };
+                trajectories.extend(trajectory);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    let rows = |_, trajectory: &ExcitingTrajectory| Candidate::new(trajectory.clone(), regressor, noise);
+    let done = in_order(&trajectories, rows, |_, candidate| {
+        Interruption::check().map_err(|e| Error::new(e.message()))?;
+        if candidate.information.trace() > 0.0 {
+            found.push(candidate);
+        }
+        Ok(())
+    });
+    done.map_or_else(|_: Error| Vec::new(), |()| found)
+}
+
+/// The swing of a kind that the limits allow about this centre; `None` when it would be too short.
+pub fn swing(
+    grid: &CandidateGrid,
+    limits: &[MotionLimits],
+    kind: MotionKind,
+    fast: usize,
+    slow: &[usize],
+    centre: &[f64],
+) -> Option<ExcitingTrajectory> {
+    let limit = &limits[fast];
+    let (v_factor, a_factor) = grid.profile.peaks();
+    let low_velocity = (4.0 / limit.bandwidth).max(a_factor / v_factor * limit.slow_velocity / limit.acceleration);
+    let high_velocity = (a_factor / v_factor * limit.velocity / limit.acceleration).max(4.0 / limit.bandwidth);
+    let t = match kind {
+        MotionKind::Inertial | MotionKind::Coupling => low_velocity,
+        MotionKind::Centrifugal => high_velocity,
+        MotionKind::Mixed => (low_velocity * high_velocity).sqrt(),
+        MotionKind::Gravity => return None,
+    };
+    let room = |k: usize| 2.0 * (centre[k] - limits[k].position.0).min(limits[k].position.1 - centre[k]);
+    let stroke = (limit.acceleration * t * t / a_factor).min(limit.velocity * t / v_factor).min(room(fast));
+    let period = 4 * ((t / (4.0 * grid.sample_time) - 1e-9).ceil() as usize).max(2);
+    let t = period as f64 * grid.sample_time;
+    let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
+    let fits = slow.iter().all(|&l| slow_velocity[l] * t / v_factor <= room(l));
+    if !fits || stroke < LEAST_COUNTS * limit.quantum {
+        return None;
+    }
+    let acceleration = stroke * a_factor / (t * t);
+    Some(ExcitingTrajectory::swing(
+        kind,
+        fast,
+        slow,
+        centre,
+        grid.profile,
+        period,
+        acceleration,
+        &slow_velocity,
+        grid.duration,
+        grid.sample_time,
+    ))
+}
+
+/// A sweep as long as the limits allow about this centre, at 1 rad/s or the slow velocity, whichever is greater.
+fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f64]) -> Option<ExcitingTrajectory> {
+    let limit = &limits[fast];
+    let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
+    let longest = LONGEST_SWEEP.max(2.5 * grid.duration) * velocity;
+    let room = longest.min(1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
+    // Ramps at 2 rad/s^2, and 0.15 s of settling that is not used.
+    let least = velocity * velocity / 2.0 + 0.4 * velocity;
+    (room > least).then(|| ExcitingTrajectory::sweep(fast, centre, room, velocity, grid.sample_time))
+}
+
+/// Whether Y depends on each coordinate. It does not on that of a first axis along gravity.
+fn coordinates_that_matter(regressor: &dyn Regressor, limits: &[MotionLimits]) -> Vec<bool> {
+    let (n, p) = (limits.len(), regressor.parameters().len());
+    let mut random = Random::new(1);
+    let mut y = vec![0.0; n * p];
+    let mut z = vec![0.0; n * p];
+    (0..n)
+        .map(|k| {
+            (0..4).any(|_| {
+                let mut q: Vec<f64> = limits.iter().map(|l| random.between(l.position.0, l.position.1)).collect();
+                let dq: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+                let ddq: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+                regressor.fill(&q, &dq, &ddq, &mut y);
+                q[k] += 0.7;
+                regressor.fill(&q, &dq, &ddq, &mut z);
+                y.iter().zip(&z).any(|(a, b)| (a - b).abs() > 1e-9 * (1.0 + a.abs()))
+            })
+        })
+        .collect()
+}
+
+fn configurations(
+    grid: &CandidateGrid,
+    limits: &[MotionLimits],
+    matters: &[bool],
+    random: &mut Random,
+) -> Vec<Vec<f64>> {
+    let n = limits.len();
+    let steps: Vec<usize> = (0..n).map(|k| if matters[k] { grid.steps.max(1) } else { 1 }).collect();
+    let total = steps.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).unwrap_or(usize::MAX);
+    let at = |k: usize, i: usize| {
+        let (low, high) = limits[k].position;
+        let (low, high) = (low + 0.1 * (high - low), high - 0.1 * (high - low));
+        if steps[k] == 1 { 0.5 * (low + high) } else { low + (high - low) * i as f64 / (steps[k] - 1) as f64 }
+    };
+    if total <= grid.configurations {
+        (0..total)
+            .map(|mut index| {
+                (0..n)
+                    .map(|k| {
+                        let i = index % steps[k];
+                        index /= steps[k];
+                        at(k, i)
+                    })
+                    .collect()
+            })
+            .collect()
+    } else {
+        (0..grid.configurations).map(|_| (0..n).map(|k| at(k, random.index(steps[k]))).collect()).collect()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn limits() -> [MotionLimits; 3] {
+        let limit = |range: f64, velocity, acceleration| MotionLimits {
+            position: (-range, range),
+            velocity,
+            acceleration,
+            slow_velocity: 0.5,
+            bandwidth: 10.0,
+            quantum: 1e-4,
+        };
+        [limit(2.6, 5.0, 30.0), limit(1.5, 5.0, 40.0), limit(2.4, 7.0, 60.0)]
+    }
+
+    pub(crate) fn grid() -> CandidateGrid {
+        CandidateGrid {
+            profile: Profile::BangBang,
+            steps: 4,
+            configurations: 12,
+            duration: 4.0,
+            sample_time: 1e-3,
+            gravity: true,
+            seed: 1,
+        }
+    }
+
+    #[test]
+    fn the_words_of_table_1() {
+        let about = |kind, slow: &[usize]| swing(&grid(), &limits(), kind, 0, slow, &[0.0; 3]).unwrap();
+        let period = |t: &ExcitingTrajectory| match t.motion {
+            Motion::Swing { period, .. } => period,
+            Motion::Sweep { .. } => 0,
+        };
+        // 4/f_bw = 0.4 s; 4 v_max/a_max = 0.667 s, up to a multiple of four samples.
+        assert_eq!(period(&about(MotionKind::Inertial, &[])), 400);
+        assert_eq!(period(&about(MotionKind::Centrifugal, &[1])), 668);
+        let r = about(MotionKind::Centrifugal, &[1]).reference();
+        let peak = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        assert!((peak(&r.dq[0]) - 5.0).abs() < 0.02 && (peak(&r.dq[1]) - 0.5).abs() < 1e-9);
+        let too_narrow = swing(&grid(), &limits(), MotionKind::Inertial, 0, &[], &[2.599, 0.0, 0.0]);
+        assert!(too_narrow.is_none());
+    }
+}

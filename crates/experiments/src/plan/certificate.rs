@@ -1,0 +1,207 @@
+//! How good a plan can be at all: bounds that hold for every plan from the same candidates.
+//!
+//! For weights w on the candidates, M(w) = sum w_i F_i, and every other weights w*:
+//!
+//! log det M(w*) - log det M(w) <= max_i tr(F_i M(w)^-1) - p     [Kiefer, Wolfowitz 1960]
+//!
+//! so a plan of N experiments has D-efficiency
+//! (det F / det(N M(w*)))^(1/p) >= exp[(log det F - p log N - log det M(w) - gap)/p].
+//!
+//! cond_fro^2 = tr F tr F^-1 does not change with the scale of F, so blocks are brought to unit
+//! trace and, for any w, cond_fro^2 >= (tr M^-1)^2 / max_i tr(F_i M^-2): the dual of A-optimality.
+//!
+//! The weights are found by the multiplicative rule w_i <- w_i tr(F_i M^-1)/p and then by exchange
+//! between the best and the worst candidate of the support, with an exact line search; for the
+//! second bound by w_i <- w_i sqrt(tr(F_i M^-2)). Both bounds hold wherever the iteration stops.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
+
+use crate::plan::exchange::scales;
+
+/// An approximate design and the proof of its quality.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ApproximateDesign {
+    /// Weights, one a candidate, with the sum 1.
+    pub weights: Vec<f64>,
+    /// log det M(w); minus infinity when the candidates together have not full rank.
+    pub log_det: f64,
+    /// No design exceeds log_det + gap.
+    pub gap: f64,
+    /// Steps of the ascent.
+    pub iterations: usize,
+}
+
+/// Lower bound on sqrt(tr F tr F^-1) of any plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConditionBound {
+    /// The proved bound.
+    pub bound: f64,
+    /// The value that an approximate design reaches.
+    pub reached: f64,
+}
+
+/// Raises log det M(w) until the Kiefer-Wolfowitz gap is below `tolerance`.
+pub fn determinant_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> ApproximateDesign {
+    let p = blocks.first().map_or(0, Rows::width);
+    let scale = scales(p, blocks.iter());
+    let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
+    let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
+    let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
+    let mut out = vec![0.0; p];
+    for iteration in 0..iterations {
+        let Some(factor) = design(&blocks, &w).factor() else { break };
+        let d: Vec<f64> = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
+        let best = argmax(&d, |_| true);
+        let gap = d[best] - p as f64;
+        if gap < tolerance || iteration + 1 == iterations {
+            return ApproximateDesign { weights: w, log_det: factor.log_det - log_scale, gap, iterations: iteration };
+        }
+        if iteration < 300 {
+            w.iter_mut().zip(&d).for_each(|(w, d)| *w *= d / p as f64);
+            let sum: f64 = w.iter().sum();
+            w.iter_mut().for_each(|w| *w /= sum);
+        } else {
+            let negative: Vec<f64> = d.iter().map(|d| -d).collect();
+            let worst = argmax(&negative, |i| w[i] > 1e-12);
+            let t = line_search(&factor, &blocks[best], &blocks[worst], w[worst]);
+            w[best] += t;
+            w[worst] = (w[worst] - t).max(0.0);
+        }
+    }
+    ApproximateDesign { weights: w, log_det: f64::NEG_INFINITY, gap: f64::INFINITY, iterations: 0 }
+}
+
+/// D-efficiency that a plan of `count` experiments with this log det F certainly has.
+pub fn certified_efficiency(log_det: f64, count: usize, p: usize, bound: &ApproximateDesign) -> f64 {
+    let p = p as f64;
+    ((log_det - p * (count as f64).ln() - bound.log_det - bound.gap) / p).exp()
+}
+
+/// Lowers tr M(w)^-1 until the bound is within `tolerance` (relative, of its square), or gives up.
+pub fn condition_bound(blocks: &[Rows], tolerance: f64, iterations: usize) -> ConditionBound {
+    let p = blocks.first().map_or(0, Rows::width);
+    let unit = |b: &Rows| b.scaled(&vec![1.0 / b.trace().sqrt(); p]);
+    let blocks: Vec<Rows> = blocks.iter().filter(|b| b.trace() > 0.0).map(unit).collect();
+    let mut w = vec![1.0 / blocks.len().max(1) as f64; blocks.len()];
+    let mut best = ConditionBound { bound: 0.0, reached: f64::INFINITY };
+    for _ in 0..iterations {
+        let Some(factor) = design(&blocks, &w).factor() else { break };
+        let inverse = factor.inverse();
+        // tr(F_i M^-2) = |M^-1 W_i'|^2.
+        let square = |row: &[f64]| {
+            let along = |i: usize| inverse[i * p..(i + 1) * p].iter().zip(row).map(|(m, x)| m * x).sum::<f64>();
+            (0..p).map(|i| along(i).powi(2)).sum::<f64>()
+        };
+        let d: Vec<f64> = blocks.iter().map(|b| b.iter().map(square).sum()).collect();
+        let trace: f64 = (0..p).map(|i| inverse[i * p + i]).sum();
+        let greatest = d.iter().copied().fold(0.0, f64::max);
+        best.bound = best.bound.max(trace / greatest.sqrt());
+        best.reached = best.reached.min(trace.sqrt());
+        if 1.0 - trace / greatest < tolerance {
+            break;
+        }
+        w.iter_mut().zip(&d).for_each(|(w, d)| *w *= (d / trace).sqrt());
+        let sum: f64 = w.iter().sum();
+        w.iter_mut().for_each(|w| *w /= sum);
+    }
+    best
+}
+
+fn design(blocks: &[Rows], w: &[f64]) -> InformationMatrix {
+    let p = blocks.first().map_or(0, Rows::width);
+    InformationMatrix::sum(p, 0.0, blocks.iter().zip(w.iter().copied()).filter(|(_, w)| *w > 0.0))
+}
+
+fn argmax(values: &[f64], allowed: impl Fn(usize) -> bool) -> usize {
+    let all = (0..values.len()).filter(|&i| allowed(i));
+    all.fold(None, |best: Option<usize>, i| match best {
+        Some(b) if values[b] >= values[i] => Some(b),
+        _ => Some(i),
+    })
+    .unwrap_or(0)
+}
+
+/// The step t in [0, limit] that maximises log det(M + t (F_gain - F_lose)).
+pub(crate) fn line_search(factor: &InformationFactor, gain: &Rows, lose: &Rows, limit: f64) -> f64 {
+    let p = gain.width();
+    let mut g = DMatrix::<f64>::zeros(p, p);
+    let mut z = vec![0.0; p];
+    for (rows, sign) in [(gain, 1.0), (lose, -1.0)] {
+        for row in rows.iter() {
+            factor.whiten(row, &mut z);
+            for i in 0..p {
+                for j in 0..p {
+                    g[(i, j)] += sign * z[i] * z[j];
+                }
+            }
+        }
+    }
+    let e = SymmetricEigen::new(g).eigenvalues;
+    let slope = |t: f64| {
+        let positive = e.iter().all(|e| 1.0 + t * e > 0.0);
+        if positive { e.iter().map(|e| e / (1.0 + t * e)).sum() } else { f64::NEG_INFINITY }
+    };
+    if slope(limit) > 0.0 {
+        return limit;
+    }
+    let (mut low, mut high) = (0.0, limit);
+    for _ in 0..60 {
+        let t = 0.5 * (low + high);
+        if slope(t) > 0.0 { low = t } else { high = t }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::exchange::{Criterion, Search, exchange, value_of};
+    use numerics::random::Random;
+
+    /// Points of a line: y = a + b t, t in [-1, 1]; the best design has half at each end.
+    fn line() -> Vec<Rows> {
+        let point = |i: usize| {
+            let mut rows = Rows::new(2);
+            rows.push(&[1.0, -1.0 + i as f64 / 5.0]);
+            rows
+        };
+        (0..11).map(point).collect()
+    }
+
+    #[test]
+    fn straight_line_design_is_known() {
+        let d = determinant_bound(&line(), 1e-9, 4000);
+        // M = I: log det 0.
+        assert!(d.log_det.abs() < 1e-8 && d.gap < 1e-9, "{d:?}");
+        assert!((d.weights[0] - 0.5).abs() < 1e-4 && (d.weights[10] - 0.5).abs() < 1e-4);
+        let plan = value_of(&line(), &[0, 10], Criterion::Determinant);
+        assert!((certified_efficiency(plan, 2, 2, &d) - 1.0).abs() < 1e-8);
+        let c = condition_bound(&line(), 1e-9, 4000);
+        // tr M tr M^-1 >= p^2, reached by M = I/2.
+        assert!(c.bound <= 2.0 + 1e-9 && c.bound > 2.0 - 1e-4 && c.reached > 2.0 - 1e-9, "{c:?}");
+    }
+
+    #[test]
+    fn no_plan_passes_its_certificate() {
+        let mut random = Random::new(4);
+        let mut block = || {
+            let mut rows = Rows::new(5);
+            for _ in 0..2 {
+                rows.push(&(0..5).map(|_| random.normal()).collect::<Vec<_>>());
+            }
+            rows
+        };
+        let blocks: Vec<Rows> = (0..40).map(|_| block()).collect();
+        let d = determinant_bound(&blocks, 1e-3, 3000);
+        let c = condition_bound(&blocks, 1e-3, 3000);
+        assert!(d.gap <= 1e-3);
+        for count in [3, 6, 40] {
+            let search = Search { starts: 4, ..Search::default() };
+            let found = exchange(&blocks, count, Criterion::Determinant, &search, &|_, _, _| ());
+            assert!(certified_efficiency(found.value, count, 5, &d) <= 1.0);
+            let found = exchange(&blocks, count, Criterion::FrobeniusCondition, &search, &|_, _, _| ());
+            assert!((-found.value).exp() >= c.bound);
+        }
+    }
+}

@@ -1,0 +1,365 @@
+//! Which experiments to run: exchange on blocks of rows, from many starts.
+//!
+//! An experiment gives a block W_i of rows; a plan of N experiments has F = sum W_i' W_i. Each start
+//! exchanges the experiment at every position for the best candidate until none gains, by
+//!
+//! det(F + W'W) = det F det(I + W F^-1 W'),
+//! tr (F + W'W)^-1 = tr F^-1 - tr((I + W F^-1 W')^-1 W F^-2 W').
+//!
+//! | criterion | rows | equation |
+//! |---|---|---|
+//! | greatest log det F | information rows | [Fedorov 1972] |
+//! | least sqrt(tr F tr F^-1) | raw rows | (15) of [Vandanjon, Gautier, Desbats 1995] |
+//!
+//! The two criteria give different plans. Each start has a number and its own stream of random numbers, and the first
+//! of the best wins, so the number of threads changes nothing. `certificate` bounds how far the plan is from the best
+//! possible.
+
+use numerics::information_matrix::{InformationFactor, InformationMatrix, Rows};
+use numerics::interruption::Interruption;
+use numerics::random::Random;
+
+/// The criterion that a plan maximises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Criterion {
+    /// log det F.
+    Determinant,
+    /// - log cond_fro F.
+    FrobeniusCondition,
+}
+
+/// The effort of the search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// Random plans the search starts from.
+    pub starts: usize,
+    /// At most this many passes over the positions in a start.
+    pub sweeps: usize,
+    /// Threads that share the starts; the result does not depend on them.
+    pub threads: usize,
+    /// Seed of the random plans.
+    pub seed: u64,
+    /// Nodes of the branch and bound that follows, at most; 0: none.
+    pub nodes: usize,
+    /// Share of the D-efficiency. A gap below it ends the branch and bound.
+    pub tolerance: f64,
+}
+
+impl Default for Search {
+    fn default() -> Search {
+        Search { starts: 12, sweeps: 100, threads: 2, seed: 1, nodes: 0, tolerance: 1e-3 }
+    }
+}
+
+/// The best plan found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// Indices of candidates, ascending; a candidate may be run twice.
+    pub chosen: Vec<usize>,
+    /// Value of the criterion, without the ridge; minus infinity when the plan has not full rank.
+    pub value: f64,
+    /// Value reached by each start, in order.
+    pub starts: Vec<f64>,
+}
+
+/// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks rank.
+const RIDGE: f64 = 1e-9;
+
+/// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
+///
+/// `progress` is told (starts done, starts in all, best value) from one thread at a time. Interrupted, it gives the
+/// best plan found until then.
+pub fn exchange(
+    blocks: &[Rows],
+    count: usize,
+    criterion: Criterion,
+    search: &Search,
+    progress: &(dyn Fn(usize, usize, f64) + Sync),
+) -> Selection {
+    let p = blocks.first().map_or(0, Rows::width);
+    if p == 0 || count == 0 {
+        return Selection { chosen: vec![], value: f64::NEG_INFINITY, starts: vec![] };
+    }
+    let scaled = equilibrated(blocks, criterion);
+    let done = std::sync::Mutex::new((0, f64::NEG_INFINITY));
+    let threads = search.threads.clamp(1, search.starts.max(1));
+    let interruption = Interruption::here();
+    let start = |s: usize| {
+        let mut random = Random::stream(search.seed, s as u64);
+        let found = interruption.during(|| one_start(&scaled, count, criterion, search.sweeps, &mut random));
+        if let Ok(mut state) = done.lock() {
+            *state = (state.0 + 1, state.1.max(found.1));
+            progress(state.0, search.starts, state.1);
+        }
+        found
+    };
+    let mut found: Vec<(usize, (Vec<usize>, f64))> = std::thread::scope(|scope| {
+        let (start, interruption) = (&start, &interruption);
+        let share = |w: usize| {
+            move || {
+                let starts = (w..search.starts).step_by(threads).take_while(|_| !interruption.is_raised());
+                starts.map(|s| (s, start(s))).collect::<Vec<_>>()
+            }
+        };
+        let workers: Vec<_> = (0..threads).map(|w| scope.spawn(share(w))).collect();
+        workers.into_iter().flat_map(|w| w.join().unwrap_or_default()).collect()
+    });
+    found.sort_by_key(|f| f.0);
+    let starts: Vec<f64> = found.iter().map(|f| f.1.1).collect();
+    let best = found.into_iter().map(|f| f.1).reduce(|a, b| if b.1 > a.1 { b } else { a });
+    let mut chosen = best.map(|b| b.0).unwrap_or_default();
+    chosen.sort_unstable();
+    let value = value_of(blocks, &chosen, criterion);
+    Selection { chosen, value, starts }
+}
+
+/// log det F of a plan, or - log cond_fro; minus infinity without full rank.
+pub fn value_of(blocks: &[Rows], chosen: &[usize], criterion: Criterion) -> f64 {
+    let p = blocks.first().map_or(0, Rows::width);
+    let of_plan = || chosen.iter().filter_map(|&i| blocks.get(i));
+    match criterion {
+        Criterion::Determinant => {
+            // Equilibrated, so that poor units do not look like a lost rank.
+            let scale = scales(p, of_plan());
+            let scaled: Vec<Rows> = of_plan().map(|b| b.scaled(&scale)).collect();
+            let factor = InformationMatrix::sum(p, 0.0, scaled.iter().map(|b| (b, 1.0))).factor();
+            factor.map_or(f64::NEG_INFINITY, |f| f.log_det - 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>())
+        }
+        Criterion::FrobeniusCondition => {
+            let f = InformationMatrix::sum(p, 0.0, of_plan().map(|b| (b, 1.0)));
+            f.factor().map_or(f64::NEG_INFINITY, |l| -0.5 * (f.trace() * l.trace_of_inverse()).ln())
+        }
+    }
+}
+
+/// Divides columns by their root mean square, so that the ridge is small for each. Criterion (15) takes the
+/// columns as they are; only their trace is brought to one.
+fn equilibrated(blocks: &[Rows], criterion: Criterion) -> Vec<Rows> {
+    let p = blocks.first().map_or(0, Rows::width);
+    let scale = match criterion {
+        Criterion::Determinant => scales(p, blocks.iter()),
+        Criterion::FrobeniusCondition => {
+            let trace: f64 = blocks.iter().map(Rows::trace).sum::<f64>() / (blocks.len() * p) as f64;
+            vec![1.0 / trace.sqrt().max(f64::MIN_POSITIVE); p]
+        }
+    };
+    blocks.iter().map(|b| b.scaled(&scale)).collect()
+}
+
+/// 1 / root mean square over blocks of each column; 1 for a column of zeros.
+pub(crate) fn scales<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Vec<f64> {
+    let (mut squares, mut count) = (vec![0.0; p], 0);
+    for b in blocks {
+        count += 1;
+        for row in b.iter() {
+            squares.iter_mut().zip(row).for_each(|(s, x)| *s += x * x);
+        }
+    }
+    squares.iter().map(|&s| if s > 0.0 { (f64::from(count) / s).sqrt() } else { 1.0 }).collect()
+}
+
+fn one_start(
+    blocks: &[Rows],
+    count: usize,
+    criterion: Criterion,
+    sweeps: usize,
+    random: &mut Random,
+) -> (Vec<usize>, f64) {
+    let p = blocks[0].width();
+    let mut chosen: Vec<usize> = (0..count).map(|_| random.index(blocks.len())).collect();
+    let ridge = RIDGE * count as f64;
+    let plan = |chosen: &[usize], without: Option<usize>| {
+        let kept = chosen.iter().enumerate().filter(|(at, _)| Some(*at) != without);
+        InformationMatrix::sum(p, ridge, kept.map(|(_, &i)| (&blocks[i], 1.0)))
+    };
+    let value = |f: &InformationMatrix| match (f.factor(), criterion) {
+        (None, _) => f64::NEG_INFINITY,
+        (Some(l), Criterion::Determinant) => l.log_det,
+        (Some(l), Criterion::FrobeniusCondition) => -0.5 * (f.trace() * l.trace_of_inverse()).ln(),
+    };
+    let mut best = value(&plan(&chosen, None));
+    let mut work = Work::default();
+    for _ in 0..sweeps {
+        let mut gained = false;
+        for at in 0..count {
+            if Interruption::check().is_err() {
+                break;
+            }
+            let rest = plan(&chosen, Some(at));
+            let Some(factor) = rest.factor() else { continue };
+            let gain = Gain::new(&rest, &factor, criterion);
+            for (i, block) in blocks.iter().enumerate() {
+                let v = gain.with(block, &mut work);
+                // A smaller gain is rounding, and the exchange would cycle.
+                if v > best + 1e-10 * best.abs().max(1.0) {
+                    best = v;
+                    chosen[at] = i;
+                    gained = true;
+                }
+            }
+        }
+        if !gained {
+            break;
+        }
+    }
+    (chosen, best)
+}
+
+/// The criterion of F + W'W for any W, from what F alone gives.
+struct Gain<'a> {
+    factor: &'a InformationFactor,
+    criterion: Criterion,
+    trace: f64,
+    trace_of_inverse: f64,
+    /// L^-1 L^-T, p x p: F^-2 = L^-T (L^-1 L^-T) L^-1.
+    between: Vec<f64>,
+}
+
+#[derive(Default)]
+struct Work {
+    whitened: Vec<f64>,
+    small: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl<'a> Gain<'a> {
+    fn new(f: &InformationMatrix, factor: &'a InformationFactor, criterion: Criterion) -> Gain<'a> {
+        let between = match criterion {
+            Criterion::Determinant => vec![],
+            Criterion::FrobeniusCondition => factor.inverse_gram(),
+        };
+        Gain { factor, criterion, trace: f.trace(), trace_of_inverse: factor.trace_of_inverse(), between }
+    }
+
+    fn with(&self, block: &Rows, work: &mut Work) -> f64 {
+        let (p, m) = (block.width(), block.len());
+        // Z = L^-1 W', m rows of p; S = I + Z'Z, m x m.
+        work.whitened.resize(m * p, 0.0);
+        for (r, row) in block.iter().enumerate() {
+            self.factor.whiten(row, &mut work.whitened[r * p..(r + 1) * p]);
+        }
+        let z = |r: usize| &work.whitened[r * p..(r + 1) * p];
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        work.small.clear();
+        for a in 0..m {
+            for b in 0..m {
+                work.small.push(dot(z(a), z(b)) + if a == b { 1.0 } else { 0.0 });
+            }
+        }
+        match self.criterion {
+            Criterion::Determinant => {
+                let mut log_det = self.factor.log_det;
+                eliminate(&mut work.small, &mut [], m, |pivot| log_det += pivot.ln());
+                log_det
+            }
+            Criterion::FrobeniusCondition => {
+                // tr(S^-1 Z' B Z) with B = L^-1 L^-T.
+                work.right.clear();
+                for a in 0..m {
+                    for b in 0..m {
+                        let s: f64 = (0..p).map(|i| z(a)[i] * dot(&self.between[i * p..(i + 1) * p], z(b))).sum();
+                        work.right.push(s);
+                    }
+                }
+                eliminate(&mut work.small, &mut work.right, m, |_| ());
+                let removed: f64 = (0..m).map(|a| work.right[a * m + a]).sum();
+                let inverse = self.trace_of_inverse - removed;
+                if inverse > 0.0 { -0.5 * ((self.trace + block.trace()) * inverse).ln() } else { f64::NEG_INFINITY }
+            }
+        }
+    }
+}
+
+/// Gauss-Jordan of a positive definite m x m matrix on a right-hand side of m columns, or of none.
+fn eliminate(a: &mut [f64], b: &mut [f64], m: usize, mut pivot: impl FnMut(f64)) {
+    let columns = b.len() / m.max(1);
+    for k in 0..m {
+        let d = a[k * m + k];
+        pivot(d);
+        for c in k + 1..m {
+            a[k * m + c] /= d;
+        }
+        for c in 0..columns {
+            b[k * columns + c] /= d;
+        }
+        for i in 0..m {
+            if i == k || (columns == 0 && i < k) {
+                continue;
+            }
+            let f = a[i * m + k];
+            for c in k + 1..m {
+                a[i * m + c] -= f * a[k * m + c];
+            }
+            for c in 0..columns {
+                b[i * columns + c] -= f * b[k * columns + c];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Candidates of one to three random rows.
+    pub fn random_blocks(count: usize, p: usize, seed: u64) -> Vec<Rows> {
+        let mut random = Random::new(seed);
+        let mut block = || {
+            let mut rows = Rows::new(p);
+            for _ in 0..1 + random.index(3) {
+                rows.push(&(0..p).map(|_| random.normal()).collect::<Vec<_>>());
+            }
+            rows
+        };
+        (0..count).map(|_| block()).collect()
+    }
+
+    fn search(threads: usize) -> Search {
+        Search { starts: 6, threads, ..Search::default() }
+    }
+
+    #[test]
+    fn updates_agree_with_refactoring() {
+        let blocks = random_blocks(8, 5, 3);
+        let rest = InformationMatrix::sum(5, 0.0, blocks[..5].iter().map(|b| (b, 1.0)));
+        let factor = rest.factor().unwrap();
+        for criterion in [Criterion::Determinant, Criterion::FrobeniusCondition] {
+            let gain = Gain::new(&rest, &factor, criterion);
+            for i in 5..8 {
+                let direct = value_of(&blocks, &[0, 1, 2, 3, 4, i], criterion);
+                assert!((gain.with(&blocks[i], &mut Work::default()) - direct).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn finds_the_best_of_all_small_plans() {
+        let blocks = random_blocks(9, 4, 7);
+        for criterion in [Criterion::Determinant, Criterion::FrobeniusCondition] {
+            let found = exchange(&blocks, 4, criterion, &search(2), &|_, _, _| ());
+            let mut best = f64::NEG_INFINITY;
+            for code in 0..9_usize.pow(4) {
+                let chosen = [code % 9, code / 9 % 9, code / 81 % 9, code / 729];
+                best = best.max(value_of(&blocks, &chosen, criterion));
+            }
+            assert!((found.value - best).abs() < 1e-8, "{criterion:?} {} {best}", found.value);
+        }
+    }
+
+    #[test]
+    fn threads_change_nothing() {
+        let blocks = random_blocks(60, 8, 11);
+        let of = |threads| exchange(&blocks, 7, Criterion::Determinant, &search(threads), &|_, _, _| ());
+        let one = of(1);
+        assert_eq!(one, of(2));
+        assert_eq!(one, of(5));
+    }
+
+    #[test]
+    fn a_plan_without_rank_says_so() {
+        let blocks = random_blocks(5, 30, 2);
+        let found = exchange(&blocks, 3, Criterion::Determinant, &search(1), &|_, _, _| ());
+        assert_eq!(found.value, f64::NEG_INFINITY);
+        assert!(exchange(&[], 3, Criterion::Determinant, &search(1), &|_, _, _| ()).chosen.is_empty());
+    }
+}

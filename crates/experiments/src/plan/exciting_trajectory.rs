@@ -1,0 +1,365 @@
+//! The motions of one experiment: a fast joint, perhaps slow companions, the others locked.
+//!
+//! A periodic motion swings between A and B: the acceleration is +a on [0, T/4), -a on
+//! [T/4, 3T/4), +a on [3T/4, T), so with L = |B - A|
+//!
+//! L = a T^2 / 16,   v_peak = 4 L / T,   f_P = 1/T = sqrt(a/L) / 4.
+//!
+//! | kind | fast joint k | slow joints l | paper |
+//! |---|---|---|---|
+//! | Inertial (1) | greatest acceleration | none | equation (8) |
+//! | Centrifugal (2) | greatest velocity | one | (10) |
+//! | Coupling (3) | as Inertial | one | (11) |
+//! | Mixed (1+2+3) | between the two | all that are carried | (8), (10), (11) |
+//! | Gravity (4) | constant slow velocity, forth and back | none | (13) |
+//!
+//! Slow joints move with the period and the phase of the fast one. Every profile has the odd
+//! half-wave symmetry q(t + T/2) - c = -(q(t) - c) and q(T/4 + s) - c = -(q(T/4 - s) - c), so that
+//! friction of the moving joint stays orthogonal to its acceleration at odd harmonics.
+//!
+//! [Vandanjon, Gautier, Desbats 1995, section 3.2]
+
+use std::ops::Range;
+
+use crate::motion::profile::Profile;
+use crate::motion::reference_motion::Reference;
+use crate::plan::motion_kind::MotionKind;
+
+/// The motion of the joints that move.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// Whole periods between centre - half_range and centre + half_range.
+    Swing {
+        /// How the swing changes its velocity.
+        profile: Profile,
+        /// Samples of one period.
+        period: usize,
+        /// (B - A)/2 a coordinate, rad; 0: locked.
+        half_range: Vec<f64>,
+        /// Periods before the record begins.
+        transient_periods: usize,
+        /// Periods recorded.
+        periods: usize,
+    },
+    /// Forth and back over `range` at a constant velocity.
+    Sweep {
+        /// Length of the sweep, rad.
+        range: f64,
+        /// Constant velocity, rad/s.
+        velocity: f64,
+        /// Acceleration of the ramps at the ends, rad/s^2.
+        acceleration: f64,
+        /// Time dropped after each ramp, until the controller has settled, s.
+        settling: f64,
+    },
+}
+
+/// The motion of one experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExcitingTrajectory {
+    /// Which torques it shows.
+    pub kind: MotionKind,
+    /// Coordinate of the fast joint, or of the only one that moves.
+    pub fast: usize,
+    /// Coordinates of its slow companions.
+    pub slow: Vec<usize>,
+    /// Middle of the motion, and where the locked joints stand, rad.
+    pub centre: Vec<f64>,
+    /// Time between samples, s.
+    pub sample_time: f64,
+    /// How the fast joint moves.
+    pub motion: Motion,
+}
+
+/// The projector of a spectral equation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projector {
+    /// ddq of the fast joint at f_P: equations (8) and (11).
+    Acceleration,
+    /// dq^2 of the fast joint at 2 f_P: equation (10).
+    SquaredVelocity,
+}
+
+impl Projector {
+    /// Multiple of f_P.
+    pub fn harmonic(self) -> usize {
+        match self {
+            Projector::Acceleration => 1,
+            Projector::SquaredVelocity => 2,
+        }
+    }
+}
+
+/// Sp(D_joint, projector of the fast joint) X = Sp(tau_joint, the same).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SpectralEquation {
+    /// The joint whose torque is projected.
+    pub joint: usize,
+    /// Signal on which it is projected.
+    pub projector: Projector,
+}
+
+/// Rest at the ends of a sweep, s.
+const REST: f64 = 0.1;
+
+impl ExcitingTrajectory {
+    /// A bang-bang swing of `period` samples with acceleration `acceleration` (rad/s^2) at the fast joint
+    /// and peak velocity `slow_velocity[l]` at the slow ones, at least one period in `duration` s.
+    pub fn swing(
+        kind: MotionKind,
+        fast: usize,
+        slow: &[usize],
+        centre: &[f64],
+        profile: Profile,
+        period: usize,
+        acceleration: f64,
+        slow_velocity: &[f64],
+        duration: f64,
+        sample_time: f64,
+    ) -> ExcitingTrajectory {
+        let t = period as f64 * sample_time;
+        let (v_factor, a_factor) = profile.peaks();
+        let mut half_range = vec![0.0; centre.len()];
+        half_range[fast] = 0.5 * acceleration * t * t / a_factor;
+        for &l in slow {
+            half_range[l] = 0.5 * slow_velocity[l] * t / v_factor;
+        }
+        // Never fewer than a whole period; 1e-9 forgives a duration that is a multiple but for rounding.
+        let periods = ((duration / t + 1e-9) as usize).max(1);
+        ExcitingTrajectory {
+            kind,
+            fast,
+            slow: slow.to_vec(),
+            centre: centre.to_vec(),
+            sample_time,
+            motion: Motion::Swing { profile, period, half_range, transient_periods: 2, periods },
+        }
+    }
+
+    /// A slow sweep of one joint.
+    pub fn sweep(fast: usize, centre: &[f64], range: f64, velocity: f64, sample_time: f64) -> ExcitingTrajectory {
+        ExcitingTrajectory {
+            kind: MotionKind::Gravity,
+            fast,
+            slow: vec![],
+            centre: centre.to_vec(),
+            sample_time,
+            motion: Motion::Sweep { range, velocity, acceleration: 2.0, settling: 0.15 },
+        }
+    }
+
+    /// Coordinates that move; locked joints give no equation.
+    pub fn moving(&self) -> Vec<usize> {
+        std::iter::once(self.fast).chain(self.slow.iter().copied()).collect()
+    }
+
+    /// The paper's equations of this experiment; none for gravity, whose rows are those of (13).
+    pub fn equations(&self) -> Vec<SpectralEquation> {
+        let of = |projector: Projector| move |&joint: &usize| SpectralEquation { joint, projector };
+        let own = SpectralEquation { joint: self.fast, projector: Projector::Acceleration };
+        let (squares, couplings) = (of(Projector::SquaredVelocity), of(Projector::Acceleration));
+        match self.kind {
+            MotionKind::Inertial => vec![own],
+            MotionKind::Centrifugal => self.slow.iter().map(squares).collect(),
+            MotionKind::Coupling => self.slow.iter().map(couplings).collect(),
+            MotionKind::Mixed => {
+                let each = self.slow.iter().flat_map(|l| [squares(l), couplings(l)]);
+                std::iter::once(own).chain(each).collect()
+            }
+            MotionKind::Gravity => vec![],
+        }
+    }
+
+    /// Seconds from start to end, transients included.
+    pub fn duration(&self) -> f64 {
+        self.samples() as f64 * self.sample_time
+    }
+
+    fn samples(&self) -> usize {
+        match &self.motion {
+            Motion::Swing { period, transient_periods, periods, .. } => period * (transient_periods + periods),
+            Motion::Sweep { range, velocity, acceleration, .. } => {
+                let one_way = velocity / acceleration + range / velocity;
+                ((2.0 * one_way + 4.0 * REST) / self.sample_time).ceil() as usize
+            }
+        }
+    }
+
+    /// The samples that are used: whole periods after the transients, or each direction's section of
+    /// constant velocity.
+    pub fn windows(&self) -> Vec<Range<usize>> {
+        match &self.motion {
+            Motion::Swing { period, transient_periods, periods, .. } => {
+                let start = transient_periods * period;
+                std::iter::once(start..start + periods * period).collect()
+            }
+            Motion::Sweep { range, velocity, acceleration, settling } => {
+                let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
+                let window = |start: f64| {
+                    let first = ((start + ramp + settling) / self.sample_time).floor() as usize + 1;
+                    let end = ((start + all - ramp) / self.sample_time).ceil() as usize;
+                    first..end.max(first)
+                };
+                vec![window(REST), window(3.0 * REST + all)]
+            }
+        }
+    }
+
+    /// The reference at every sample.
+    pub fn reference(&self) -> Reference {
+        let (n, count, h) = (self.centre.len(), self.samples(), self.sample_time);
+        let mut r = Reference {
+            sample_time: h,
+            q: self.centre.iter().map(|&c| vec![c; count]).collect(),
+            dq: vec![vec![0.0; count]; n],
+            ddq: vec![vec![0.0; count]; n],
+            windows: self.windows(),
+        };
+        match &self.motion {
+            Motion::Swing { profile, period, half_range, .. } => {
+                let t = *period as f64 * h;
+                for i in 0..count {
+                    let (p, dp, ddp) = profile.at((i % period) as f64 / *period as f64);
+                    for k in self.moving() {
+                        r.q[k][i] += half_range[k] * p;
+                        r.dq[k][i] = half_range[k] * dp / t;
+                        r.ddq[k][i] = half_range[k] * ddp / (t * t);
+                    }
+                }
+            }
+            Motion::Sweep { range, velocity, acceleration, .. } => {
+                let k = self.fast;
+                let (ramp, all) = (velocity / acceleration, velocity / acceleration + range / velocity);
+                let cruise = all - 2.0 * ramp;
+                let one_way = |t: f64| match t {
+                    t if t <= 0.0 => (0.0, 0.0, 0.0),
+                    t if t < ramp => (0.5 * acceleration * t * t, acceleration * t, *acceleration),
+                    t if t < ramp + cruise => (velocity * (t - 0.5 * ramp), *velocity, 0.0),
+                    t if t < all => {
+                        (range - 0.5 * acceleration * (all - t).powi(2), acceleration * (all - t), -acceleration)
+                    }
+                    _ => (*range, 0.0, 0.0),
+                };
+                let (forth, back) = (REST, 3.0 * REST + all);
+                for i in 0..count {
+                    let t = i as f64 * h;
+                    let ((p, v, a), (p_back, v_back, a_back)) = (one_way(t - forth), one_way(t - back));
+                    r.q[k][i] += p - p_back - 0.5 * range;
+                    r.dq[k][i] = v - v_back;
+                    r.ddq[k][i] = a - a_back;
+                }
+            }
+        }
+        r
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use numerics::random::Random;
+
+    fn swing(profile: Profile) -> ExcitingTrajectory {
+        let slow_velocity = [0.5; 3];
+        ExcitingTrajectory::swing(
+            MotionKind::Mixed,
+            0,
+            &[1, 2],
+            &[0.0, 0.4, -0.2],
+            profile,
+            500,
+            30.0,
+            &slow_velocity,
+            4.0,
+            1e-3,
+        )
+    }
+
+    #[test]
+    fn odd_half_wave_symmetry() {
+        for profile in [Profile::BangBang, Profile::Smooth] {
+            let r = swing(profile).reference();
+            for k in 0..3 {
+                let q: Vec<f64> = r.q[k].iter().map(|q| q - [0.0, 0.4, -0.2][k]).collect();
+                for i in 125..375 {
+                    // Rounding of the polynomial, amplitude below 0.3.
+                    assert!((q[i + 250] + q[i]).abs() < 1e-15 * 4.0);
+                    let s = i - 125;
+                    assert!(s > 125 || (q[125 + s] + q[125 - s]).abs() < 1e-15 * 4.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn friction_of_the_moving_joint_is_orthogonal_to_its_acceleration() {
+        // Theorem: any law f(dq), at any odd harmonic; and without symmetry the integral of
+        // f(dq) ddq over a period is zero.
+        let mut random = Random::new(5);
+        for profile in [Profile::BangBang, Profile::Smooth] {
+            let r = swing(profile).reference();
+            let (v, a) = (&r.dq[0][..500], &r.ddq[0][..500]);
+            for _ in 0..20 {
+                let c: Vec<f64> = (0..8).map(|_| random.normal()).collect();
+                let law = |v: f64| {
+                    let asymmetric = if v > 0.0 {
+                        c[0] * v + c[1]
+                    } else if v < 0.0 {
+                        c[2] * v + c[3]
+                    } else {
+                        0.0
+                    };
+                    asymmetric + c[4] * v.abs().sqrt() + c[5] * (c[6] * v).sin() + c[7] * (-v * v).exp()
+                };
+                let f: Vec<f64> = v.iter().map(|&v| law(v)).collect();
+                for h in [1, 3, 5, 7] {
+                    let (f_h, a_h) = (numerics::fourier::bin(&f, h), numerics::fourier::bin(a, h));
+                    let cosine = (f_h * a_h.conj()).re / (f_h.norm() * a_h.norm());
+                    // 500 terms of rounding, in an angle.
+                    assert!(cosine.abs() < 1e-11, "{profile:?} {h} {cosine}");
+                }
+                let integral: f64 = f.iter().zip(a).map(|(f, a)| f * a).sum();
+                let scale: f64 = f.iter().zip(a).map(|(f, a)| (f * a).abs()).sum();
+                assert!(integral.abs() < 1e-11 * scale);
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_belong_to_positions() {
+        let sweep = ExcitingTrajectory::sweep(1, &[0.0, 0.0, 0.3], 2.0, 1.0, 1e-3);
+        for t in [swing(Profile::BangBang), swing(Profile::Smooth), sweep] {
+            let r = t.reference();
+            for k in 0..3 {
+                for i in 1..r.q[k].len() - 1 {
+                    let v = (r.q[k][i + 1] - r.q[k][i - 1]) / 2e-3;
+                    // Second order in the sample, and half a corner of 32 rad/s^2.
+                    assert!((v - r.dq[k][i]).abs() < 0.02, "{k} {i} {v} {}", r.dq[k][i]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_sweep_goes_forth_and_back_at_its_velocity() {
+        let r = ExcitingTrajectory::sweep(1, &[0.0, 0.1, 0.3], 2.0, 1.0, 1e-3).reference();
+        for (window, velocity) in r.windows.iter().zip([1.0, -1.0]) {
+            assert!(window.len() > 800);
+            assert!(window.clone().all(|i| (r.dq[1][i] - velocity).abs() < 1e-12 && r.ddq[1][i] == 0.0));
+        }
+        let last = r.q[1].len() - 1;
+        assert!((r.q[1][0] + 0.9).abs() < 1e-12 && (r.q[1][last] + 0.9).abs() < 1e-12);
+    }
+
+    #[test]
+    fn equations_of_the_kinds() {
+        let mut t = swing(Profile::BangBang);
+        assert_eq!(t.equations().len(), 5);
+        t.kind = MotionKind::Centrifugal;
+        assert_eq!(
+            t.equations().iter().map(|e| (e.joint, e.projector.harmonic())).collect::<Vec<_>>(),
+            [(1, 2), (2, 2)]
+        );
+        assert_eq!(MotionKind::from_word("coupling"), Some(MotionKind::Coupling));
+    }
+}

@@ -1,0 +1,374 @@
+//! The artefact of planning: which experiments to run, what each adds, how good the set is.
+//!
+//! Experiments are in the order in which each adds the most; the figures are predictions for motions
+//! that follow their reference, with the torque noise named in the file.
+
+use std::fmt;
+
+use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
+use linear_model::reference::ModelReference;
+use linear_model::regressor::Regressor;
+use linear_model::yaml;
+use logs::Error;
+use numerics::information_matrix::{InformationMatrix, Rows};
+use numerics::least_squares::{Solution, solve};
+use numerics::triangle::TriangleBuilder;
+use serde::{Deserialize, Serialize};
+
+use crate::motion::profile::Profile;
+use crate::plan::branch_and_bound::{Work, branch_and_bound};
+use crate::plan::candidates::Candidate;
+use crate::plan::certificate::{certified_efficiency, condition_bound, determinant_bound};
+use crate::plan::exchange::{Criterion, Search, exchange, scales, value_of};
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+use crate::plan::motion_kind::MotionKind;
+use crate::plan::plan_proof::PlanProof;
+use crate::plan::planned_experiment::{PlannedExperiment, PlannedSweep, PlannedSwing, PredictedParameter, check_names};
+use crate::plan::ranges::check_motion;
+
+/// A plan and what it promises.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ExperimentPlan {
+    /// The robot it was made for.
+    pub model: ModelReference,
+    /// Names, in the order of q.
+    pub coordinates: Vec<String>,
+    /// s between samples of the controller.
+    pub sample_time_s: f64,
+    /// Assumed deviation of one torque sample, N m, one a coordinate.
+    pub torque_noise: Vec<f64>,
+    /// Number of motions it was chosen from.
+    pub candidates: usize,
+    /// `determinant` or `frobenius_condition`.
+    pub criterion: String,
+    /// det F to the power 1/p, over that of the best plan of as many experiments, is at least this.
+    pub d_efficiency_at_least: f64,
+    /// The proof of a bound of log det F, where a branch and bound was run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proof: Option<PlanProof>,
+    /// The condition of equation (15) for this plan.
+    pub cond_fro: f64,
+    /// No plan of these candidates has a smaller condition.
+    pub cond_fro_at_least: f64,
+    /// Number of parameters that the plan shows.
+    pub rank: usize,
+    /// In the order in which each adds the most.
+    pub experiments: Vec<PlannedExperiment>,
+    /// Parameters in the order of the regressor.
+    pub parameters: Vec<PredictedParameter>,
+}
+
+impl ExperimentPlan {
+    /// Chooses `count` of the candidates and certifies the choice. `progress`: starts done, starts,
+    /// best value.
+    pub fn choose(
+        model: ModelReference,
+        regressor: &dyn Regressor,
+        candidates: &[Candidate],
+        torque_noise: &[f64],
+        count: usize,
+        criterion: Criterion,
+        search: &Search,
+        progress: &(dyn Fn(usize, usize, f64) + Sync),
+    ) -> ExperimentPlan {
+        let information: Vec<Rows> = candidates.iter().map(|c| c.information.clone()).collect();
+        let raw: Vec<Rows> = candidates.iter().map(|c| c.raw.clone()).collect();
+        let p = regressor.parameters().len();
+        let blocks = match criterion {
+            Criterion::Determinant => &information,
+            Criterion::FrobeniusCondition => &raw,
+        };
+        let mut chosen = exchange(blocks, count, criterion, search, progress).chosen;
+        let bound = determinant_bound(&information, 1e-2, 2000);
+        let work = Work { nodes: search.nodes, tolerance: search.tolerance };
+        let is_asked = criterion == Criterion::Determinant && search.nodes > 0;
+        let proven = is_asked.then(|| branch_and_bound(&information, &chosen, &work)).flatten();
+        if let Some(proven) = &proven {
+            chosen.clone_from(&proven.chosen);
+        }
+        let condition = condition_bound(&raw, 1e-2, 2000);
+        let value = value_of(&information, &chosen, Criterion::Determinant);
+        let solution = fit(p, chosen.iter().map(|&i| &information[i]));
+        let parameter = |(i, base): (usize, &BaseParameter)| PredictedParameter {
+            id: ParameterId::Base(base.name.clone()),
+            unit: Parameter::from(base).unit(),
+            sigma: solution.determined[i].then(|| solution.inverse[(i, i)].max(0.0).sqrt()),
+        };
+        ExperimentPlan {
+            model,
+            coordinates: regressor.coordinates().to_vec(),
+            sample_time_s: candidates.first().map_or(0.0, |c| c.trajectory.sample_time),
+            torque_noise: torque_noise.to_vec(),
+            candidates: candidates.len(),
+            criterion: match criterion {
+                Criterion::Determinant => "determinant".into(),
+                Criterion::FrobeniusCondition => "frobenius_condition".into(),
+            },
+            d_efficiency_at_least: {
+                let relaxed = certified_efficiency(value, chosen.len(), p, &bound);
+                let whole = proven.as_ref().map(|x| ((value - x.proof.log_det_at_most) / p as f64).exp());
+                whole.map_or(relaxed, |whole| whole.max(relaxed))
+            },
+            proof: proven.map(|x| x.proof),
+            cond_fro: (-value_of(&raw, &chosen, Criterion::FrobeniusCondition)).exp(),
+            cond_fro_at_least: condition.bound,
+            rank: solution.rank,
+            experiments: in_order(regressor, candidates, &information, chosen),
+            parameters: regressor.parameters().iter().enumerate().map(parameter).collect(),
+        }
+    }
+
+    /// The motions, in order.
+    ///
+    /// Fails where the file names an unknown coordinate or kind, where a number of a motion is out of range, and where
+    /// the name of an experiment is not that of a log file of its own.
+    pub fn trajectories(&self, file: &str) -> Result<Vec<ExcitingTrajectory>, Error> {
+        check_names(&self.experiments).map_err(|m| Error::at(file, 0, m))?;
+        self.experiments.iter().map(|e| self.trajectory(e).map_err(|m| Error::at(file, 0, m))).collect()
+    }
+
+    fn trajectory(&self, e: &PlannedExperiment) -> Result<ExcitingTrajectory, String> {
+        let n = self.coordinates.len();
+        let fail = |what: String| Err(format!("experiment {}: {what}", e.name));
+        let place = |name: &String| match self.coordinates.iter().position(|c| c == name) {
+            Some(k) => Ok(k),
+            None => {
+                Err(format!("experiment {}: there is no coordinate `{name}`; there are {:?}", e.name, self.coordinates))
+            }
+        };
+        let Some(kind) = MotionKind::from_word(&e.kind) else {
+            let words: Vec<&str> = MotionKind::ALL.iter().map(|k| k.word()).collect();
+            return fail(format!("there is no kind `{}`; there are {}", e.kind, words.join(", ")));
+        };
+        let motion = match (&e.swing, &e.sweep) {
+            (Some(s), None) => {
+                let profile = match s.profile.as_str() {
+                    "bang_bang" => Profile::BangBang,
+                    "smooth" => Profile::Smooth,
+                    other => return fail(format!("there is no profile `{other}`; there are bang_bang and smooth")),
+                };
+                if s.period_samples < 8 || s.periods == 0 || s.half_range.len() != n {
+                    return fail(format!("a swing has at least 8 samples a period, one period, {n} half ranges"));
+                }
+                Motion::Swing {
+                    profile,
+                    period: s.period_samples,
+                    half_range: s.half_range.clone(),
+                    transient_periods: s.transient_periods,
+                    periods: s.periods,
+                }
+            }
+            (None, Some(s)) => Motion::Sweep {
+                range: s.range_rad,
+                velocity: s.velocity_rad_per_s,
+                acceleration: s.acceleration_rad_per_s2,
+                settling: s.settling_s,
+            },
+            _ => return fail("it has either a swing or a sweep".into()),
+        };
+        if e.centre.len() != n {
+            return fail(format!("the centre has {n} angles"));
+        }
+        let trajectory = ExcitingTrajectory {
+            kind,
+            fast: place(&e.fast)?,
+            slow: e.slow.iter().map(place).collect::<Result<_, _>>()?,
+            centre: e.centre.clone(),
+            sample_time: self.sample_time_s,
+            motion,
+        };
+        match check_motion(&trajectory) {
+            Ok(()) => Ok(trajectory),
+            Err(what) => fail(what),
+        }
+    }
+
+    /// The parameters the plan says nothing about.
+    pub fn unidentifiable(&self) -> Vec<ParameterId> {
+        self.parameters.iter().filter(|p| p.sigma.is_none()).map(|p| p.id.clone()).collect()
+    }
+
+    /// The text of plan.yaml.
+    pub fn to_yaml(&self) -> Result<String, Error> {
+        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the plan cannot be written: {e}")))
+    }
+
+    /// Reads plan.yaml.
+    pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
+        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no plan: {e}")))
+    }
+}
+
+fn planned(index: usize, t: &ExcitingTrajectory, coordinates: &[String]) -> PlannedExperiment {
+    let name = |&k: &usize| coordinates[k].clone();
+    let (swing, sweep) = match &t.motion {
+        Motion::Swing { profile, period, half_range, transient_periods, periods } => {
+            let profile = match profile {
+                Profile::BangBang => "bang_bang",
+                Profile::Smooth => "smooth",
+            };
+            let swing = PlannedSwing {
+                profile: profile.into(),
+                period_samples: *period,
+                transient_periods: *transient_periods,
+                periods: *periods,
+                half_range: half_range.clone(),
+            };
+            (Some(swing), None)
+        }
+        Motion::Sweep { range, velocity, acceleration, settling } => {
+            let sweep = PlannedSweep {
+                range_rad: *range,
+                velocity_rad_per_s: *velocity,
+                acceleration_rad_per_s2: *acceleration,
+                settling_s: *settling,
+            };
+            (None, Some(sweep))
+        }
+    };
+    PlannedExperiment {
+        name: format!("e{:02}", index + 1),
+        kind: t.kind.word().into(),
+        fast: name(&t.fast),
+        slow: t.slow.iter().map(name).collect(),
+        centre: t.centre.clone(),
+        swing,
+        sweep,
+        ..PlannedExperiment::default()
+    }
+}
+
+/// Greedy: the experiment that adds the most comes next.
+fn in_order(
+    regressor: &dyn Regressor,
+    candidates: &[Candidate],
+    information: &[Rows],
+    mut left: Vec<usize>,
+) -> Vec<PlannedExperiment> {
+    let p = regressor.parameters().len();
+    let scale = scales(p, left.iter().map(|&i| &information[i]));
+    let value = |chosen: &[usize]| {
+        let rows: Vec<Rows> = chosen.iter().map(|&i| information[i].scaled(&scale)).collect();
+        // The ridge stands for experiments still to come. It is used for the order only.
+        let f = InformationMatrix::sum(p, 1e-6, rows.iter().map(|r| (r, 1.0)));
+        f.factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
+    };
+    let (mut chosen, mut found): (Vec<usize>, Vec<PlannedExperiment>) = (vec![], vec![]);
+    let mut known = vec![false; p];
+    let mut rank = 0;
+    while !left.is_empty() {
+        let with = |i: usize| value(&[chosen.as_slice(), &[i]].concat());
+        let best = (0..left.len()).map(|at| (at, with(left[at]))).reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let at = best.map_or(0, |b| b.0);
+        let before =
+            value_of(&pick(information, &chosen), &(0..chosen.len()).collect::<Vec<_>>(), Criterion::Determinant);
+        chosen.push(left.remove(at));
+        let after =
+            value_of(&pick(information, &chosen), &(0..chosen.len()).collect::<Vec<_>>(), Criterion::Determinant);
+        let solution = fit(p, chosen.iter().map(|&i| &information[i]));
+        let last = chosen[chosen.len() - 1];
+        let mut e = planned(found.len(), &candidates[last].trajectory, regressor.coordinates());
+        e.rank = solution.rank;
+        e.adds_log_det = (rank == p).then_some(after - before);
+        rank = solution.rank;
+        let new = |c: &usize| solution.determined[*c] && !known[*c];
+        e.adds = (0..p).filter(new).map(|c| ParameterId::Base(regressor.parameters()[c].name.clone())).collect();
+        known = solution.determined;
+        found.push(e);
+    }
+    found
+}
+
+fn pick(blocks: &[Rows], chosen: &[usize]) -> Vec<Rows> {
+    chosen.iter().map(|&i| blocks[i].clone()).collect()
+}
+
+fn fit<'a>(p: usize, blocks: impl Iterator<Item = &'a Rows>) -> Solution {
+    let mut block = TriangleBuilder::new(p);
+    for row in blocks.flat_map(|b| b.iter().collect::<Vec<_>>()) {
+        block.push(row, 0.0);
+    }
+    solve(&block.finish())
+}
+
+impl fmt::Display for ExperimentPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, p) = (self.experiments.len(), self.parameters.len());
+        writeln!(f, "{}: {count} of {} experiments, rank {} of {p}", self.model.name, self.candidates, self.rank)?;
+        writeln!(
+            f,
+            "D-efficiency at least {:.4}; cond_fro {:.1}, of no plan below {:.1}\n",
+            self.d_efficiency_at_least, self.cond_fro, self.cond_fro_at_least
+        )?;
+        for e in &self.experiments {
+            let slow = if e.slow.is_empty() { String::new() } else { format!(" with {}", e.slow.join(", ")) };
+            let centre: Vec<String> = e.centre.iter().map(|q| format!("{q:.2}")).collect();
+            write!(f, "{} {:<11} {}{slow} about ({}), rank {}", e.name, e.kind, e.fast, centre.join(", "), e.rank)?;
+            match e.adds_log_det {
+                Some(gain) => writeln!(f, ", log det +{gain:.2}")?,
+                None if e.adds.is_empty() => writeln!(f)?,
+                None => writeln!(f, ", adds {}", names(&e.adds))?,
+            }
+        }
+        match self.unidentifiable().as_slice() {
+            [] => Ok(()),
+            open => writeln!(f, "\nnot identifiable with this plan: {}", names(open)),
+        }
+    }
+}
+
+/// Their names, one blank between.
+fn names(parameters: &[ParameterId]) -> String {
+    parameters.iter().map(ParameterId::to_string).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pendulum::Pendulum;
+    use crate::plan::candidates::candidates;
+    use crate::plan::candidates::tests::{grid, limits};
+
+    fn plan(count: usize) -> ExperimentPlan {
+        let (arm, noise) = (Pendulum::new(), [0.1]);
+        let model = ModelReference { name: "pendulum".into(), fingerprint: "0123".into() };
+        let search = Search { starts: 4, ..Search::default() };
+        let quiet = |_: usize, _: usize, _: f64| ();
+        let found = candidates(&grid(), &limits()[..1], &arm, &noise);
+        ExperimentPlan::choose(model, &arm, &found, &noise, count, Criterion::Determinant, &search, &quiet)
+    }
+
+    #[test]
+    fn a_plan_survives_its_file() {
+        let plan = plan(4);
+        assert_eq!((plan.rank, plan.unidentifiable().len()), (3, 0));
+        assert!(plan.d_efficiency_at_least > 0.7 && plan.cond_fro >= plan.cond_fro_at_least);
+        let text = plan.to_yaml().unwrap();
+        let read = ExperimentPlan::from_yaml("plan.yaml", &text).unwrap();
+        assert_eq!(plan, read, "{text}");
+        let trajectories = read.trajectories("plan.yaml").unwrap();
+        assert_eq!(trajectories.len(), 4);
+        let ranks: Vec<usize> = plan.experiments.iter().map(|e| e.rank).collect();
+        assert!(ranks.is_sorted() && ranks[3] == 3, "{ranks:?}");
+    }
+
+    #[test]
+    fn a_poor_plan_names_what_it_cannot_tell() {
+        let plan = plan(1);
+        assert!(plan.rank < 3 && !plan.unidentifiable().is_empty());
+        assert!(plan.to_string().contains("not identifiable with this plan: "), "{plan}");
+    }
+
+    #[test]
+    fn a_broken_file_is_told_where() {
+        let mut plan = plan(3);
+        plan.experiments[1].fast = "q9".into();
+        let error = plan.trajectories("plan.yaml").unwrap_err();
+        assert!(error.to_string().contains("experiment e02: there is no coordinate `q9`"), "{error}");
+        plan.experiments[1].fast = "q1".into();
+        plan.sample_time_s = 1e-9;
+        let error = plan.trajectories("plan.yaml").unwrap_err();
+        assert!(error.to_string().contains("experiment e01: the sample time is 1e-9 s"), "{error}");
+        assert!(ExperimentPlan::from_yaml("plan.yaml", "experiments: 3").is_err());
+    }
+}

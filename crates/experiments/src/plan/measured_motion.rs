@@ -1,0 +1,82 @@
+//! A measured motion as the equations of the spectrum see it: positions and their derivatives over whole periods.
+
+use linear_model::regressor::Regressor;
+
+use crate::motion::reference_motion::Reference;
+
+/// A motion as measured: q, dq, ddq, one series a coordinate, rad, rad/s, rad/s^2.
+#[derive(Clone, Debug, Default)]
+pub struct MeasuredMotion {
+    /// rad (m), one series a coordinate.
+    pub q: Vec<Vec<f64>>,
+    /// rad/s (m/s).
+    pub dq: Vec<Vec<f64>>,
+    /// rad/s^2 (m/s^2).
+    pub ddq: Vec<Vec<f64>>,
+}
+
+/// Instants whose regressors are evaluated at once.
+pub const TOGETHER: usize = 64;
+
+impl MeasuredMotion {
+    /// The samples of a reference inside its windows.
+    pub fn of_reference(reference: &Reference) -> MeasuredMotion {
+        let cut = |x: &Vec<Vec<f64>>| {
+            let one = |x: &Vec<f64>| reference.windows.iter().flat_map(|w| x[w.clone()].iter().copied()).collect();
+            x.iter().map(one).collect()
+        };
+        MeasuredMotion { q: cut(&reference.q), dq: cut(&reference.dq), ddq: cut(&reference.ddq) }
+    }
+
+    /// Whole periods differentiated by central differences wrapped around.
+    pub fn by_differences(q: &[Vec<f64>], h: f64) -> MeasuredMotion {
+        let (dq, ddq) = q.iter().map(|q| numerics::fourier::circular_differences(q, h)).unzip();
+        MeasuredMotion { q: q.to_vec(), dq, ddq }
+    }
+
+    /// One period each, kept and differentiated up to a harmonic.
+    pub fn by_harmonics(period: &[Vec<f64>], h: f64, highest: usize) -> MeasuredMotion {
+        let mut motion = MeasuredMotion::default();
+        for q in period {
+            let [q, dq, ddq] = numerics::fourier::harmonic_derivatives(q, h, highest);
+            motion.q.push(q);
+            motion.dq.push(dq);
+            motion.ddq.push(ddq);
+        }
+        motion
+    }
+
+    /// Number of instants.
+    pub fn len(&self) -> usize {
+        self.q.first().map_or(0, Vec::len)
+    }
+
+    /// Whether there is no instant.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Y at every instant for one joint at a time: `columns[joint][parameter][instant]`.
+    pub fn regressor_columns(&self, regressor: &dyn Regressor) -> Vec<Vec<Vec<f64>>> {
+        let (n, p, count) = (self.q.len(), regressor.parameters().len(), self.len());
+        let mut columns = vec![vec![vec![0.0; count]; p]; n];
+        let mut y = vec![0.0; TOGETHER * n * p];
+        let mut states = Vec::with_capacity(TOGETHER * 3 * n);
+        for first in (0..count).step_by(TOGETHER) {
+            let instants = first..count.min(first + TOGETHER);
+            states.clear();
+            for i in instants.clone() {
+                states.extend([&self.q, &self.dq, &self.ddq].into_iter().flatten().map(|x| x[i]));
+            }
+            let y = &mut y[..instants.len() * n * p];
+            regressor.fill_many(&states, y);
+            for j in 0..n {
+                for c in 0..p {
+                    let column = &mut columns[j][c][instants.clone()];
+                    column.iter_mut().zip(y.chunks_exact((n * p).max(1))).for_each(|(x, y)| *x = y[j * p + c]);
+                }
+            }
+        }
+        columns
+    }
+}

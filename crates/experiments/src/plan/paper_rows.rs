@@ -1,0 +1,213 @@
+//! The paper's rows: one equation a harmonic, and the centred equations of gravity.
+//!
+//! (8), (11)  Sp(D_j, ddq_k, f_P) X = Sp(tau_j, ddq_k, f_P)       (j = k or a slow joint)
+//! (10)       Sp(D_j, dq_k^2, 2 f_P) X = Sp(tau_j, dq_k^2, 2 f_P)
+//! (13)       (D - mean D) X = tau - mean tau, each direction on its own, columns at dq = ddq = 0
+//!
+//! The variance of Sp(tau) for white noise sigma a sample is sigma^2 N / (2 |v(f)|^2). The gravity
+//! equations are reduced to the triangle of their column-pivoted QR, R X = Q' y, cut at its rank:
+//! the information of (13) without the squared condition of the normal equations (14).
+//!
+//! [Vandanjon, Gautier, Desbats 1995, sections 3.1 and 3.2]. Locked joints give no equation.
+
+use linear_model::regressor::Regressor;
+use nalgebra::{DMatrix, DVector};
+use numerics::fourier::{Bins, sp};
+use numerics::information_matrix::Rows;
+
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
+use crate::plan::measured_motion::{MeasuredMotion, TOGETHER};
+
+/// Rows of W with their right-hand sides.
+#[derive(Clone, Debug)]
+pub struct EquationBlock {
+    /// N m per unit of parameter.
+    pub rows: Rows,
+    /// Torque of a known load, N m: rows X + known = right.
+    pub known: Vec<f64>,
+    /// Right-hand sides, N m.
+    pub right: Vec<f64>,
+    /// Standard deviation of each right-hand side, N m.
+    pub deviation: Vec<f64>,
+    /// Coordinate of each row.
+    pub joint: Vec<usize>,
+}
+
+/// Rows (8), (10), (11) of a periodic experiment over the whole periods of `motion`.
+///
+/// `torque[j]` in N m, `noise[j]` its standard deviation a sample. A row whose projector is zero is left out.
+pub fn spectral_rows(
+    trajectory: &ExcitingTrajectory,
+    regressor: &dyn Regressor,
+    motion: &MeasuredMotion,
+    torque: &[Vec<f64>],
+    noise: &[f64],
+) -> EquationBlock {
+    let mut block = EquationBlock::new(regressor.parameters().len());
+    let Motion::Swing { period, .. } = &trajectory.motion else { return block };
+    let count = motion.len();
+    let periods = count / period;
+    if periods == 0 {
+        return block;
+    }
+    let columns = motion.regressor_columns(regressor);
+    let bins = Bins::new(count);
+    for equation in trajectory.equations() {
+        let (k, j) = (trajectory.fast, equation.joint);
+        let bin = equation.projector.harmonic() * periods;
+        let v = match equation.projector {
+            Projector::Acceleration => bins.of(&motion.ddq[k], bin),
+            Projector::SquaredVelocity => bins.of(&motion.dq[k].iter().map(|v| v * v).collect::<Vec<_>>(), bin),
+        };
+        if v.norm() == 0.0 {
+            continue;
+        }
+        let row: Vec<f64> = columns[j].iter().map(|d| sp(bins.of(d, bin), v)).collect();
+        let deviation = noise[j] * (count as f64 / 2.0).sqrt() / v.norm();
+        block.push(&row, sp(bins.of(&torque[j], bin), v), deviation, j);
+    }
+    block
+}
+
+/// Rows (13) of a sweep, reduced. `directions`: the number of samples forth and back.
+pub fn gravity_rows(
+    trajectory: &ExcitingTrajectory,
+    regressor: &dyn Regressor,
+    q: &[Vec<f64>],
+    torque: &[Vec<f64>],
+    noise: &[f64],
+    directions: &[usize],
+) -> EquationBlock {
+    let (n, p, k) = (q.len(), regressor.parameters().len(), trajectory.fast);
+    let count = directions.iter().sum::<usize>().min(q.first().map_or(0, Vec::len));
+    let mut block = EquationBlock::new(p);
+    if count == 0 {
+        return block;
+    }
+    // One row an instant: D at rest, and the torque.
+    let mut w = DMatrix::<f64>::zeros(count, p + 1);
+    let mut y = vec![0.0; TOGETHER * n * p];
+    let mut states = vec![0.0; TOGETHER * 3 * n];
+    for first in (0..count).step_by(TOGETHER) {
+        let instants = first..count.min(first + TOGETHER);
+        for (state, i) in states.chunks_exact_mut((3 * n).max(1)).zip(instants.clone()) {
+            (0..n).for_each(|j| state[j] = q[j][i]);
+        }
+        let y = &mut y[..instants.len() * n * p];
+        regressor.fill_many(&states[..instants.len() * 3 * n], y);
+        for (y, i) in y.chunks_exact((n * p).max(1)).zip(instants) {
+            (0..p).for_each(|c| w[(i, c)] = y[k * p + c]);
+            w[(i, p)] = torque[k][i];
+        }
+    }
+    let mut first = 0;
+    for &length in directions {
+        let length = length.min(count - first);
+        for c in 0..=p {
+            let mean = w.column(c).rows(first, length).sum() / length.max(1) as f64;
+            w.column_mut(c).rows_mut(first, length).add_scalar_mut(-mean);
+        }
+        first += length;
+    }
+    let (reduced, right) = reduce(w, p);
+    for (row, right) in reduced.iter().zip(right) {
+        block.push(row, right, noise[k], k);
+    }
+    block
+}
+
+/// [A y] to the triangle of A's column-pivoted QR, cut where a row falls below 1e-9 of the first.
+fn reduce(w: DMatrix<f64>, p: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
+    // Rows of zeros change no triangle, and make it square where there are few instants.
+    let few = (p + 1).saturating_sub(w.nrows());
+    let instants = w.nrows();
+    let triangle = w.insert_rows(instants, few, 0.0).qr().unpack_r();
+    let a = triangle.columns(0, p).into_owned();
+    let y: DVector<f64> = triangle.column(p).into_owned();
+    let pivoted = a.col_piv_qr();
+    let mut rotated = y;
+    pivoted.q_tr_mul(&mut rotated);
+    let mut r = pivoted.r();
+    let first = r.diagonal().amax();
+    let rank = r.diagonal().iter().take_while(|d| d.abs() > 1e-9 * first.max(1.0)).count();
+    pivoted.p().inv_permute_columns(&mut r);
+    let rows = (0..rank).map(|i| r.row(i).iter().copied().collect()).collect();
+    (rows, rotated.iter().take(rank).copied().collect())
+}
+
+impl EquationBlock {
+    /// No equation in `p` parameters.
+    pub fn new(p: usize) -> EquationBlock {
+        EquationBlock { rows: Rows::new(p), known: vec![], right: vec![], deviation: vec![], joint: vec![] }
+    }
+
+    /// Adds a row, its right-hand side, the standard deviation of that, and the joint it is of.
+    pub fn push(&mut self, row: &[f64], right: f64, deviation: f64, joint: usize) {
+        self.rows.push(row);
+        self.known.push(0.0);
+        self.right.push(right);
+        self.deviation.push(deviation);
+        self.joint.push(joint);
+    }
+
+    /// Sets the known torque of a load that adds `parameters` to X.
+    pub fn with_known(mut self, parameters: &[f64]) -> EquationBlock {
+        let torque = |d: &[f64]| d.iter().zip(parameters).map(|(d, x)| d * x).sum();
+        self.known = self.rows.iter().map(torque).collect();
+        self
+    }
+
+    /// Rows over their deviations: the information of the block is W'W.
+    pub fn weighted(&self) -> Rows {
+        let mut rows = Rows::new(self.rows.width());
+        for (row, s) in self.rows.iter().zip(&self.deviation) {
+            rows.push(&row.iter().map(|x| x / s).collect::<Vec<_>>());
+        }
+        rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pendulum::Pendulum;
+
+    /// A sweep of two or three samples each way: fewer instants than parameters.
+    #[test]
+    fn few_instants_are_few_rows() {
+        let arm = Pendulum::new();
+        for sample_time in [1.2, 0.8, 0.5, 0.1] {
+            let sweep = ExcitingTrajectory::sweep(0, &[0.3], 2.0, 1.0, sample_time);
+            let reference = sweep.reference();
+            let motion = MeasuredMotion::of_reference(&reference);
+            let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
+            let torque = vec![vec![0.0; motion.len()]];
+            let block = gravity_rows(&sweep, &arm, &motion.q, &torque, &[0.1], &directions);
+            assert!(block.right.len() <= motion.len().min(2), "{sample_time}: {}", block.right.len());
+        }
+    }
+
+    #[test]
+    fn gravity_rows_keep_the_information_of_the_centred_equations() {
+        let arm = Pendulum::new();
+        let sweep = ExcitingTrajectory::sweep(0, &[0.3], 2.0, 1.0, 1e-3);
+        let reference = sweep.reference();
+        let motion = MeasuredMotion::of_reference(&reference);
+        let columns = &motion.regressor_columns(&arm)[0];
+        let torque = |i: usize| columns.iter().zip(arm.truth).map(|(d, x)| d[i] * x).sum::<f64>();
+        let mut tau: Vec<f64> = (0..motion.len()).map(torque).collect();
+        let directions: Vec<usize> = reference.windows.iter().map(|w| w.len()).collect();
+        // A friction that depends on the direction alone must not be seen.
+        for (i, tau) in tau.iter_mut().enumerate() {
+            *tau += if i < directions[0] { 0.6 } else { -0.75 };
+        }
+        let block = gravity_rows(&sweep, &arm, &motion.q, &[tau], &[0.1], &directions);
+        // At rest the joint carries two first moments: along and across the link.
+        assert_eq!(block.right.len(), 2);
+        for (row, y) in block.rows.iter().zip(&block.right) {
+            let x: f64 = row.iter().zip(arm.truth).map(|(a, b)| a * b).sum();
+            // Sums of thousands of torques of 10 N m.
+            assert!((x - y).abs() < 1e-10, "{x} {y}");
+        }
+    }
+}

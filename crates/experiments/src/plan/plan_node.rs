@@ -1,0 +1,199 @@
+//! A node of the branch and bound over plans, and what is found there.
+//!
+//! The relaxed design of a node gives its bound. The tangent at that design settles how often some candidates are run,
+//! and one of the others is split.
+
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use numerics::information_matrix::Rows;
+
+use crate::plan::certificate::determinant_bound;
+use crate::plan::exchange::{Criterion, value_of};
+use crate::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
+
+/// Steps of the multiplicative rule before the root, and the runs of a candidate below which it is dropped afterwards.
+const FIRST_STEPS: usize = 300;
+const HARDLY: f64 = 0.01;
+/// Newton steps, which begin where those of the node above ended.
+const STEPS: usize = 12;
+/// Moves of the model's ascent that tells what a split loses.
+const MOVES: usize = 40;
+/// Runs nearer than this to a whole number count as whole.
+const WHOLE: f64 = 1e-4;
+
+/// A node still to be looked at.
+pub(crate) struct Open {
+    pub(crate) bound: f64,
+    pub(crate) node: usize,
+    pub(crate) bounds: Bounds,
+    /// The tangent that bounds it so far, and the index of its design.
+    pub(crate) tangent: Arc<Tangent>,
+    pub(crate) design: usize,
+    /// Where an ascent begins.
+    pub(crate) x: Arc<Vec<f64>>,
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Open) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Open {}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Open) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Open {
+    /// The greatest bound first, of equals the oldest.
+    fn cmp(&self, other: &Open) -> Ordering {
+        self.bound.total_cmp(&other.bound).then(other.node.cmp(&self.node))
+    }
+}
+
+/// The candidates that plans still choose from.
+pub(crate) struct Choice {
+    pub(crate) blocks: Vec<Rows>,
+    /// Index of each among all candidates.
+    pub(crate) index: Vec<usize>,
+    /// Number of experiments of a plan.
+    pub(crate) count: usize,
+}
+
+/// Plans that the tangent shows to be no better than what is known.
+///
+/// They run a candidate more than `at_most` times where `keeps_below`, and else at most so often.
+#[derive(Clone, Copy)]
+pub(crate) struct Cut {
+    pub(crate) candidate: usize,
+    pub(crate) at_most: usize,
+    pub(crate) keeps_below: bool,
+}
+
+/// What is found at a node.
+pub(crate) struct Look {
+    /// The bound and, where it is better than that of the node above, its tangent and design.
+    pub(crate) bound: f64,
+    pub(crate) better: Option<(Tangent, Vec<f64>)>,
+    pub(crate) plan: Option<(f64, Vec<usize>)>,
+    pub(crate) cuts: Vec<Cut>,
+    /// After the cuts.
+    pub(crate) bounds: Bounds,
+    pub(crate) split: Option<(usize, usize)>,
+}
+
+impl Open {
+    /// The node split into its plans with at most `at_most` runs of a candidate, and those with more.
+    pub(crate) fn halves(&self, candidate: usize, at_most: usize, nodes: [usize; 2], count: usize) -> [Open; 2] {
+        let [mut below, mut above] = [self.bounds.clone(), self.bounds.clone()];
+        below.high[candidate] = at_most;
+        above.low[candidate] = at_most + 1;
+        let half = |node, bounds: Bounds| {
+            let (bound, _) = self.tangent.bound(&bounds, count);
+            Open { bound, node, bounds, design: self.design, tangent: self.tangent.clone(), x: self.x.clone() }
+        };
+        [half(nodes[0], below), half(nodes[1], above)]
+    }
+}
+
+impl Choice {
+    pub(crate) fn of(blocks: &[Rows], index: Vec<usize>, count: usize) -> Choice {
+        Choice { blocks: index.iter().map(|&i| blocks[i].clone()).collect(), index, count }
+    }
+
+    /// Nearly the best design without bounds, without the candidates that it hardly runs.
+    pub(crate) fn beginning(&self) -> Vec<f64> {
+        let weights = determinant_bound(&self.blocks, 1e-2, FIRST_STEPS).weights;
+        let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
+        runs.into_iter().map(|x| if x < HARDLY { 0.0 } else { x }).collect()
+    }
+
+    /// A design as a proof keeps it: the candidates above zero.
+    pub(crate) fn design(&self, x: &[f64]) -> Vec<(usize, f64)> {
+        self.index.iter().copied().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0).collect()
+    }
+
+    /// Looks at a node, which a bound of log det F up to `known` settles.
+    pub(crate) fn look(&self, open: &Open, known: f64, ascent: f64) -> Look {
+        let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), STEPS);
+        let mut look = Look {
+            bound: open.bound,
+            better: None,
+            plan: None,
+            cuts: vec![],
+            bounds: open.bounds.clone(),
+            split: None,
+        };
+        if let Some(plan) = found.as_ref().and_then(|found| rounded(&found.x, &open.bounds, self.count)) {
+            let value = value_of(&self.blocks, &plan, Criterion::Determinant);
+            look.plan = Some((value, plan.iter().map(|&i| self.index[i]).collect()));
+        }
+        // The tangent above may be the better one here.
+        let is_better = found.as_ref().is_some_and(|found| found.bound < open.bound);
+        look.bound = found.as_ref().filter(|_| is_better).map_or(open.bound, |found| found.bound);
+        if look.bound > known {
+            let tangent = found.as_ref().filter(|_| is_better).map_or(&*open.tangent, |found| &found.tangent);
+            look.cuts = cuts(tangent, &open.bounds, known, self.count);
+            look.cuts.iter().for_each(|cut| look.bounds.cut(cut.candidate, cut.at_most, cut.keeps_below));
+            look.split = split(found.as_ref(), &open.x, &look.bounds, look.bound - known);
+        }
+        look.better = found.filter(|_| is_better).map(|found| (found.tangent, found.x));
+        look
+    }
+}
+
+/// The cuts by which the tangent leaves out plans that are no better than `known`.
+pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize) -> Vec<Cut> {
+    let (bound, price) = tangent.bound(bounds, count);
+    let slack = bound - known;
+    let of = |i: usize| {
+        let worth = tangent.gain[i] - price;
+        // So many runs away from the bound that its worth favours, the tangent is not yet below what is known.
+        let steps = (slack / worth.abs()).floor();
+        let reach = if steps.is_finite() && steps < 1e6 { steps.max(0.0) as usize } else { return None };
+        let (low, high) = (bounds.low[i], bounds.high[i]);
+        let (at_most, keeps_below) =
+            if worth < 0.0 { (low + reach, true) } else { (high.checked_sub(reach + 1)?, false) };
+        ((low..high).contains(&at_most)).then_some(Cut { candidate: i, at_most, keeps_below })
+    };
+    (0..bounds.low.len()).filter_map(of).collect()
+}
+
+/// The candidate to split and its largest number of runs on the lower side.
+///
+/// Of the candidates with a fraction of runs it is the one whose two sides lose the most by the model. A side counts up
+/// to the loss that closes it. Without a fraction it is the first candidate that can vary.
+fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
+    let x = found.map_or(above, |found| &found.x);
+    let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);
+    let varies: Vec<usize> = (0..x.len()).filter(|&i| bounds.low[i] < bounds.high[i]).collect();
+    let score = |i: usize| {
+        let off = (x[i] - x[i].round()).abs();
+        let Some(found) = found.filter(|_| off > WHOLE) else { return 0.0 };
+        let room = bounds.room(x);
+        let side = |by: f64| found.model.loss(&room, i, by, MOVES).min(slack);
+        let (below, above) = (side(at_most(i) as f64 - x[i]), side((at_most(i) + 1) as f64 - x[i]));
+        below.max(1e-6 * slack) * above.max(1e-6 * slack)
+    };
+    let scored = varies.into_iter().map(|i| (i, score(i)));
+    let (candidate, _) = scored.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+    Some((candidate, at_most(candidate)))
+}
+
+/// A design rounded to whole numbers with the right sum.
+fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
+    let whole = |i: usize| ((x[i] + WHOLE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
+    let mut often: Vec<usize> = (0..x.len()).map(whole).collect();
+    let mut order: Vec<usize> = (0..x.len()).filter(|&i| often[i] < bounds.high[i]).collect();
+    order.sort_by(|&a, &b| (x[b] - often[b] as f64).total_cmp(&(x[a] - often[a] as f64)).then(a.cmp(&b)));
+    let missing = count.checked_sub(often.iter().sum())?;
+    if order.len() < missing {
+        return None;
+    }
+    order[..missing].iter().for_each(|&i| often[i] += 1);
+    Some(often.iter().enumerate().flat_map(|(i, n)| std::iter::repeat_n(i, *n)).collect())
+}

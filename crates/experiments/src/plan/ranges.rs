@@ -1,0 +1,100 @@
+//! The numbers that a motion may have: what a robot can do and a computer can hold.
+//!
+//! Files of plans and robots are written by people too. A number outside these ranges is a wrong unit or a wrong digit.
+
+use std::ops::RangeInclusive;
+
+use crate::motion::sample_count::check_samples;
+use crate::plan::candidates::MotionLimits;
+use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
+
+/// s.
+const SAMPLE_TIME: RangeInclusive<f64> = 1e-5..=10.0;
+/// rad or m.
+const POSITION: RangeInclusive<f64> = -1e4..=1e4;
+const RANGE: RangeInclusive<f64> = 1e-6..=1e4;
+/// rad/s or m/s.
+const VELOCITY: RangeInclusive<f64> = 1e-5..=1e4;
+/// rad/s^2 or m/s^2.
+const ACCELERATION: RangeInclusive<f64> = 1e-4..=1e6;
+/// s.
+const SETTLING: RangeInclusive<f64> = 0.0..=60.0;
+
+fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result<(), String> {
+    if range.contains(&x) {
+        return Ok(());
+    }
+    Err(format!("{what} is {x:?} {unit}; expected is a number from {:?} to {:?}", range.start(), range.end()))
+}
+
+/// Refuses a motion with a number out of range, or of more than [`MOST_SAMPLES`](crate::motion::sample_count::MOST_SAMPLES); says which.
+pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
+    within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME)?;
+    for &centre in &trajectory.centre {
+        within("an angle of the centre", "rad", centre, &POSITION)?;
+    }
+    let samples = match &trajectory.motion {
+        Motion::Swing { period, half_range, transient_periods, periods, .. } => {
+            for &half in half_range {
+                within("a half range", "rad", half, &(0.0..=*RANGE.end()))?;
+            }
+            *period as f64 * (*transient_periods as f64 + *periods as f64)
+        }
+        Motion::Sweep { range, velocity, acceleration, settling } => {
+            within("the range of the sweep", "rad", *range, &RANGE)?;
+            within("the velocity of the sweep", "rad/s", *velocity, &VELOCITY)?;
+            within("the acceleration of the sweep", "rad/s^2", *acceleration, &ACCELERATION)?;
+            within("the settling of the sweep", "s", *settling, &SETTLING)?;
+            2.0 * (velocity / acceleration + range / velocity) / trajectory.sample_time
+        }
+    };
+    check_samples(samples)
+}
+
+/// Refuses limits between which no motion can be planned; says which coordinate.
+pub fn check_limits(coordinates: &[String], limits: &[MotionLimits]) -> Result<(), String> {
+    for (name, limit) in coordinates.iter().zip(limits) {
+        let of = |what: &str| format!("{name}: the {what} of its limits");
+        within(&of("least position"), "rad", limit.position.0, &POSITION)?;
+        within(&of("greatest position"), "rad", limit.position.1, &POSITION)?;
+        within(&of("velocity"), "rad/s", limit.velocity, &VELOCITY)?;
+        within(&of("acceleration"), "rad/s^2", limit.acceleration, &ACCELERATION)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::candidates::tests::limits;
+
+    #[test]
+    fn numbers_out_of_range_are_named() {
+        let sweep = |range: f64, velocity: f64, h: f64| ExcitingTrajectory::sweep(0, &[0.0], range, velocity, h);
+        check_motion(&sweep(2.0, 1.0, 1e-3)).unwrap();
+        for (motion, said) in [
+            (sweep(2.0, 1e-9, 1e-3), "velocity of the sweep is 1e-9"),
+            (sweep(1e300, 1.0, 1e-3), "range of the sweep is 1e300"),
+            (sweep(2.0, f64::NAN, 1e-3), "velocity of the sweep is NaN"),
+            (sweep(2.0, 1.0, 1e-300), "sample time is 1e-300"),
+            (sweep(2000.0, 0.1, 1e-3), "4.0e7 samples"),
+        ] {
+            let refused = check_motion(&motion).unwrap_err();
+            assert!(refused.contains(said), "{refused}");
+        }
+        let mut swing = sweep(2.0, 1.0, 1e-3);
+        let (profile, half_range) = (crate::motion::profile::Profile::BangBang, vec![0.1]);
+        swing.motion = Motion::Swing { profile, period: 400, half_range, transient_periods: usize::MAX, periods: 4 };
+        assert!(check_motion(&swing).unwrap_err().contains("samples"));
+    }
+
+    #[test]
+    fn limits_out_of_range_are_named() {
+        let names = ["q1".to_string(), "q2".to_string()];
+        let mut limits = limits()[..2].to_vec();
+        check_limits(&names, &limits).unwrap();
+        limits[1].acceleration = 1e-300;
+        let refused = check_limits(&names, &limits).unwrap_err();
+        assert!(refused.contains("q2: the acceleration of its limits is 1e-300"), "{refused}");
+    }
+}

@@ -1,0 +1,258 @@
+//! The best design with fractions of experiments between bounds, and what it proves.
+//!
+//! Over x with low <= x <= high and sum x = N, maximise log det F(x), F(x) = sum x_i F_i, F_i = W_i'W_i. For any x of full
+//! rank, with T = F(x)^-1 and g_i = tr(F_i T),
+//!
+//! log det F(y) <= log det F(x) - p + max over y of sum y_i g_i
+//!
+//! because a concave function lies below its tangent: the natural (Lagrangian) bound of [Ponte, Fampa, Lee 2023], with T as
+//! its dual. The maximum is a sum over the greatest g, filled up to the bounds; the last one filled is the price nu of an
+//! experiment. A run of candidate i is worth g_i - nu. So an x_i that stands at a bound and whose g_i is far from the
+//! price cannot leave the bound in any plan as good as one known.
+//!
+//! The ascent is Newton's: each step is the best one of [`crate::plan::quadratic_model`] between the bounds, halved
+//! until it gains. The bound holds wherever it stops.
+
+use numerics::information_matrix::{InformationMatrix, Rows};
+
+use crate::plan::quadratic_model::{QuadraticModel, Room};
+
+/// Moves of the model's ascent: some for each of the candidates that are worth a run.
+const MOVES: usize = 400;
+/// Candidates that a step may add to those that are run.
+const ENTERING: usize = 40;
+/// Runs of every candidate that are added where a design lacks rank.
+const LITTLE: f64 = 1e-3;
+/// Parts of an experiment to which a design is rounded. What the bound loses by it is of second order.
+const GRID: f64 = 1e5;
+/// Most halvings of a step that does not gain.
+const HALVINGS: i32 = 12;
+
+/// Least and greatest number of runs of each candidate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    /// One a candidate.
+    pub low: Vec<usize>,
+    /// One a candidate.
+    pub high: Vec<usize>,
+}
+
+/// The tangent at a design: log det of any other plan is at most `constant` + sum x_i g_i.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tangent {
+    /// log det F(x) - p.
+    pub constant: f64,
+    /// g, one a candidate.
+    pub gain: Vec<f64>,
+}
+
+/// A relaxed design.
+#[derive(Clone, Debug)]
+pub struct Relaxed {
+    /// Fractions of experiments, one a candidate.
+    pub x: Vec<f64>,
+    /// The tangent there, which bounds every plan.
+    pub tangent: Tangent,
+    /// log det F about it, to second order.
+    pub model: QuadraticModel,
+    /// No design between the bounds has a greater log det.
+    pub bound: f64,
+}
+
+impl Bounds {
+    fn has_room_for(&self, count: usize) -> bool {
+        self.low.iter().sum::<usize>() <= count && self.high.iter().sum::<usize>() >= count
+    }
+
+    /// Keeps the plans with at most `at_most` runs of a candidate, or else the others.
+    pub fn cut(&mut self, candidate: usize, at_most: usize, keeps_below: bool) {
+        if keeps_below {
+            self.high[candidate] = self.high[candidate].min(at_most);
+        } else {
+            self.low[candidate] = self.low[candidate].max(at_most + 1);
+        }
+    }
+
+    /// How far each candidate may go from a design.
+    pub fn room(&self, x: &[f64]) -> Room {
+        let to = |ends: &[usize]| ends.iter().zip(x).map(|(end, x)| *end as f64 - x).collect();
+        Room { least: to(&self.low), most: to(&self.high) }
+    }
+
+    /// The candidates that a step moves: those above their least number, and those of the others that gain the most.
+    fn members(&self, x: &[f64], gain: &[f64]) -> Vec<usize> {
+        let is_above = |i: usize| x[i] > self.low[i] as f64;
+        let mut found: Vec<usize> = (0..x.len()).filter(|&i| !is_above(i) && self.low[i] < self.high[i]).collect();
+        found.sort_by(|&a, &b| gain[b].total_cmp(&gain[a]).then(a.cmp(&b)));
+        found.truncate(ENTERING);
+        found.extend((0..x.len()).filter(|&i| is_above(i)));
+        found.sort_unstable();
+        found
+    }
+
+    /// Fractions with few digits and the right sum, so that a file holds what was computed with.
+    fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
+        let ends = |i: usize| (self.low[i] as f64 * GRID, self.high[i] as f64 * GRID);
+        let mut parts: Vec<f64> = x.map(|x| (x * GRID).round()).collect();
+        parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
+        // Whole numbers, so that sums are exact. The candidate that is run most takes what rounding leaves.
+        let mut left = count as f64 * GRID - parts.iter().sum::<f64>();
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
+        for i in order {
+            let by = left.clamp(ends(i).0 - parts[i], ends(i).1 - parts[i]);
+            (parts[i], left) = (parts[i] + by, left - by);
+        }
+        parts.into_iter().map(|x| x / GRID).collect()
+    }
+
+    /// A design between the bounds near `wanted`.
+    fn nearest(&self, wanted: &[f64], count: usize) -> Vec<f64> {
+        let ends = |i: usize| (self.low[i] as f64, self.high[i] as f64);
+        let mut x: Vec<f64> = wanted.iter().enumerate().map(|(i, x)| x.clamp(ends(i).0, ends(i).1)).collect();
+        let missing = count as f64 - x.iter().sum::<f64>();
+        let room = |i: usize, x: f64| if missing > 0.0 { ends(i).1 - x } else { x - ends(i).0 };
+        let all: f64 = x.iter().enumerate().map(|(i, x)| room(i, *x)).sum();
+        if all > 0.0 {
+            for i in 0..x.len() {
+                x[i] = (x[i] + missing * room(i, x[i]) / all).clamp(ends(i).0, ends(i).1);
+            }
+        }
+        x
+    }
+}
+
+impl Tangent {
+    /// The greatest log det that it allows between the bounds, with the price of an experiment; minus infinity where the
+    /// bounds have no room for `count`.
+    pub fn bound(&self, bounds: &Bounds, count: usize) -> (f64, f64) {
+        if !bounds.has_room_for(count) {
+            return (f64::NEG_INFINITY, 0.0);
+        }
+        let mut order: Vec<usize> = (0..self.gain.len()).collect();
+        order.sort_by(|&a, &b| self.gain[b].total_cmp(&self.gain[a]).then(a.cmp(&b)));
+        let mut left = count - bounds.low.iter().sum::<usize>();
+        let mut sum: f64 = bounds.low.iter().zip(&self.gain).map(|(x, g)| *x as f64 * g).sum();
+        let mut price = 0.0;
+        for i in order {
+            let taken = left.min(bounds.high[i] - bounds.low[i]);
+            if taken > 0 {
+                (sum, price, left) = (sum + taken as f64 * self.gain[i], self.gain[i], left - taken);
+            }
+        }
+        (self.constant + sum, price)
+    }
+}
+
+/// The tangent at a design; `None` where it has not full rank.
+pub fn tangent(blocks: &[Rows], x: &[f64]) -> Option<Tangent> {
+    let p = blocks.first().map_or(0, Rows::width);
+    let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
+    let factor = InformationMatrix::sum(p, 0.0, used).factor()?;
+    let mut out = vec![0.0; p];
+    let gain = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
+    Some(Tangent { constant: factor.log_det - p as f64, gain })
+}
+
+/// Ascends from `start` until the bound is below `target`, or within `tolerance` of what is reached, or for so many
+/// steps.
+///
+/// Where no design between the bounds has full rank, the design that is found lies outside them. `None` where the
+/// candidates together have not full rank, or the bounds have no room.
+pub fn relaxed(
+    blocks: &[Rows],
+    bounds: &Bounds,
+    count: usize,
+    start: &[f64],
+    (target, tolerance): (f64, f64),
+    steps: usize,
+) -> Option<Relaxed> {
+    let p = blocks.first().map_or(0, Rows::width);
+    if !bounds.has_room_for(count) {
+        return None;
+    }
+    let factor_of = |x: &[f64]| {
+        let used = blocks.iter().zip(x.iter().copied()).filter(|(_, x)| *x > 0.0);
+        InformationMatrix::sum(p, 0.0, used).factor()
+    };
+    let mut x = bounds.on_grid(bounds.nearest(start, count).into_iter(), count);
+    if factor_of(&x).is_none() {
+        // Takes a little of all that is allowed. If that lacks rank too, no design between the bounds has full rank.
+        let all: Vec<f64> = bounds.nearest(&vec![0.0; x.len()], count);
+        x = x.iter().zip(&all).map(|(x, y)| 0.9 * x + 0.1 * y).collect();
+    }
+    let Some(mut factor) = factor_of(&x) else { return without_rank(blocks, bounds, count, &x) };
+    let mut best: Option<Relaxed> = None;
+    for step in 0..=steps {
+        let mut out = vec![0.0; p];
+        let gain = blocks.iter().map(|b| factor.variance(b, &mut out)).collect();
+        let tangent = Tangent { constant: factor.log_det - p as f64, gain };
+        let (bound, _) = tangent.bound(bounds, count);
+        let model = QuadraticModel::new(blocks, bounds.members(&x, &tangent.gain), &factor);
+        let (change, expected) = model.step(&bounds.room(&x), MOVES);
+        let is_done = bound <= target || bound - factor.log_det <= tolerance || step == steps || expected <= 0.0;
+        if best.as_ref().is_none_or(|b| bound < b.bound) {
+            best = Some(Relaxed { x: x.clone(), tangent, model, bound });
+        }
+        if is_done {
+            break;
+        }
+        let at = |share: f64| bounds.on_grid(x.iter().zip(&change).map(|(x, d)| x + share * d), count);
+        let tries = (0..HALVINGS).map(|k| at(0.5_f64.powi(k)));
+        let better = tries.filter_map(|x| factor_of(&x).map(|f| (x, f))).find(|(_, f)| f.log_det > factor.log_det);
+        let Some(better) = better else { break };
+        (x, factor) = better;
+    }
+    best
+}
+
+/// The tangent at a design with a little of every candidate.
+///
+/// A direction that has no information between the bounds has only that little, so its logarithm makes the bound low.
+fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
+    let x: Vec<f64> = x.iter().map(|x| x + LITTLE).collect();
+    let tangent = tangent(blocks, &x)?;
+    let p = blocks.first().map_or(0, Rows::width);
+    let factor = InformationMatrix::sum(p, 0.0, blocks.iter().zip(x.iter().copied())).factor()?;
+    let model = QuadraticModel::new(blocks, bounds.members(&x, &tangent.gain), &factor);
+    let (bound, _) = tangent.bound(bounds, count);
+    Some(Relaxed { x, tangent, model, bound })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use numerics::random::Random;
+
+    /// No plan between the bounds is above the bound, and without bounds the relaxed design is the best there is.
+    #[test]
+    fn no_plan_is_above_the_bound() {
+        let mut random = Random::new(4);
+        let mut block = || {
+            let mut rows = Rows::new(3);
+            (0..2).for_each(|_| rows.push(&[random.normal(), random.normal(), random.normal()]));
+            rows
+        };
+        let blocks: Vec<Rows> = (0..6).map(|_| block()).collect();
+        let value = |x: &[usize]| {
+            let weighted = blocks.iter().zip(x.iter().map(|x| *x as f64));
+            InformationMatrix::sum(3, 0.0, weighted).factor().map_or(f64::NEG_INFINITY, |f| f.log_det)
+        };
+        for (low, high) in [([0; 6], [4; 6]), ([1, 0, 0, 0, 0, 1], [1, 1, 0, 2, 1, 3])] {
+            let bounds = Bounds { low: low.to_vec(), high: high.to_vec() };
+            let found = relaxed(&blocks, &bounds, 4, &[4.0 / 6.0; 6], (f64::NEG_INFINITY, 1e-6), 2000).unwrap();
+            assert!((found.x.iter().sum::<f64>() - 4.0).abs() < 1e-9, "{found:?}");
+            let reached = found.tangent.constant + 3.0;
+            assert!(found.bound >= reached - 1e-12 && found.bound < reached + 1e-5, "{found:?}");
+            let mut best = f64::NEG_INFINITY;
+            for code in 0..5_usize.pow(6) {
+                let x: Vec<usize> = (0..6).map(|i| code / 5_usize.pow(i) % 5).collect();
+                let is_within = (0..6).all(|i| x[i] >= low[i] && x[i] <= high[i]) && x.iter().sum::<usize>() == 4;
+                best = if is_within { value(&x).max(best) } else { best };
+            }
+            assert!(best <= found.bound && best > found.bound - 2.0, "{best} {}", found.bound);
+        }
+        let none = Bounds { low: vec![0; 6], high: vec![0; 6] };
+        assert!(relaxed(&blocks, &none, 4, &[1.0; 6], (0.0, 1e-6), 10).is_none());
+    }
+}

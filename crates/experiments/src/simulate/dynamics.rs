@@ -1,0 +1,112 @@
+//! A robot as simulation sees it: the inertia matrix, and the torque without acceleration.
+//!
+//! tau = A(q) ddq + h(q, dq), friction not included; h holds the centrifugal, Coriolis and gravity
+//! torques. Any [`Regressor`] with parameter values is such a robot: with Y(q, dq, ddq) linear in
+//! ddq, h = Y(q, dq, 0) X and column k of A is (Y(q, dq, e_k) - Y(q, dq, 0)) X.
+
+use linear_model::regressor::Regressor;
+
+use crate::motion::reference_motion::Reference;
+
+/// Inertia matrix and bias torque of a robot.
+pub trait Dynamics: Sync {
+    /// Number of coordinates.
+    fn n_coordinates(&self) -> usize;
+
+    /// Writes A (n x n, row by row, kg m^2) and h (n, N m) at q (rad), dq (rad/s).
+    fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]);
+}
+
+/// The dynamics of a regressor with given base parameters.
+pub struct RegressorDynamics<'a> {
+    regressor: &'a dyn Regressor,
+    parameters: Vec<f64>,
+}
+
+impl<'a> RegressorDynamics<'a> {
+    /// `parameters`: one value a column of the regressor; missing ones count as zero.
+    pub fn new(regressor: &'a dyn Regressor, mut parameters: Vec<f64>) -> RegressorDynamics<'a> {
+        parameters.resize(regressor.parameters().len(), 0.0);
+        RegressorDynamics { regressor, parameters }
+    }
+}
+
+impl Dynamics for RegressorDynamics<'_> {
+    fn n_coordinates(&self) -> usize {
+        self.regressor.coordinates().len()
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
+        let (n, p) = (self.n_coordinates(), self.parameters.len());
+        let mut y = vec![0.0; n * p];
+        let mut ddq = vec![0.0; n];
+        let row = |y: &[f64], i: usize| y[i * p..(i + 1) * p].iter().zip(&self.parameters).map(|(y, x)| y * x).sum();
+        self.regressor.fill(q, dq, &ddq, &mut y);
+        for i in 0..n {
+            bias[i] = row(&y, i);
+        }
+        for k in 0..n {
+            ddq[k] = 1.0;
+            self.regressor.fill(q, dq, &ddq, &mut y);
+            ddq[k] = 0.0;
+            for i in 0..n {
+                let torque: f64 = row(&y, i);
+                inertia[i * n + k] = torque - bias[i];
+            }
+        }
+    }
+}
+
+/// A(q) ddq + h(q, dq) along a reference, N m, `[coordinate][instant]`.
+pub fn torques(dynamics: &dyn Dynamics, reference: &Reference) -> Vec<Vec<f64>> {
+    let (n, count) = (dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
+    let (mut a, mut h) = (vec![0.0; n * n], vec![0.0; n]);
+    let mut found = vec![Vec::with_capacity(count); n];
+    for i in 0..count {
+        let at = |series: &[Vec<f64>]| series.iter().map(|x| x[i]).collect::<Vec<f64>>();
+        dynamics.fill(&at(&reference.q), &at(&reference.dq), &mut a, &mut h);
+        let ddq = at(&reference.ddq);
+        for (k, series) in found.iter_mut().enumerate() {
+            series.push(h[k] + a[k * n..(k + 1) * n].iter().zip(&ddq).map(|(a, x)| a * x).sum::<f64>());
+        }
+    }
+    found
+}
+
+/// tau = Y(q, dq, ddq) X at one instant, N m.
+pub fn torque(regressor: &dyn Regressor, parameters: &[f64], q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
+    let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
+    let mut y = vec![0.0; n * p];
+    regressor.fill(q, dq, ddq, &mut y);
+    y.chunks_exact(p.max(1)).map(|row| row.iter().zip(parameters).map(|(y, x)| y * x).sum()).collect()
+}
+
+/// Torque of the model along a reference, N m, one series a coordinate.
+pub fn inverse_dynamics(regressor: &dyn Regressor, parameters: &[f64], reference: &Reference) -> Vec<Vec<f64>> {
+    let n = reference.q.len();
+    let mut series = vec![Vec::new(); n];
+    let at = |x: &[Vec<f64>], i: usize| x.iter().map(|x| x[i]).collect::<Vec<f64>>();
+    for i in 0..reference.q.first().map_or(0, Vec::len) {
+        let tau = torque(regressor, parameters, &at(&reference.q, i), &at(&reference.dq, i), &at(&reference.ddq, i));
+        series.iter_mut().zip(tau).for_each(|(s, t)| s.push(t));
+    }
+    series
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// One mass on a rail, kg.
+    pub(crate) struct Mass(pub(crate) f64);
+
+    impl Dynamics for Mass {
+        fn n_coordinates(&self) -> usize {
+            1
+        }
+
+        fn fill(&self, _: &[f64], _: &[f64], inertia: &mut [f64], bias: &mut [f64]) {
+            (inertia[0], bias[0]) = (self.0, 0.0);
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! Experiments on a simulated robot.
+
+pub mod closed_loop;
+pub mod dynamics;
+pub mod record_file;
+pub mod setup;

@@ -1,0 +1,77 @@
+//! Records as logs: a simulation writes the files that a machine would have written.
+//!
+//! CSV with the columns `t, q_<coordinate>.., i_<coordinate>..` (s, rad, A), or `tau_<coordinate>` where
+//! the gains are one and the numbers are torques.
+
+use std::fmt::Write;
+
+use logs::{Effort, Error, Log, LogReport};
+
+use crate::motion::record::Record;
+
+impl Record {
+    /// The text of the log.
+    pub fn to_csv(&self, coordinates: &[String], effort: Effort) -> String {
+        let letter = match effort {
+            Effort::Current => "i",
+            Effort::Torque => "tau",
+        };
+        let mut text = String::from("t");
+        for prefix in ["q", letter] {
+            coordinates.iter().for_each(|c| text.push_str(&format!(",{prefix}_{c}")));
+        }
+        text.push('\n');
+        for i in 0..self.q.first().map_or(0, Vec::len) {
+            // A String never fails to grow; 1e-7 rad and A are below every sensor.
+            let _ = write!(text, "{:.6}", i as f64 * self.sample_time);
+            for x in self.q.iter().chain(&self.current) {
+                let _ = write!(text, ",{:.7}", x[i]);
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// The record as a log of torques, its first sample at 0 s; `gain`: N m per unit of the record, one a coordinate.
+    pub fn to_log(&self, name: &str, coordinates: &[String], gain: &[f64]) -> Log {
+        let rows = self.q.first().map_or(0, Vec::len);
+        let period = self.sample_time;
+        let torque = |(current, gain): (&Vec<f64>, &f64)| current.iter().map(|c| c * gain).collect();
+        Log {
+            name: name.into(),
+            coordinates: coordinates.to_vec(),
+            t: (0..rows).map(|i| i as f64 * period).collect(),
+            q: self.q.clone(),
+            dq: None,
+            ddq: None,
+            effort: self.current.iter().zip(gain).map(torque).collect(),
+            effort_is: Effort::Torque,
+            rows: (1..=rows).collect(),
+            window: None,
+            report: LogReport {
+                rows,
+                kept: rows,
+                uniform: true,
+                period,
+                longest_step: period,
+                duration: rows.saturating_sub(1) as f64 * period,
+                ..LogReport::default()
+            },
+        }
+    }
+
+    /// The record of a log, which must have an even clock and begin with the motion.
+    pub fn from_log(log: &Log) -> Result<Record, Error> {
+        if !log.report.uniform {
+            let message = format!(
+                "the steps of the clock are uneven (median {:.6} s, longest {:.6} s); whole periods need even ones: \
+                 resample the log",
+                log.report.period, log.report.longest_step
+            );
+            return Err(Error::at(&log.name, 0, message));
+        }
+        let steps = log.t.len().saturating_sub(1).max(1) as f64;
+        let sample_time = (log.t.last().copied().unwrap_or(0.0) - log.t.first().copied().unwrap_or(0.0)) / steps;
+        Ok(Record { sample_time, q: log.q.clone(), current: log.effort.clone() })
+    }
+}

@@ -1,0 +1,66 @@
+//! What the noise of the encoders adds to the residuals of an identification.
+//!
+//! Position noise s of each sample has the acceleration s w^2 / sqrt 5 below the cut-off w, because the mean of the
+//! fourth powers of the frequencies below w is w^4 / 5. The inertia matrix turns it into a torque,
+//!
+//! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5,
+//!
+//! This noise is far above the frequencies of the motion. It hardly changes the parameters, but it changes the weight
+//! of joint i.
+
+use experiments::motion::reference_motion::Reference;
+use experiments::simulate::dynamics::Dynamics;
+
+use crate::signals::cutoff::rule_with_noise;
+
+/// e, N m (N) a sample, one a coordinate, for an identification with its default cut-off; `noise`: s, rad (m).
+pub fn encoder_torque(dynamics: &dyn Dynamics, motion: &Reference, noise: &[f64]) -> Vec<f64> {
+    let n = noise.len();
+    let w = std::f64::consts::TAU * rule_with_noise(&motion.q, motion.sample_time, noise).cutoff;
+    let (mut inertia, mut bias, mut sum) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+    let samples = motion.q.first().map_or(0, Vec::len);
+    for k in 0..samples {
+        let q: Vec<f64> = motion.q.iter().map(|q| q[k]).collect();
+        dynamics.fill(&q, &vec![0.0; n], &mut inertia, &mut bias);
+        for (i, sum) in sum.iter_mut().enumerate() {
+            *sum += inertia[i * n..][..n].iter().zip(noise).map(|(a, s)| (a * s).powi(2)).sum::<f64>();
+        }
+    }
+    sum.into_iter().map(|sum| w * w * (sum / (5 * samples.max(1)) as f64).sqrt()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+    use experiments::simulate::dynamics::RegressorDynamics;
+    use numerics::random::Random;
+
+    /// The second derivative of white noise, below the cut-off, times the inertia: by its spectrum.
+    #[test]
+    fn it_is_the_noise_of_the_acceleration() {
+        let (rate, n, noise) = (100.0, 2000, 1e-4);
+        let q: Vec<f64> = (0..n).map(|i| 0.5 * (std::f64::consts::TAU * 0.4 * i as f64 / rate).sin()).collect();
+        let motion = Reference { sample_time: 1.0 / rate, q: vec![q.clone()], ..Reference::default() };
+        let (arm, inertia) = (Pendulum::new(), 0.7);
+        let found = encoder_torque(&RegressorDynamics::new(&arm, vec![inertia, 0.0, 0.0]), &motion, &[noise])[0];
+
+        // Each frequency up to half the rate has the same share of the variance of white noise.
+        let cutoff = rule_with_noise(&[q], 1.0 / rate, &[noise]).cutoff;
+        let mut random = Random::new(4);
+        let (bins, mut square) = (2000, 0.0);
+        for bin in 0..bins {
+            let frequency = (bin as f64 + 0.5) / bins as f64 * 0.5 * rate;
+            if frequency < cutoff {
+                // A cosine and a sine of random size: a mean square of noise^2 / bins.
+                let size = noise * random.normal().hypot(random.normal()) / (2.0 * bins as f64).sqrt();
+                square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
+            }
+        }
+        // What is below the cut-off stands for white noise of this size a sample up to half the rate.
+        let expected = (square * 0.5 * rate / cutoff).sqrt();
+        // Some hundred bins carry the weight, so the square is known to 10 % and its root to half of that. Four of
+        // those are allowed.
+        assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
+    }
+}

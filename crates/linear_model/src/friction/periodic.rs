@@ -1,0 +1,130 @@
+//! Columns of friction for the equations of one joint, in the time domain.
+//!
+//! s+ is the share of the sample's cell [t - h/2, t + h/2] that the joint spends at positive
+//! velocity. With the velocity linear in the cell, v + a s, and a sign that turns over w,
+//!
+//! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
+//!
+//! The viscous columns are max(v, 0) and min(v, 0) with the same softness: w/2 ln(1 + exp(2 v/w)) and the rest. w is
+//! wide where the controller makes the joint chatter at rest. There the sign flips, and its mean over the periods is a
+//! soft sign.
+//!
+//! A sign taken at the samples alone would move every reversal by up to half a sample, which turns Coulomb friction
+//! into the phase of the acceleration. The mean over the cell does not move it, and the recorded torque is the mean
+//! over the same cell.
+//!
+//! | columns | term |
+//! |---|---|
+//! | v+, s+, v-, s- | asymmetric viscous and Coulomb friction, equation (5) of [Vandanjon, Gautier, Desbats 1995] |
+//! | s+ abs(tau), s- abs(tau) | Coulomb friction that grows with the load |
+//! | s+ exp(-(v/v_s)^2), s- exp(-(v/v_s)^2) | Stribeck |
+
+use crate::parameter::FrictionParameter;
+
+/// The choice of columns of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionShape {
+    /// Velocity over which the sign changes, w, rad/s.
+    pub rest_velocity: f64,
+    /// Whether Coulomb friction grows with the load.
+    pub load: bool,
+    /// v_s, rad/s, where there is a Stribeck term.
+    pub stribeck: Option<f64>,
+}
+
+impl FrictionShape {
+    /// Equation (5) alone.
+    pub const ASYMMETRIC: FrictionShape = FrictionShape { rest_velocity: 0.005, load: false, stribeck: None };
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        4 + 2 * usize::from(self.load) + 2 * usize::from(self.stribeck.is_some())
+    }
+
+    /// The parameters in the order of the columns.
+    pub fn parameters(&self) -> Vec<FrictionParameter> {
+        use FrictionParameter::*;
+        let mut parameters = vec![ViscousForward, CoulombForward, ViscousBackward, CoulombBackward];
+        if self.load {
+            parameters.extend([LoadForward, LoadBackward]);
+        }
+        if self.stribeck.is_some() {
+            parameters.extend([StribeckForward, StribeckBackward]);
+        }
+        parameters
+    }
+
+    /// The columns over a series of instants, from velocity, acceleration and drive torque; h is the sample time.
+    pub fn fill(&self, v: &[f64], a: &[f64], tau: &[f64], h: f64) -> Vec<Vec<f64>> {
+        let share: Vec<f64> = v.iter().zip(a).map(|(&v, &a)| positive_share(v, a, h, self.rest_velocity)).collect();
+        let column = |f: &dyn Fn(usize) -> f64| (0..v.len()).map(f).collect::<Vec<f64>>();
+        let mut columns = vec![
+            column(&|i| soft_plus(v[i], self.rest_velocity)),
+            share.clone(),
+            column(&|i| v[i] - soft_plus(v[i], self.rest_velocity)),
+            column(&|i| 1.0 - share[i]),
+        ];
+        if self.load {
+            columns.push(column(&|i| share[i] * tau[i].abs()));
+            columns.push(column(&|i| (1.0 - share[i]) * tau[i].abs()));
+        }
+        if let Some(speed) = self.stribeck {
+            let bump = |i: usize| (-(v[i] / speed).powi(2)).exp();
+            columns.push(column(&|i| share[i] * bump(i)));
+            columns.push(column(&|i| (1.0 - share[i]) * bump(i)));
+        }
+        columns
+    }
+}
+
+/// Mean of (1 + tanh((v + a s)/w))/2 over s in [-h/2, h/2].
+fn positive_share(v: f64, a: f64, h: f64, w: f64) -> f64 {
+    let half = 0.5 * a * h / w;
+    let x = v / w;
+    // Below this change the velocity is constant within the cell to the rounding of the quotient.
+    if half.abs() < 1e-3 {
+        return 0.5 * (1.0 + x.tanh());
+    }
+    0.5 + (log_cosh(x + half) - log_cosh(x - half)) / (4.0 * half)
+}
+
+/// w/2 ln(1 + exp(2 v/w)): max(v, 0) for small w.
+fn soft_plus(v: f64, w: f64) -> f64 {
+    v.max(0.0) + 0.5 * w * (-2.0 * v.abs() / w).exp().ln_1p()
+}
+
+fn log_cosh(x: f64) -> f64 {
+    let x = x.abs();
+    x + (-2.0 * x).exp().ln_1p() - std::f64::consts::LN_2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_is_the_mean_over_the_cell() {
+        let (h, w) = (1e-3, 0.005);
+        for (v, a) in [(0.0, 40.0), (0.004, -30.0), (-0.01, 12.0), (0.2, 60.0), (0.001, 1e-4), (-0.02, 0.3)] {
+            let steps = 4000;
+            let at = |i: usize| 0.5 * (1.0 + ((v + a * h * ((i as f64 + 0.5) / steps as f64 - 0.5)) / w).tanh());
+            let mean = (0..steps).map(at).sum::<f64>() / steps as f64;
+            // The midpoint rule with 4000 steps.
+            assert!((positive_share(v, a, h, w) - mean).abs() < 1e-7, "{v} {a}");
+        }
+        assert_eq!(positive_share(1e3, 1e5, h, w), 1.0);
+        assert_eq!(positive_share(-1e3, 1e5, h, w), 0.0);
+    }
+
+    #[test]
+    fn columns_follow_the_shape() {
+        let shape = FrictionShape { rest_velocity: 1e-6, load: true, stribeck: Some(0.1) };
+        let columns = shape.fill(&[1.0, -2.0], &[0.0; 2], &[3.0, -4.0], 1e-3);
+        assert_eq!(columns.len(), shape.columns());
+        assert_eq!(columns.len(), shape.parameters().len());
+        assert_eq!(columns[0], [1.0, 0.0]);
+        assert_eq!(columns[2], [0.0, -2.0]);
+        assert_eq!((columns[4][0], columns[5][1]), (3.0, 4.0));
+        assert_eq!(FrictionShape::ASYMMETRIC.columns(), 4);
+    }
+}

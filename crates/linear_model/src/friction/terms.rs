@@ -1,0 +1,185 @@
+//! Joint friction, linear in its parameters: one set of columns per joint.
+//!
+//! tau_f = FV dq + FS sign(dq) + OFF, and the refinements
+//! - asymmetric: FV+ dq + FS+ for dq > 0, FV- dq + FS- for dq < 0 (FS- < 0)
+//!   [Vandanjon, Gautier, Desbats 1995, equation (5)];
+//! - Stribeck: FT sign(dq) exp(-(dq / v_s)^2) on top of Coulomb, v_s given;
+//! - smooth Coulomb: FS tanh(dq / v_0), v_0 given;
+//! - load: FL |tau| sign(dq), tau the measured torque. It stands on both sides of the equation, so a small residual
+//!   proves nothing. It is for diagnosis, never for comparing models;
+//! - rotor inertia IA ddq, for regressors whose model has none.
+//!
+//! Names and units: [`crate::parameter`].
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::parameter::FrictionParameter;
+
+/// One term of the friction of every joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrictionTerm {
+    /// FV dq.
+    Viscous,
+    /// FS sign(dq).
+    Coulomb,
+    /// OFF.
+    Offset,
+    /// Coulomb as tanh(dq / v), v in rad/s.
+    SmoothCoulomb(f64),
+    /// Viscous and Coulomb with values of their own for each direction.
+    Asymmetric,
+    /// exp(-(dq / v)^2) sign(dq), v in rad/s.
+    Stribeck(f64),
+    /// FL abs(tau) sign(dq).
+    Load,
+    /// IA ddq.
+    Rotor,
+}
+
+use FrictionTerm::*;
+
+impl FrictionTerm {
+    /// The customary set.
+    pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
+
+    /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s.
+    ///
+    /// Fails with the list of words where there is no such term.
+    pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
+        let (name, speed) = match text.split_once('=') {
+            Some((name, speed)) => (name, Some(speed)),
+            None => (text, None),
+        };
+        let speed = match speed.map(str::parse::<f64>) {
+            None => None,
+            Some(Ok(v)) if v.is_finite() && v > 0.0 => Some(v),
+            Some(_) => return Err(format!("the speed of `{name}` must be a positive number of rad/s")),
+        };
+        match (name, speed) {
+            ("viscous", None) => Ok(Viscous),
+            ("coulomb", None) => Ok(Coulomb),
+            ("offset", None) => Ok(Offset),
+            ("asymmetric", None) => Ok(Asymmetric),
+            ("load", None) => Ok(Load),
+            ("rotor", None) => Ok(Rotor),
+            ("smooth-coulomb", Some(v)) => Ok(SmoothCoulomb(v)),
+            ("stribeck", Some(v)) => Ok(Stribeck(v)),
+            ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
+            _ => Err(format!(
+                "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
+                 smooth-coulomb=V, stribeck=V, none and auto"
+            )),
+        }
+    }
+
+    /// The term's parameters, in the order of its columns.
+    pub fn parameters(self) -> &'static [FrictionParameter] {
+        match self {
+            Viscous => &[FrictionParameter::Viscous],
+            Coulomb | SmoothCoulomb(_) => &[FrictionParameter::Coulomb],
+            Offset => &[FrictionParameter::Offset],
+            Asymmetric => &[
+                FrictionParameter::ViscousForward,
+                FrictionParameter::CoulombForward,
+                FrictionParameter::ViscousBackward,
+                FrictionParameter::CoulombBackward,
+            ],
+            Stribeck(_) => &[FrictionParameter::Stribeck],
+            Load => &[FrictionParameter::Load],
+            Rotor => &[FrictionParameter::Rotor],
+        }
+    }
+
+    /// Whether the term jumps with the direction, and so can hold a joint at standstill.
+    pub fn is_dry(self) -> bool {
+        matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
+    }
+
+    /// Whether the columns must be made before the filter of the torques and go through it.
+    ///
+    /// That is so where they are neither linear in the motion nor the direction alone.
+    pub fn is_bent(self) -> bool {
+        matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
+    }
+
+    /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
+    /// or that sign after the filter of the torques, between -1 and 1.
+    #[inline]
+    pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
+        match (self, out) {
+            (Viscous, [v]) => *v = dq,
+            (Coulomb, [c]) => *c = direction,
+            (Offset, [o]) => *o = 1.0,
+            (SmoothCoulomb(width), [c]) => *c = (dq / width).tanh(),
+            (Asymmetric, [vp, cp, vn, cn]) => {
+                // [dq > 0] and [dq < 0], filtered as the sign was.
+                let (forward, backward) = (0.5 * (1.0 + direction), 0.5 * (1.0 - direction));
+                (*vp, *cp, *vn, *cn) = (dq.max(0.0), forward, dq.min(0.0), backward);
+            }
+            (Stribeck(speed), [s]) => *s = direction * (-(dq / speed).powi(2)).exp(),
+            (Load, [l]) => *l = direction * tau.abs(),
+            (Rotor, [r]) => *r = ddq,
+            _ => {}
+        }
+    }
+}
+
+/// As on the command line: `viscous`, `stribeck=0.1`.
+impl fmt::Display for FrictionTerm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Viscous => write!(f, "viscous"),
+            Coulomb => write!(f, "coulomb"),
+            Offset => write!(f, "offset"),
+            SmoothCoulomb(speed) => write!(f, "smooth-coulomb={speed:.4}"),
+            Asymmetric => write!(f, "asymmetric"),
+            Stribeck(speed) => write!(f, "stribeck={speed:.4}"),
+            Load => write!(f, "load"),
+            Rotor => write!(f, "rotor"),
+        }
+    }
+}
+
+/// -1, 0 or 1: friction at standstill has no sign.
+pub fn sign(x: f64) -> f64 {
+    f64::from(x > 0.0) - f64::from(x < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns(term: FrictionTerm, dq: f64) -> Vec<f64> {
+        let mut out = vec![f64::NAN; term.parameters().len()];
+        term.fill(dq, 7.0, -3.0, sign(dq), &mut out);
+        out
+    }
+
+    #[test]
+    fn columns_of_each_term() {
+        assert_eq!(columns(Viscous, -2.0), [-2.0]);
+        assert_eq!(columns(Coulomb, -2.0), [-1.0]);
+        assert_eq!(columns(Coulomb, 0.0), [0.0]);
+        assert_eq!(columns(Offset, 0.0), [1.0]);
+        assert_eq!(columns(Asymmetric, -2.0), [0.0, 0.0, -2.0, 1.0]);
+        assert_eq!(columns(Asymmetric, 2.0), [2.0, 1.0, 0.0, 0.0]);
+        assert_eq!(columns(Load, -2.0), [-3.0]);
+        assert_eq!(columns(Rotor, 1.0), [7.0]);
+        assert_eq!(columns(SmoothCoulomb(0.1), 50.0), [1.0]);
+        assert!((columns(Stribeck(2.0), 2.0)[0] - (-1f64).exp()).abs() < 1e-15);
+    }
+
+    /// The asymmetric columns contain the symmetric ones, because friction with equal directions is a special case.
+    #[test]
+    fn asymmetric_holds_viscous_coulomb_and_offset() {
+        for dq in [-1.5, 0.4] {
+            let a = columns(Asymmetric, dq);
+            assert_eq!(a[0] + a[2], columns(Viscous, dq)[0]);
+            assert_eq!(a[1] - a[3], columns(Coulomb, dq)[0]);
+            assert_eq!(a[1] + a[3], columns(Offset, dq)[0]);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A load that was weighed and measured before it was mounted: its file, and what it adds to the robot.
+//!
+//! phi_L are the ten parameters of the load in and about the frame of its link, and X = B phi. The load adds B_L phi_L
+//! to the base parameters, where B_L are the ten columns of B that belong to the link. Its torque D B_L phi_L is known.
+//! A load that is not known is estimated in `identification::estimators::payload`.
+
+use robot::{Error, Part, Place, Pose, Robot, transform_inertial};
+use serde::{Deserialize, Serialize};
+
+use crate::pseudo_inertia::smallest_eigenvalue;
+use crate::standard_map::StandardMap;
+use crate::yaml;
+
+/// A body on a link, as its file has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KnownLoad {
+    /// Name of the link in the model.
+    pub link: String,
+    /// kg.
+    pub mass: f64,
+    /// m, in the frame of the link as the model's file has it.
+    pub centre_of_mass: [f64; 3],
+    /// kg m^2, about the centre of mass, in the axes of that frame; zero where it is not given.
+    #[serde(default)]
+    pub inertia: Inertia,
+}
+
+/// Entries of the inertia matrix: xy = - sum m x y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Inertia {
+    /// kg m^2.
+    pub xx: f64,
+    /// kg m^2, the entry of the matrix.
+    pub xy: f64,
+    /// kg m^2, the entry of the matrix.
+    pub xz: f64,
+    /// kg m^2.
+    pub yy: f64,
+    /// kg m^2, the entry of the matrix.
+    pub yz: f64,
+    /// kg m^2.
+    pub zz: f64,
+}
+
+impl KnownLoad {
+    /// Reads the file; fails with the line that does not belong to a load, and where no body has these figures.
+    pub fn from_yaml(file: &str, text: &str) -> Result<KnownLoad, Error> {
+        let error = |message: String| Error { place: Place { file: file.into(), ..Place::default() }, message };
+        let load: KnownLoad = yaml::read(text).map_err(|e| error(format!("this is no load: {e}")))?;
+        let at_centre = KnownLoad { centre_of_mass: [0.0; 3], ..load.clone() };
+        let finite = load.part().parameters().iter().all(|x| x.is_finite());
+        let i = load.inertia;
+        // A point has no moments, so zero is allowed; the rounding of the eigenvalues is that of the largest one.
+        let least = -1e-12 * (i.xx.abs() + i.yy.abs() + i.zz.abs() + load.mass.abs());
+        if !finite || load.mass <= 0.0 || smallest_eigenvalue(&at_centre.part().parameters()) < least {
+            let message = "no body has this mass and inertia: a positive mass is needed, in kg, and moments about the \
+                           centre of mass of which none exceeds the sum of the other two, in kg m^2";
+            return Err(error(message.into()));
+        }
+        Ok(load)
+    }
+
+    /// Its contribution to the base parameters of the map. Fails when the robot has no such link.
+    pub fn base_parameters(&self, robot: &Robot, map: &StandardMap) -> Result<Vec<f64>, String> {
+        let link = robot.links.iter().find(|l| l.name == self.link);
+        let body = map.bodies.iter().find(|(name, _)| *name == self.link);
+        let (Some(link), Some(&(_, first))) = (link, body) else {
+            let names: Vec<&str> = map.bodies.iter().map(|b| b.0.as_str()).collect();
+            return Err(format!("the load is on the link `{}`; the links are {}", self.link, names.join(", ")));
+        };
+        let ten = transform_inertial(&self.part().parameters(), &link.file_frame);
+        let columns = map.matrix.columns(first, 10);
+        Ok((0..map.matrix.nrows()).map(|k| (0..10).map(|c| columns[(k, c)] * ten[c]).sum()).collect())
+    }
+
+    fn part(&self) -> Part {
+        let Inertia { xx, xy, xz, yy, yz, zz } = self.inertia;
+        Part {
+            name: self.link.clone(),
+            pose: Pose { position: self.centre_of_mass, ..Pose::IDENTITY },
+            mass: self.mass,
+            inertia: [xx, xy, xz, yy, yz, zz],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str =
+        "link: forearm\nmass: 2\ncentre_of_mass: [0.3, 0, 0.1]\ninertia: {xx: 0.01, yy: 0.02, zz: 0.02}\n";
+
+    #[test]
+    fn a_file_is_a_body() {
+        let load = KnownLoad::from_yaml("load.yaml", FILE).unwrap();
+        // Steiner: 0.01 + 2 0.1^2, 0.02 + 2 (0.3^2 + 0.1^2), 0.02 + 2 0.3^2, -2 0.3 0.1, to rounding.
+        let expected = [0.03, 0.0, -0.06, 0.22, 0.0, 0.2, 0.6, 0.0, 0.2, 2.0];
+        for (x, y) in load.part().parameters().iter().zip(expected) {
+            assert!((x - y).abs() < 1e-15, "{x} {y}");
+        }
+        let point = KnownLoad::from_yaml("load.yaml", "link: a\nmass: 1\ncentre_of_mass: [0, 0, 0.1]\n").unwrap();
+        assert_eq!(point.inertia, Inertia::default());
+    }
+
+    #[test]
+    fn refusals() {
+        for (from, to, says) in [
+            ("mass: 2", "mass: -2", "no body has"),
+            ("mass: 2", "mass: .nan", "no body has"),
+            ("zz: 0.02", "zz: 0.2", "no body has"),
+            ("mass: 2", "weight: 2", "this is no load"),
+        ] {
+            let message = KnownLoad::from_yaml("load.yaml", &FILE.replace(from, to)).unwrap_err().to_string();
+            assert!(message.contains(says) && message.contains("load.yaml"), "{message}");
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! The observation equation of one instant: tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j.
+//!
+//! The parameters are those of the regressor, then the friction of each joint, then the couplings of the transmission.
+
+use std::ops::Range;
+
+use generated::Eight;
+use numerics::row_block::{BLOCK_ROWS, RowBlock};
+
+use crate::coupling::Coupling;
+use crate::friction::terms::FrictionTerm;
+use crate::label::Label;
+use crate::parameter::{CouplingParameter, Parameter, ParameterId};
+use crate::regressor::Regressor;
+use crate::row_layout::RowLayout;
+use crate::states::States;
+
+/// Dynamics, friction and couplings together: everything that is linear in its parameters.
+pub struct Model<'a> {
+    /// The base regressor.
+    pub regressor: &'a dyn Regressor,
+    /// Friction columns of every joint.
+    pub friction: &'a [FrictionTerm],
+    /// Motors that also turn with a joint other than their own.
+    pub couplings: &'a [Coupling],
+    /// In the order of the columns.
+    pub parameters: Vec<Parameter>,
+    /// Where the entries of a sample stand in a block of rows.
+    pub layout: RowLayout,
+}
+
+impl<'a> Model<'a> {
+    /// The columns in their order: base parameters, friction joint by joint, couplings.
+    pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &'a [Coupling]) -> Model<'a> {
+        let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
+        for (j, coordinate) in regressor.coordinates().iter().enumerate() {
+            let is_prismatic = regressor.is_prismatic(j);
+            for &term in friction.iter().flat_map(|t| t.parameters()) {
+                parameters.push(Parameter {
+                    id: ParameterId::friction(term, coordinate),
+                    coordinates: vec![j],
+                    is_prismatic,
+                });
+            }
+        }
+        for coupling in couplings {
+            let motor = coupling.motor;
+            let label = Label::of_coordinate(&regressor.coordinates()[motor]);
+            for parameter in CouplingParameter::ALL {
+                let id = ParameterId::Coupling(parameter, label.clone());
+                let is_prismatic = regressor.is_prismatic(motor);
+                parameters.push(Parameter { id, coordinates: vec![motor], is_prismatic });
+            }
+        }
+        let per_joint = friction.iter().map(|t| t.parameters().len()).sum();
+        let layout = RowLayout::new(regressor, per_joint, couplings);
+        Model { regressor, friction, couplings, parameters, layout }
+    }
+
+    /// Number of coordinates.
+    pub fn n(&self) -> usize {
+        self.regressor.coordinates().len()
+    }
+
+    /// Number of parameters.
+    pub fn p(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// The n x p rows of the samples of a range, in turn: `take(r, rows)`, row by row.
+    pub fn rows(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut [f64])) {
+        let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
+        let mut w = vec![0.0; n * p];
+        let filtered = states.filtered(self.friction);
+        let together = TOGETHER.min(range.len()).max(1);
+        let mut inputs = vec![0.0; together * 3 * n];
+        let mut y = vec![0.0; together * n * base];
+        for first in range.clone().step_by(together) {
+            let count = together.min(range.end - first);
+            for (input, r) in inputs.chunks_exact_mut(3 * n).zip(first..first + count) {
+                input[..n].copy_from_slice(&states.q[r * n..][..n]);
+                input[n..2 * n].copy_from_slice(&states.dq[r * n..][..n]);
+                input[2 * n..].copy_from_slice(&states.ddq[r * n..][..n]);
+            }
+            self.regressor.fill_many(&inputs[..count * 3 * n], &mut y[..count * n * base]);
+            for i in 0..count {
+                self.fill(states, &filtered, first + i, &y[i * n * base..][..n * base], &mut w);
+                take(first + i, &mut w);
+            }
+        }
+    }
+
+    /// The rows of sample r from its regressor `y`.
+    fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
+        let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
+        let at = r * n..(r + 1) * n;
+        let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
+        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
+        w.fill(0.0);
+        let per_joint: usize = self.friction.iter().map(|t| t.parameters().len()).sum();
+        for j in 0..n {
+            let row = &mut w[j * p..(j + 1) * p];
+            row[..base].copy_from_slice(&y[j * base..(j + 1) * base]);
+            let mut c = base + j * per_joint;
+            for (term, filtered) in self.friction.iter().zip(filtered) {
+                let width = term.parameters().len();
+                match filtered {
+                    Some(columns) => row[c..c + width].copy_from_slice(&columns[(r * n + j) * width..][..width]),
+                    None => term.fill(dq[j], ddq[j], tau[j], direction[j], &mut row[c..c + width]),
+                }
+                c += width;
+            }
+        }
+        for (i, coupling) in self.couplings.iter().enumerate() {
+            let motor = states.motor_direction[r * self.couplings.len() + i];
+            coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * CouplingParameter::ALL.len());
+        }
+    }
+
+    /// The rows of the samples of a range in blocks, without zeros.
+    ///
+    /// `take(r, block)` gets the rows from sample r on. Their entries stand where `layout` says, and the torque is one
+    /// of them. Rows of joints at standstill are filled like the others.
+    pub fn blocks(&self, states: &States, range: Range<usize>, mut take: impl FnMut(usize, &mut RowBlock)) {
+        let n = self.n();
+        let filtered = states.filtered(self.friction);
+        let mut block = RowBlock::new(self.layout.entries);
+        let mut inputs = Vec::with_capacity(BLOCK_ROWS * 3 * n);
+        for first in range.clone().step_by(BLOCK_ROWS) {
+            block.rows = BLOCK_ROWS.min(range.end - first);
+            inputs.clear();
+            // The lanes past the end repeat the last sample.
+            for r in (first..first + block.groups() * 8).map(|r| r.min(range.end - 1)) {
+                for x in [&states.q, &states.dq, &states.ddq] {
+                    inputs.extend_from_slice(&x[r * n..(r + 1) * n]);
+                }
+            }
+            let stride = block.stride();
+            self.regressor.fill_blocks(&inputs, stride, block.numbers());
+            for (g, r) in (first..first + block.rows).step_by(8).enumerate() {
+                let group = block.group(g);
+                let lanes = (range.end - r).min(8);
+                (0..lanes).for_each(|lane| self.fill_lane(states, &filtered, r + lane, group, lane));
+                for eight in &mut group[..self.layout.entries] {
+                    eight.0[lanes..].fill(0.0);
+                }
+            }
+            take(first, &mut block);
+        }
+    }
+
+    /// Friction, couplings and torques of sample r.
+    fn fill_lane(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, group: &mut [Eight], lane: usize) {
+        let n = self.n();
+        let at = r * n..(r + 1) * n;
+        let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
+        let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
+        for (j, joint) in self.layout.joints.iter().enumerate() {
+            let mut place = joint.friction;
+            for (term, filtered) in self.friction.iter().zip(filtered) {
+                // No term has more columns than four.
+                let mut columns = [0.0; 4];
+                let width = term.parameters().len();
+                match filtered {
+                    Some(all) => columns[..width].copy_from_slice(&all[(r * n + j) * width..][..width]),
+                    None => term.fill(dq[j], ddq[j], tau[j], direction[j], &mut columns[..width]),
+                }
+                for x in &columns[..width] {
+                    group[place].0[lane] = *x;
+                    place += 1;
+                }
+            }
+            group[joint.torque()].0[lane] = tau[j];
+        }
+        for (i, (coupling, places)) in self.couplings.iter().zip(&self.layout.couplings).enumerate() {
+            let motor = states.motor_direction[r * self.couplings.len() + i];
+            for (place, columns) in places.iter().zip(coupling.columns(dq, ddq, motor)) {
+                for (k, x) in columns.into_iter().enumerate() {
+                    group[place + k].0[lane] = x;
+                }
+            }
+        }
+    }
+
+    /// tau - W x of eight rows of joint j.
+    pub fn residual(&self, group: &[Eight], j: usize, x: &[f64]) -> [f64; 8] {
+        let joint = &self.layout.joints[j];
+        let mut residual = group[joint.torque()].0;
+        for (&column, &place) in joint.columns.iter().zip(&joint.places) {
+            let (entry, x) = (&group[place].0, x[column]);
+            for lane in 0..8 {
+                residual[lane] -= entry[lane] * x;
+            }
+        }
+        residual
+    }
+
+    /// tau - W x of the used rows of all samples, in turn: `take(r, j, residual)`.
+    pub fn residuals(&self, states: &States, x: &[f64], mut take: impl FnMut(usize, usize, f64)) {
+        let n = self.n();
+        self.residual_groups(states, 0..states.len(), x, |group| {
+            for (lane, r) in group.samples.clone().enumerate() {
+                for j in (0..n).filter(|&j| states.used[r * n + j]) {
+                    take(r, j, group.residuals[j][lane]);
+                }
+            }
+        });
+    }
+
+    /// The rows of a range and tau - W x, eight samples at a time.
+    pub fn residual_groups(
+        &self,
+        states: &States,
+        range: Range<usize>,
+        x: &[f64],
+        mut take: impl FnMut(&ResidualGroup),
+    ) {
+        let mut residuals = vec![[0.0; 8]; self.n()];
+        self.blocks(states, range, |first, block| {
+            let end = first + block.rows;
+            for (g, r) in (first..end).step_by(8).enumerate() {
+                let entries = &*block.group(g);
+                residuals.iter_mut().enumerate().for_each(|(j, e)| *e = self.residual(entries, j, x));
+                take(&ResidualGroup { states, samples: r..end.min(r + 8), entries, residuals: &residuals });
+            }
+        });
+    }
+}
+
+/// The rows of up to eight samples under parameters.
+pub struct ResidualGroup<'a> {
+    /// The record.
+    pub states: &'a States,
+    /// The samples, one per lane, in turn.
+    pub samples: Range<usize>,
+    /// The entries, where the layout of the model has them.
+    pub entries: &'a [Eight],
+    /// tau - W x, one per joint, also of rows that do not count.
+    pub residuals: &'a [[f64; 8]],
+}
+
+/// Samples whose regressors are computed together: eight for each lane of the widest processor.
+const TOGETHER: usize = 64;

@@ -1,0 +1,393 @@
+//! The parameters of the observation equation: the identity, the name and the unit of each.
+//!
+//! A name is the `Display` of a [`ParameterId`]: letters, then a [`Label`]. It is parsed only where a file is read.
+//!
+//! | parameter | letters | unit (prismatic joint) |
+//! |---|---|---|
+//! | inertia, rotor inertia | XX .. ZZ, IA | kg m^2 (IA: kg) |
+//! | first moment, mass | MX MY MZ, M | kg m, kg |
+//! | viscous friction | FV, FVP, FVN | N m s/rad (N s/m) |
+//! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
+//! | friction that grows with the load | FL, FLP, FLN | 1 |
+//! | coupled motor | IAM, FVM, FSM | as IA, FV, FS |
+//! | drive gain | KT | N m/A (N/A) |
+
+use std::fmt;
+use std::str::FromStr;
+
+use robot::Inertial;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::label::Label;
+use crate::unit::Unit;
+
+/// The identity of a parameter. Two parameters are the same when their names are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ParameterId {
+    /// A base parameter of the dynamics.
+    Base(BaseName),
+    /// Friction of one coordinate.
+    Friction(FrictionParameter, Label),
+    /// Inertia or friction of a motor that turns with a joint other than its own.
+    Coupling(CouplingParameter, Label),
+    /// Torque per unit of current of one drive.
+    DriveGain(Label),
+}
+
+impl ParameterId {
+    /// A friction parameter of a coordinate; a rotor inertia is the same parameter wherever it is estimated.
+    pub fn friction(parameter: FrictionParameter, coordinate: &str) -> ParameterId {
+        let label = Label::of_coordinate(coordinate);
+        match parameter {
+            FrictionParameter::Rotor => ParameterId::Base(BaseName::plain(Inertial::Ia, label)),
+            other => ParameterId::Friction(other, label),
+        }
+    }
+
+    /// The drive gain of a coordinate.
+    pub fn drive_gain(coordinate: &str) -> ParameterId {
+        ParameterId::DriveGain(Label::of_coordinate(coordinate))
+    }
+
+    /// The SI unit; `is_prismatic` tells whether the joint of the parameter slides.
+    pub fn unit(&self, is_prismatic: bool) -> Unit {
+        match self {
+            ParameterId::Base(name) => match name.inertial {
+                Inertial::Ia => Unit::INERTIA.along(is_prismatic),
+                Inertial::M => Unit::MASS,
+                inertial if inertial.is_first_moment() => Unit::FIRST_MOMENT,
+                _ => Unit::INERTIA,
+            },
+            ParameterId::Friction(parameter, _) => parameter.unit().along(is_prismatic),
+            ParameterId::Coupling(parameter, _) => parameter.unit().along(is_prismatic),
+            ParameterId::DriveGain(_) => Unit::DRIVE_GAIN.along(is_prismatic),
+        }
+    }
+}
+
+impl fmt::Display for ParameterId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ParameterId::Base(name) => name.fmt(f),
+            ParameterId::Friction(parameter, label) => write!(f, "{}{label}", parameter.letters()),
+            ParameterId::Coupling(parameter, label) => write!(f, "{}{label}", parameter.letters()),
+            ParameterId::DriveGain(label) => write!(f, "KT{label}"),
+        }
+    }
+}
+
+/// Reads a name as a file has it; fails where no parameter has that name.
+impl FromStr for ParameterId {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<ParameterId, String> {
+        let behind = |letters: &str| name.strip_prefix(letters).and_then(|rest| rest.parse::<Label>().ok());
+        if let Some(label) = behind("KT") {
+            return Ok(ParameterId::DriveGain(label));
+        }
+        for parameter in CouplingParameter::ALL {
+            if let Some(label) = behind(parameter.letters()) {
+                return Ok(ParameterId::Coupling(parameter, label));
+            }
+        }
+        for parameter in FrictionParameter::ALL.into_iter().filter(|p| *p != FrictionParameter::Rotor) {
+            if let Some(label) = behind(parameter.letters()) {
+                return Ok(ParameterId::Friction(parameter, label));
+            }
+        }
+        name.parse().map(ParameterId::Base)
+    }
+}
+
+impl Serialize for ParameterId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for ParameterId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<ParameterId, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+/// A column of the base regressor: its name, and the joint that its link moves with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseParameter {
+    /// The name of the column.
+    pub name: BaseName,
+    /// The coordinates that move the joint of its link: its own, or those that determine a passive joint.
+    pub coordinates: Vec<usize>,
+    /// Whether that joint slides.
+    pub is_prismatic: bool,
+}
+
+impl BaseParameter {
+    /// A parameter by its name, of a link that turns with one coordinate.
+    ///
+    /// Fails where no base parameter has that name.
+    pub fn turning(name: &str, coordinate: usize) -> Result<BaseParameter, String> {
+        Ok(BaseParameter { name: name.parse()?, coordinates: vec![coordinate], is_prismatic: false })
+    }
+}
+
+/// The name of a base parameter: `ZZR1`, `XXR_elbow`, `D2MXR4`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BaseName {
+    /// Without gravity, the length through which a first moment acts; empty otherwise.
+    pub lever: String,
+    /// The standard parameter whose column it is.
+    pub inertial: Inertial,
+    /// Whether other parameters regroup into it: the R behind the letters.
+    pub absorbs: bool,
+    /// The label of its link.
+    pub label: Label,
+}
+
+impl BaseName {
+    /// The name of a parameter into which nothing regroups.
+    pub fn plain(inertial: Inertial, label: Label) -> BaseName {
+        BaseName { lever: String::new(), inertial, absorbs: false, label }
+    }
+}
+
+impl fmt::Display for BaseName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let regrouped = if self.absorbs { "R" } else { "" };
+        write!(f, "{}{}{regrouped}{}", self.lever, self.inertial.letters(), self.label)
+    }
+}
+
+impl FromStr for BaseName {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<BaseName, String> {
+        // Letters, R, label: from the start, or for a first moment behind its lever.
+        let at = |start: usize, inertial: Inertial| {
+            let rest = name[start..].strip_prefix(inertial.letters())?;
+            let found = |absorbs: bool, label: &str| {
+                let lever = name[..start].to_string();
+                Some(BaseName { lever, inertial, absorbs, label: label.parse().ok()? })
+            };
+            found(false, rest).or_else(|| found(true, rest.strip_prefix('R')?))
+        };
+        let inertials = || Inertial::BODY.into_iter().chain([Inertial::Ia]);
+        let with_lever = || {
+            let starts = name.char_indices().map(|(i, _)| i);
+            starts
+                .flat_map(|i| inertials().filter(|x| x.is_first_moment()).map(move |x| (i, x)))
+                .find_map(|(i, x)| at(i, x))
+        };
+        let found = inertials().find_map(|inertial| at(0, inertial)).or_else(with_lever);
+        found.ok_or_else(|| {
+            format!("`{name}` is no parameter: expected letters and a label, such as ZZR1, FV_elbow or KT2")
+        })
+    }
+}
+
+/// A friction parameter of one coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionParameter {
+    /// FV.
+    Viscous,
+    /// FS.
+    Coulomb,
+    /// OFF.
+    Offset,
+    /// FVP: viscous, for dq > 0.
+    ViscousForward,
+    /// FSP: Coulomb, for dq > 0.
+    CoulombForward,
+    /// FVN: viscous, for dq < 0.
+    ViscousBackward,
+    /// FSN: Coulomb, for dq < 0; negative.
+    CoulombBackward,
+    /// FT: excess of stiction over Coulomb friction.
+    Stribeck,
+    /// FTP: the same for dq > 0.
+    StribeckForward,
+    /// FTN: the same for dq < 0.
+    StribeckBackward,
+    /// FL: Coulomb friction per unit of torque.
+    Load,
+    /// FLP: the same for dq > 0.
+    LoadForward,
+    /// FLN: the same for dq < 0.
+    LoadBackward,
+    /// IA: rotor inertia, for models that have none.
+    Rotor,
+}
+
+impl FrictionParameter {
+    const ALL: [FrictionParameter; 14] = {
+        use FrictionParameter::*;
+        [
+            Viscous,
+            Coulomb,
+            Offset,
+            ViscousForward,
+            CoulombForward,
+            ViscousBackward,
+            CoulombBackward,
+            Stribeck,
+            StribeckForward,
+            StribeckBackward,
+            Load,
+            LoadForward,
+            LoadBackward,
+            Rotor,
+        ]
+    };
+
+    /// The letters of its name.
+    pub fn letters(self) -> &'static str {
+        use FrictionParameter::*;
+        match self {
+            Viscous => "FV",
+            Coulomb => "FS",
+            Offset => "OFF",
+            ViscousForward => "FVP",
+            CoulombForward => "FSP",
+            ViscousBackward => "FVN",
+            CoulombBackward => "FSN",
+            Stribeck => "FT",
+            StribeckForward => "FTP",
+            StribeckBackward => "FTN",
+            Load => "FL",
+            LoadForward => "FLP",
+            LoadBackward => "FLN",
+            Rotor => "IA",
+        }
+    }
+
+    /// Whether it multiplies a speed, so that a negative value drives the joint.
+    pub fn is_viscous(self) -> bool {
+        use FrictionParameter::*;
+        matches!(self, Viscous | ViscousForward | ViscousBackward)
+    }
+
+    /// The unit at a joint that turns.
+    fn unit(self) -> Unit {
+        use FrictionParameter::*;
+        match self {
+            Viscous | ViscousForward | ViscousBackward => Unit::VISCOUS,
+            Load | LoadForward | LoadBackward => Unit::ONE,
+            Rotor => Unit::INERTIA,
+            _ => Unit::TORQUE,
+        }
+    }
+}
+
+/// A parameter of a motor that turns with a joint other than its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CouplingParameter {
+    /// IAM: rotor inertia of the motor.
+    Rotor,
+    /// FVM: its viscous friction.
+    Viscous,
+    /// FSM: its Coulomb friction.
+    Coulomb,
+}
+
+impl CouplingParameter {
+    /// In the order of their columns.
+    pub const ALL: [CouplingParameter; 3] =
+        [CouplingParameter::Rotor, CouplingParameter::Viscous, CouplingParameter::Coulomb];
+
+    /// The letters of its name.
+    pub fn letters(self) -> &'static str {
+        match self {
+            CouplingParameter::Rotor => "IAM",
+            CouplingParameter::Viscous => "FVM",
+            CouplingParameter::Coulomb => "FSM",
+        }
+    }
+
+    fn unit(self) -> Unit {
+        match self {
+            CouplingParameter::Rotor => Unit::INERTIA,
+            CouplingParameter::Viscous => Unit::VISCOUS,
+            CouplingParameter::Coulomb => Unit::TORQUE,
+        }
+    }
+}
+
+/// A column of the observation equation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its identity.
+    pub id: ParameterId,
+    /// The coordinates it acts with: that of a friction parameter, or those that move the joint of a base parameter's
+    /// link.
+    pub coordinates: Vec<usize>,
+    /// Whether its joint slides.
+    pub is_prismatic: bool,
+}
+
+impl Parameter {
+    /// The SI unit of its value.
+    pub fn unit(&self) -> Unit {
+        self.id.unit(self.is_prismatic)
+    }
+
+    /// Whether it belongs to the dynamics: neither friction, coupling nor gain.
+    pub fn is_dynamics(&self) -> bool {
+        matches!(self.id, ParameterId::Base(_))
+    }
+}
+
+impl From<&BaseParameter> for Parameter {
+    fn from(base: &BaseParameter) -> Parameter {
+        Parameter {
+            id: ParameterId::Base(base.name.clone()),
+            coordinates: base.coordinates.clone(),
+            is_prismatic: base.is_prismatic,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_parsed_as_they_are_shown() {
+        let base =
+            ["XX1", "ZZR1", "XZ_wrist_1", "ZZR_shoulder_pan", "MY2", "MXR10", "M3", "IA1", "D2MXR4", "L_1MX2", "XX4a"];
+        let others =
+            ["FV1", "FS_elbow", "OFF3", "FVP1", "FSN2", "FT_q", "FL1", "FTN3", "KT2", "IAM6", "FVM_wrist", "FSM6"];
+        for name in base.iter().chain(&others) {
+            let id: ParameterId = name.parse().unwrap();
+            assert_eq!(id.to_string(), *name);
+            assert_eq!(matches!(id, ParameterId::Base(_)), base.contains(name), "{id:?}");
+        }
+        for name in ["", "FV", "XXQ1", "1", "ZZR", "_elbow", "FV 1", "drive gain of q1"] {
+            assert!(name.parse::<ParameterId>().is_err(), "{name}");
+        }
+        let Ok(ParameterId::Base(name)) = "D2MXR4".parse() else { panic!() };
+        assert_eq!((name.lever.as_str(), name.inertial, name.absorbs), ("D2", Inertial::Mx, true));
+    }
+
+    #[test]
+    fn units_know_prismatic_joints() {
+        for (name, turning, sliding) in [
+            ("IA1", "kg m^2", "kg"),
+            ("XXR1", "kg m^2", "kg m^2"),
+            ("D2MX_arm", "kg m", "kg m"),
+            ("MR2", "kg", "kg"),
+            ("FV1", "N m s/rad", "N s/m"),
+            ("OFF1", "N m", "N"),
+            ("FL1", "1", "1"),
+            ("KT1", "N m/A", "N/A"),
+        ] {
+            let id: ParameterId = name.parse().unwrap();
+            assert_eq!((id.unit(false).to_string(), id.unit(true).to_string()), (turning.into(), sliding.into()));
+        }
+    }
+
+    /// A rotor inertia estimated as friction is the rotor inertia that a file names.
+    #[test]
+    fn a_rotor_inertia_has_one_identity() {
+        assert_eq!(ParameterId::friction(FrictionParameter::Rotor, "q1"), "IA1".parse().unwrap());
+    }
+}

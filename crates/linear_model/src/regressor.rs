@@ -1,0 +1,72 @@
+//! The one interface through which identification sees a robot's dynamics.
+
+use generated::Eight;
+
+use crate::parameter::BaseParameter;
+
+/// A coordinate of a robot: its name, and whether it is a length.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coordinate {
+    /// As the description names it.
+    pub name: String,
+    /// Whether it is a length, not an angle.
+    pub is_prismatic: bool,
+}
+
+/// The base regressor of a robot: tau = Y(q, dq, ddq) X, friction not included.
+///
+/// `q`, `dq`, `ddq`: one entry a coordinate, rad, rad/s, rad/s^2 (m for a prismatic joint). `y`:
+/// n x p, row by row: `y[i * p + c]` is the torque of coordinate i per unit of parameter c.
+pub trait Regressor: Sync {
+    /// The coordinates, in the order of q.
+    fn coordinates(&self) -> &[String];
+
+    /// The base parameters, in the order of the columns: `ZZR1`, `XXR2`, ...
+    fn parameters(&self) -> &[BaseParameter];
+
+    /// Whether coordinate k is a length, not an angle. Units, and the limit of little motion, follow from it.
+    fn is_prismatic(&self, _k: usize) -> bool {
+        false
+    }
+
+    /// Writes Y at one instant. `y` has coordinates().len() * parameters().len() entries.
+    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]);
+
+    /// Writes Y at many instants, one after the other: `states` holds q, dq, ddq of one instant after
+    /// the other. A regressor that computes several at a time overrides this.
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        let n = self.coordinates().len();
+        let size = n * self.parameters().len();
+        if size == 0 {
+            return;
+        }
+        for (s, y) in states.chunks_exact(3 * n).zip(y.chunks_exact_mut(size)) {
+            self.fill(&s[..n], &s[n..2 * n], &s[2 * n..], y);
+        }
+    }
+
+    /// Row and column of each entry of Y that is not zero at every state, row by row; all entries where nothing is
+    /// known of them.
+    fn non_zeros(&self) -> Vec<(usize, usize)> {
+        let p = self.parameters().len();
+        (0..self.coordinates().len()).flat_map(|i| (0..p).map(move |c| (i, c))).collect()
+    }
+
+    /// Writes the entries of `non_zeros` at many instants, eight side by side.
+    ///
+    /// `blocks[g * stride + e]` is entry e of instants 8 g .. 8 g + 7. `states` holds q, dq, ddq of one instant after
+    /// the other; their number is a multiple of eight. A regressor that computes eight at a time overrides this.
+    fn fill_blocks(&self, states: &[f64], stride: usize, blocks: &mut [Eight]) {
+        let (n, p, non_zeros) = (self.coordinates().len(), self.parameters().len(), self.non_zeros());
+        if n == 0 {
+            return;
+        }
+        let mut y = vec![0.0; states.len() / (3 * n) * n * p];
+        self.fill_many(states, &mut y);
+        for (y, group) in y.chunks_exact((8 * n * p).max(1)).zip(blocks.chunks_mut(stride)) {
+            for (eight, (i, c)) in group.iter_mut().zip(&non_zeros) {
+                eight.0 = std::array::from_fn(|l| y[l * n * p + i * p + c]);
+            }
+        }
+    }
+}

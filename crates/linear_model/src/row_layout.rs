@@ -1,0 +1,74 @@
+//! Where the entries of a sample's rows stand: those of the regressor that are not always zero, then the friction of
+//! each joint, then the couplings, then the torque of each joint. Zeros have no place.
+
+use crate::coupling::Coupling;
+use crate::parameter::CouplingParameter;
+use crate::regressor::Regressor;
+
+/// The places of all entries of one sample.
+#[derive(Clone, Debug)]
+pub struct RowLayout {
+    /// Number of entries of the regressor, which come first.
+    pub base: usize,
+    /// The entries of each joint's row.
+    pub joints: Vec<JointEntries>,
+    /// For each coupling the first of its places in the row of the joint, and in that of the motor.
+    pub couplings: Vec<[usize; 2]>,
+    /// Number of all entries.
+    pub entries: usize,
+}
+
+/// The row of one joint.
+#[derive(Clone, Debug, Default)]
+pub struct JointEntries {
+    /// The parameters that its torque can depend on, ascending.
+    pub columns: Vec<usize>,
+    /// Their places, then that of the torque.
+    pub places: Vec<usize>,
+    /// The first place of its friction.
+    pub friction: usize,
+}
+
+impl JointEntries {
+    /// The place of the torque.
+    pub fn torque(&self) -> usize {
+        self.places.last().copied().unwrap_or_default()
+    }
+}
+
+impl RowLayout {
+    /// The layout for friction of `per_joint` columns in each joint.
+    pub fn new(regressor: &dyn Regressor, per_joint: usize, couplings: &[Coupling]) -> RowLayout {
+        let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
+        let non_zeros = regressor.non_zeros();
+        let mut joints = vec![JointEntries::default(); n];
+        let take = |joint: &mut JointEntries, columns: std::ops::Range<usize>, first: usize| {
+            joint.columns.extend(columns.clone());
+            joint.places.extend(first..first + columns.len());
+            first + columns.len()
+        };
+        for (place, &(joint, column)) in non_zeros.iter().enumerate() {
+            take(&mut joints[joint], column..column + 1, place);
+        }
+        let mut entries = non_zeros.len();
+        for (j, joint) in joints.iter_mut().enumerate() {
+            joint.friction = entries;
+            entries = take(joint, p + j * per_joint..p + (j + 1) * per_joint, entries);
+        }
+        let width = CouplingParameter::ALL.len();
+        let mut of_couplings = Vec::new();
+        for (i, coupling) in couplings.iter().enumerate() {
+            let first = p + n * per_joint + i * width;
+            of_couplings.push([coupling.joint, coupling.motor].map(|j| {
+                let place = entries;
+                entries = take(&mut joints[j], first..first + width, place);
+                place
+            }));
+        }
+        for joint in &mut joints {
+            joint.places.push(entries);
+            entries += 1;
+        }
+        RowLayout { base: non_zeros.len(), joints, couplings: of_couplings, entries }
+    }
+}

@@ -1,0 +1,45 @@
+//! The discrete Fourier transform of real signals, by `realfft`.
+//!
+//! X_k = sum_i x_i exp(-2 pi j k i / N) for k = 0 .. N/2; the inverse gives N x_i.
+
+use std::sync::Arc;
+
+use realfft::RealFftPlanner;
+pub use realfft::num_complex::Complex;
+pub use realfft::{ComplexToReal, RealToComplex};
+
+/// The transform of signals of `n` samples.
+pub fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
+    RealFftPlanner::new().plan_fft_forward(n)
+}
+
+/// From the spectrum of a signal of `n` samples back to `n` times the signal.
+pub fn inverse(n: usize) -> Arc<dyn ComplexToReal<f64>> {
+    RealFftPlanner::new().plan_fft_inverse(n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spectrum_is_the_sum_over_the_samples_and_leads_back() {
+        // An even length, an odd one, and a prime that no butterfly has.
+        for n in [12, 15, 37] {
+            let x: Vec<f64> = (0..n).map(|i| ((i * i) % 7) as f64 - 2.5).collect();
+            let transform = forward(n);
+            let (mut input, mut spectrum) = (x.clone(), transform.make_output_vec());
+            transform.process(&mut input, &mut spectrum).unwrap();
+            assert_eq!(spectrum.len(), n / 2 + 1);
+            for (k, found) in spectrum.iter().enumerate() {
+                let turn = |i: usize| Complex::cis(-std::f64::consts::TAU * (k * i % n) as f64 / n as f64);
+                let sum: Complex<f64> = x.iter().enumerate().map(|(i, x)| turn(i) * x).sum();
+                // Rounding of n terms of size 3.
+                assert!((found - sum).norm() < 1e-13 * n as f64, "{n} {k}: {found} {sum}");
+            }
+            let mut back = vec![0.0; n];
+            inverse(n).process(&mut spectrum, &mut back).unwrap();
+            assert!(back.iter().zip(&x).all(|(b, x)| (b / n as f64 - x).abs() < 1e-13), "{n}: {back:?}");
+        }
+    }
+}

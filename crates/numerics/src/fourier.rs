@@ -1,0 +1,267 @@
+//! The operator Sp and the discrete Fourier transform of whole periods.
+//!
+//! Sp(M, v, f) = |M(f)| cos(arg M(f) - arg v(f)) / |v(f)| = Re(M(f) conj v(f)) / |v(f)|^2
+//!
+//! is signed, linear in M, 1 for M = v, and does not change when both are shifted in time. The
+//! record holds a whole number of periods, so f_P is a bin and there is neither leakage nor window.
+//!
+//! [Vandanjon, Gautier, Desbats 1995, section 3.1]. Single bins are summed directly: few are needed, and the sum
+//! is the same on every machine. Whole spectra go through [`crate::fft`].
+
+pub use crate::fft::Complex;
+
+/// sum_i x_i exp(-2 pi j k i / N).
+pub fn bin(x: &[f64], k: usize) -> Complex<f64> {
+    Bins::new(x.len()).of(x, k)
+}
+
+/// Bins of signals of one length, sharing their table of sines.
+#[derive(Clone, Debug)]
+pub struct Bins {
+    /// exp(-2 pi j i / N).
+    turns: Vec<Complex<f64>>,
+}
+
+impl Bins {
+    /// For signals of `n` samples.
+    pub fn new(n: usize) -> Bins {
+        let angle = |i: usize| -std::f64::consts::TAU * i as f64 / n as f64;
+        Bins { turns: (0..n).map(|i| Complex::cis(angle(i))).collect() }
+    }
+
+    /// Bin k of x. Samples beyond the length of the table are not read.
+    pub fn of(&self, x: &[f64], k: usize) -> Complex<f64> {
+        let [sum] = self.abreast([x], k);
+        sum
+    }
+
+    /// Bin k of each of the signals, which are of one length.
+    ///
+    /// Four sums at once take hardly longer than one, because each sum waits for its last term.
+    pub fn of_each(&self, signals: &[Vec<f64>], k: usize) -> Vec<Complex<f64>> {
+        let (fours, rest) = signals.as_chunks();
+        let mut bins: Vec<_> = fours.iter().flat_map(|[a, b, c, d]| self.abreast([a, b, c, d], k)).collect();
+        match rest {
+            [a, b, c] => bins.extend(self.abreast([a, b, c], k)),
+            [a, b] => bins.extend(self.abreast([a, b], k)),
+            _ => bins.extend(rest.iter().map(|x| self.of(x, k))),
+        }
+        bins
+    }
+
+    fn abreast<const S: usize>(&self, signals: [&[f64]; S], k: usize) -> [Complex<f64>; S] {
+        let n = self.turns.len();
+        let length = signals.iter().map(|x| x.len()).min().unwrap_or(0).min(n);
+        let signals = signals.map(|x| &x[..length]);
+        let (mut at, k) = (0, k.checked_rem(n).unwrap_or(0));
+        let mut sums = [Complex::new(0.0, 0.0); S];
+        for i in 0..length {
+            let turn = self.turns[at];
+            for s in 0..S {
+                sums[s] += turn * signals[s][i];
+            }
+            at += k;
+            if at >= n {
+                at -= n;
+            }
+        }
+        sums
+    }
+
+    /// The signal sum_k c_k exp(2 pi j k i / N) with its two derivatives for a sample time `h`, from
+    /// the Fourier coefficients c_0 ..= c_H of a real signal.
+    fn synthesis(&self, coefficients: &[Complex<f64>], h: f64) -> [Vec<f64>; 3] {
+        let n = self.turns.len();
+        let mut out = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+        for (k, c) in coefficients.iter().enumerate() {
+            let w = std::f64::consts::TAU * k as f64 / (n as f64 * h);
+            let c = if k == 0 { *c } else { 2.0 * c };
+            let (mut at, k) = (0, k.checked_rem(n).unwrap_or(0));
+            for i in 0..n {
+                let e = c * self.turns[at].conj();
+                out[0][i] += e.re;
+                out[1][i] -= w * e.im;
+                out[2][i] -= w * w * e.re;
+                at += k;
+                if at >= n {
+                    at -= n;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Sp of a signal with DFT `m` on a projector with DFT `v`, at the same bin.
+pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
+    (m * v.conj()).re / v.norm_sqr()
+}
+
+/// Mean over whole periods of `period` samples; the samples of an incomplete period are dropped.
+pub fn fold(x: &[f64], period: usize) -> Vec<f64> {
+    let periods = x.len().checked_div(period).unwrap_or(0).max(1);
+    (0..period).map(|i| x.iter().skip(i).step_by(period).take(periods).sum::<f64>() / periods as f64).collect()
+}
+
+/// Standard deviation of one sample of x about its mean period: the noise of a steady periodic
+/// motion, measured. NaN for less than two periods.
+pub fn scatter(x: &[f64], period: usize) -> f64 {
+    let mean = fold(x, period);
+    let periods = x.len().checked_div(period).unwrap_or(0);
+    let rest: f64 = x.iter().take(periods * period).enumerate().map(|(i, x)| (x - mean[i % period]).powi(2)).sum();
+    (rest / ((periods as f64 - 1.0) * period as f64)).sqrt()
+}
+
+/// Central differences of a periodic signal, wrapped around: (dx, ddx).
+///
+/// Differences that stopped at the edges of the window would put an error of order noise/h^2 into every bin.
+pub fn circular_differences(x: &[f64], h: f64) -> (Vec<f64>, Vec<f64>) {
+    let n = x.len();
+    let at = |i: usize| (x[(i + n - 1) % n], x[i], x[(i + 1) % n]);
+    let first = |(a, _, c): (f64, f64, f64)| (c - a) / (2.0 * h);
+    let second = |(a, b, c): (f64, f64, f64)| (c - 2.0 * b + a) / (h * h);
+    ((0..n).map(|i| first(at(i))).collect(), (0..n).map(|i| second(at(i))).collect())
+}
+
+/// One period x, kept up to harmonic `highest` and differentiated in the frequency domain: [x, dx, ddx].
+pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] {
+    let bins = Bins::new(x.len());
+    let highest = highest.min(x.len().saturating_sub(1) / 2);
+    let coefficients: Vec<_> = (0..=highest).map(|k| bins.of(x, k) / x.len() as f64).collect();
+    bins.synthesis(&coefficients, h)
+}
+
+/// sum_i x_i x_(i-l) for l = 0 ..= `lags`, by the theorem of Wiener and Khinchin.
+///
+/// Each piece of x gives a cross spectrum with the same piece and the `lags` samples before it. Their sum is
+/// transformed back once. A piece stays in the cache.
+pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
+    // Room for the `lags` samples before a piece keeps its end from wrapping around to its start.
+    let n = (x.len() + lags).next_power_of_two().min(CORRELATED.max((4 * lags).next_power_of_two()));
+    let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
+    let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
+    let (mut piece, mut longer) = (forward.make_output_vec(), forward.make_output_vec());
+    let mut sum = forward.make_output_vec();
+    for first in (0..x.len()).step_by(n - lags) {
+        let own = &x[first..x.len().min(first + n - lags)];
+        let before = &x[first.saturating_sub(lags)..first];
+        for (before, spectrum) in [(&[][..], &mut piece), (before, &mut longer)] {
+            input.fill(0.0);
+            input[lags - before.len()..lags].copy_from_slice(before);
+            input[lags..lags + own.len()].copy_from_slice(own);
+            if forward.process_with_scratch(&mut input, spectrum, &mut scratch).is_err() {
+                // All buffers come from the transforms.
+                return vec![];
+            }
+        }
+        sum.iter_mut().zip(piece.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
+    }
+    // The spectrum is real at both ends. Rounding leaves imaginary parts, which the transform back refuses.
+    for end in [0, n / 2] {
+        sum[end].im = 0.0;
+    }
+    match back.process(&mut sum, &mut input) {
+        Ok(()) => input[..=lags].iter().map(|sum| sum / n as f64).collect(),
+        Err(_) => vec![],
+    }
+}
+
+/// Samples that are transformed at once for sums over lags, where the lags are few.
+const CORRELATED: usize = 1 << 12;
+
+/// |x(f)| / N at all bins up to half the sample rate.
+pub fn amplitudes(x: &[f64]) -> Vec<f64> {
+    if x.is_empty() {
+        return vec![];
+    }
+    let transform = crate::fft::forward(x.len());
+    let (mut input, mut output) = (x.to_vec(), transform.make_output_vec());
+    match transform.process(&mut input, &mut output) {
+        Ok(()) => output.iter().map(|c| c.norm() / x.len() as f64).collect(),
+        // Both buffers come from the transform, so their lengths fit.
+        Err(_) => vec![],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    fn noise(random: &mut Random, n: usize) -> Vec<f64> {
+        (0..n).map(|_| random.normal()).collect()
+    }
+
+    #[test]
+    fn algebra_of_sp() {
+        let mut random = Random::new(2);
+        for k in 1..20 {
+            let n = 360 + 7 * k;
+            let (m1, m2, v) = (noise(&mut random, n), noise(&mut random, n), noise(&mut random, n));
+            let (a, b) = (random.normal(), random.normal());
+            let sum: Vec<f64> = m1.iter().zip(&m2).map(|(x, y)| a * x + b * y).collect();
+            let of = |m: &[f64]| sp(bin(m, k), bin(&v, k));
+            // Rounding of sums of some 400 terms, each bin of size sqrt(n).
+            assert!((of(&sum) - a * of(&m1) - b * of(&m2)).abs() < 1e-12);
+            assert!((of(&v) - 1.0).abs() < 1e-12);
+            let turn = |x: &[f64]| [&x[n / 3..], &x[..n / 3]].concat();
+            let shifted = sp(bin(&turn(&m1), k), bin(&turn(&v), k));
+            assert!((shifted - of(&m1)).abs() < 1e-12);
+            let (c, d) = (bin(&m1, k), bin(&v, k));
+            let by_angle = c.norm() * (c.arg() - d.arg()).cos() / d.norm();
+            assert!((by_angle - of(&m1)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn direct_bins_are_the_fft() {
+        let x = noise(&mut Random::new(4), 667);
+        for (k, a) in amplitudes(&x).iter().enumerate() {
+            assert!((bin(&x, k).norm() / 667.0 - a).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn self_products_are_the_sums_of_their_definition() {
+        // One piece, and several.
+        for len in [300, 3 * CORRELATED] {
+            let x = noise(&mut Random::new(6), len);
+            for (lag, found) in self_products(&x, 40).iter().enumerate() {
+                let expected: f64 = x[lag..].iter().zip(&x).map(|(a, b)| a * b).sum();
+                // Rounding of sums of as many terms of order one.
+                assert!((found - expected).abs() < 4e-14 * len as f64, "{lag}");
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_of_harmonics_are_exact() {
+        let (n, h) = (400, 1e-3);
+        let w = std::f64::consts::TAU / (n as f64 * h);
+        let x: Vec<f64> = (0..n).map(|i| 0.3 + (3.0 * w * i as f64 * h).sin()).collect();
+        let [q, dq, ddq] = harmonic_derivatives(&x, h, 8);
+        for i in 0..n {
+            let t = i as f64 * h;
+            assert!((q[i] - x[i]).abs() < 1e-13);
+            assert!((dq[i] - 3.0 * w * (3.0 * w * t).cos()).abs() < 1e-11);
+            assert!((ddq[i] + 9.0 * w * w * (3.0 * w * t).sin()).abs() < 1e-9);
+        }
+        let (d, dd) = circular_differences(&x, h);
+        // Second order in w h = 0.047: relative errors w^2 h^2 / 6 and / 12.
+        assert!((0..n).all(|i| (d[i] - dq[i]).abs() < 0.02 && (dd[i] - ddq[i]).abs() < 0.5));
+    }
+
+    #[test]
+    fn folding_keeps_the_bin_and_measures_the_noise() {
+        let mut random = Random::new(9);
+        let x: Vec<f64> =
+            (0..4000).map(|i| (i as f64 * std::f64::consts::TAU / 500.0).cos() + 0.1 * random.normal()).collect();
+        let folded = fold(&x, 500);
+        for harmonic in 0..4 {
+            let whole = bin(&x, 8 * harmonic) / 8.0;
+            assert!((whole - bin(&folded, harmonic)).norm() < 1e-10);
+        }
+        // 3500 degrees of freedom: five standard errors are 6 %.
+        assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
+    }
+}

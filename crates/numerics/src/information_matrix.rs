@@ -1,0 +1,257 @@
+//! The information F = sum W_i' W_i of weighted rows, and its Cholesky factor.
+//!
+//! The matrices are small, dense and symmetric (p between ten and a hundred) and stored flat. This is the inner
+//! loop of planning, where a candidate costs a few thousand operations.
+
+/// Weighted rows of W: m x p, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows {
+    width: usize,
+    entries: Vec<f64>,
+}
+
+impl Rows {
+    /// No rows of `width` columns.
+    pub fn new(width: usize) -> Rows {
+        Rows { width, entries: vec![] }
+    }
+
+    /// The rows of these entries, row by row.
+    pub fn of(width: usize, entries: Vec<f64>) -> Rows {
+        Rows { width, entries }
+    }
+
+    /// The entries, row by row.
+    pub fn into_entries(self) -> Vec<f64> {
+        self.entries
+    }
+
+    /// Appends one row, cut or filled with zeros to the width.
+    pub fn push(&mut self, row: &[f64]) {
+        let missing = self.width.saturating_sub(row.len());
+        self.entries.extend(row.iter().take(self.width));
+        self.entries.extend(std::iter::repeat_n(0.0, missing));
+    }
+
+    /// Columns of a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.entries.len().checked_div(self.width).unwrap_or(0)
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The rows in turn.
+    pub fn iter(&self) -> impl Iterator<Item = &[f64]> {
+        self.entries.chunks_exact(self.width.max(1))
+    }
+
+    /// Multiplies each column by its factor.
+    pub fn scaled(&self, factors: &[f64]) -> Rows {
+        let entries = self.iter().flat_map(|row| row.iter().zip(factors).map(|(x, f)| x * f)).collect();
+        Rows { width: self.width, entries }
+    }
+
+    /// Sum of squares: the trace of the block's information.
+    pub fn trace(&self) -> f64 {
+        self.entries.iter().map(|x| x * x).sum()
+    }
+}
+
+/// F, p x p.
+#[derive(Clone, Debug)]
+pub struct InformationMatrix {
+    p: usize,
+    entries: Vec<f64>,
+}
+
+/// The factor F = L L': the determinant and L^-1.
+#[derive(Clone, Debug)]
+pub struct InformationFactor {
+    p: usize,
+    /// log det F.
+    pub log_det: f64,
+    /// Lower triangle, row by row with its zeros.
+    inverse: Vec<f64>,
+}
+
+impl InformationMatrix {
+    /// `scale` times the identity.
+    pub fn diagonal(p: usize, scale: f64) -> InformationMatrix {
+        let mut f = InformationMatrix { p, entries: vec![0.0; p * p] };
+        (0..p).for_each(|i| f.entries[i * p + i] = scale);
+        f
+    }
+
+    /// The sum over blocks, each with its weight, plus `ridge` times the identity.
+    pub fn sum<'a>(p: usize, ridge: f64, blocks: impl IntoIterator<Item = (&'a Rows, f64)>) -> InformationMatrix {
+        let mut f = InformationMatrix::diagonal(p, ridge);
+        blocks.into_iter().for_each(|(rows, weight)| f.add(rows, weight));
+        f
+    }
+
+    /// F + weight W'W.
+    pub fn add(&mut self, rows: &Rows, weight: f64) {
+        add_products(&mut self.entries, self.p, &rows.entries, |_| weight);
+    }
+
+    /// Sum of the diagonal of F.
+    pub fn trace(&self) -> f64 {
+        (0..self.p).map(|i| self.entries[i * self.p + i]).sum()
+    }
+
+    /// Entry (i, j) of F.
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        if i >= j { self.entries[i * self.p + j] } else { self.entries[j * self.p + i] }
+    }
+
+    /// The Cholesky factor; `None` when F is not positive definite.
+    pub fn factor(&self) -> Option<InformationFactor> {
+        let p = self.p;
+        let mut l = self.entries.clone();
+        let mut log_det = 0.0;
+        for j in 0..p {
+            for i in j..p {
+                let s: f64 = (0..j).map(|k| l[i * p + k] * l[j * p + k]).sum();
+                let left = l[i * p + j] - s;
+                if i == j {
+                    if left.is_nan() || left <= 0.0 {
+                        return None;
+                    }
+                    log_det += left.ln();
+                    l[j * p + j] = left.sqrt();
+                } else {
+                    l[i * p + j] = left / l[j * p + j];
+                }
+            }
+        }
+        let mut inverse = vec![0.0; p * p];
+        for j in 0..p {
+            inverse[j * p + j] = 1.0 / l[j * p + j];
+            for i in j + 1..p {
+                let s: f64 = (j..i).map(|k| l[i * p + k] * inverse[k * p + j]).sum();
+                inverse[i * p + j] = -s / l[i * p + i];
+            }
+        }
+        Some(InformationFactor { p, log_det, inverse })
+    }
+}
+
+/// Rows that are added in one pass.
+const ABREAST: usize = 4;
+
+/// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix, row after row in every entry.
+pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
+    let whole = rows.len() / p.max(1) / ABREAST * ABREAST;
+    let (blocks, rest) = rows.split_at(whole * p);
+    for (b, block) in blocks.chunks_exact(ABREAST * p.max(1)).enumerate() {
+        let weights: [f64; ABREAST] = std::array::from_fn(|r| weight(ABREAST * b + r));
+        for i in 0..p {
+            let x: [f64; ABREAST] = std::array::from_fn(|r| weights[r] * block[r * p + i]);
+            if x.iter().all(|x| *x == 0.0) {
+                continue;
+            }
+            let y: [&[f64]; ABREAST] = std::array::from_fn(|r| &block[r * p..][..i + 1]);
+            let entries = &mut lower[i * p..][..i + 1];
+            for j in 0..i + 1 {
+                entries[j] = (0..ABREAST).fold(entries[j], |sum, r| sum + x[r] * y[r][j]);
+            }
+        }
+    }
+    for (r, row) in rest.chunks_exact(p.max(1)).enumerate() {
+        let weight = weight(whole + r);
+        for i in 0..p {
+            let x = weight * row[i];
+            let entries = &mut lower[i * p..][..i + 1];
+            for j in 0..i + 1 {
+                entries[j] += x * row[j];
+            }
+        }
+    }
+}
+
+impl InformationFactor {
+    /// L^-1 x.
+    pub fn whiten(&self, x: &[f64], out: &mut [f64]) {
+        let p = self.p;
+        for i in 0..p {
+            out[i] = self.inverse[i * p..i * p + i + 1].iter().zip(x).map(|(l, x)| l * x).sum();
+        }
+    }
+
+    /// F^-1, p x p, row by row.
+    pub fn inverse(&self) -> Vec<f64> {
+        let p = self.p;
+        let mut f = vec![0.0; p * p];
+        for i in 0..p {
+            for j in 0..=i {
+                let s = (i..p).map(|k| self.inverse[k * p + i] * self.inverse[k * p + j]).sum();
+                f[i * p + j] = s;
+                f[j * p + i] = s;
+            }
+        }
+        f
+    }
+
+    /// L^-1 L^-T, p x p, row by row.
+    pub fn inverse_gram(&self) -> Vec<f64> {
+        let p = self.p;
+        let row = |i: usize| &self.inverse[i * p..i * p + p];
+        let dot = |i: usize, j: usize| row(i).iter().zip(row(j)).map(|(a, b)| a * b).sum();
+        (0..p * p).map(|at| dot(at / p, at % p)).collect()
+    }
+
+    /// tr F^-1: the sum of the squares of L^-1.
+    pub fn trace_of_inverse(&self) -> f64 {
+        self.inverse.iter().map(|x| x * x).sum()
+    }
+
+    /// tr(W F^-1 W') of a block: its variance before it is added.
+    pub fn variance(&self, rows: &Rows, out: &mut [f64]) -> f64 {
+        rows.iter()
+            .map(|row| {
+                self.whiten(row, out);
+                out.iter().map(|x| x * x).sum::<f64>()
+            })
+            .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn factor_inverse_determinant() {
+        let mut random = Random::new(1);
+        let mut rows = Rows::new(6);
+        for _ in 0..9 {
+            rows.push(&(0..6).map(|_| random.normal()).collect::<Vec<_>>());
+        }
+        let f = InformationMatrix::sum(6, 0.0, [(&rows, 2.0)]);
+        let factor = f.factor().unwrap();
+        let inverse = factor.inverse();
+        for i in 0..6 {
+            for j in 0..6 {
+                let product: f64 = (0..6).map(|k| f.at(i, k) * inverse[k * 6 + j]).sum();
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-10);
+            }
+        }
+        let trace: f64 = (0..6).map(|i| inverse[i * 7]).sum();
+        assert!((trace - factor.trace_of_inverse()).abs() < 1e-10 * trace);
+        let doubled = InformationMatrix::sum(6, 0.0, [(&rows, 4.0)]).factor().unwrap();
+        assert!((doubled.log_det - factor.log_det - 6.0 * 2.0_f64.ln()).abs() < 1e-10);
+        // tr(W F^-1 W') with F = 2 W'W is p/2.
+        assert!((factor.variance(&rows, &mut [0.0; 6]) - 3.0).abs() < 1e-10);
+        let lost = rows.scaled(&[1.0, 1.0, 0.0, 1.0, 1.0, 1.0]);
+        assert!(InformationMatrix::sum(6, 0.0, [(&lost, 1.0)]).factor().is_none());
+    }
+}

@@ -1,0 +1,80 @@
+//! A flag that ends long work early. Whoever waits for the result raises it, and the work looks at it between its
+//! parts.
+//!
+//! No signature has an argument for the flag. [`Interruption::during`] sets it for the thread, and work that starts
+//! threads of its own passes it on by [`Interruption::here`]. Work that nobody can interrupt sees a flag that is never
+//! raised. No number depends on the flag.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::Error;
+
+/// A flag, the same in all clones.
+#[derive(Clone, Debug, Default)]
+pub struct Interruption(Arc<AtomicBool>);
+
+thread_local! {
+    /// The flag of the work that this thread does.
+    static HERE: RefCell<Interruption> = RefCell::default();
+}
+
+impl Interruption {
+    /// Asks the work to end.
+    pub fn raise(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the work is asked to end.
+    pub fn is_raised(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// The flag itself, for whoever raises it from outside, such as the handler of a signal.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
+    }
+
+    /// Whether the work is asked to end; lowers the flag. For a step that makes a result of what there is.
+    pub fn take() -> bool {
+        HERE.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
+    }
+
+    /// Does work that this flag ends.
+    pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
+        let before = HERE.replace(self.clone());
+        let outcome = work();
+        HERE.set(before);
+        outcome
+    }
+
+    /// The flag of the work that this thread does.
+    pub fn here() -> Interruption {
+        HERE.with_borrow(Clone::clone)
+    }
+
+    /// Fails where the work is asked to end.
+    pub fn check() -> Result<(), Error> {
+        match HERE.with_borrow(Interruption::is_raised) {
+            true => Err(Error::new("interrupted before there was a result")),
+            false => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flag_reaches_its_own_work_alone() {
+        let (flag, other) = (Interruption::default(), Interruption::default());
+        flag.raise();
+        assert!(flag.during(|| Interruption::check().is_err() && other.during(|| Interruption::check().is_ok())));
+        assert!(Interruption::check().is_ok());
+        let taken = flag.during(Interruption::here);
+        assert!(std::thread::spawn(move || taken.during(Interruption::check)).join().unwrap().is_err());
+        assert!(flag.during(|| Interruption::take() && !Interruption::take()) && !flag.is_raised());
+    }
+}

@@ -1,0 +1,230 @@
+//! Numbers known to lie between two others, with proved bounds on what is computed with them.
+//!
+//! Each operation returns an interval that holds the result for every choice within its operands [Moore, Kearfott,
+//! Cloud 2009]. Bounds are pushed outward by one step of f64 after each rounding, since + - * / and sqrt are rounded to
+//! the nearest; sine and cosine of `libm` are taken to be within two steps of 1.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// All numbers from `low` to `high`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The smallest number of it.
+    pub low: f64,
+    /// The largest number of it.
+    pub high: f64,
+}
+
+/// Error allowed to a sine, twice the distance of neighbours at 1.
+const TRIGONOMETRIC: f64 = 2.0 * f64::EPSILON;
+
+/// Distance from a peak of the sine, in turns, below which the peak counts as reached. It is far above the rounding of
+/// the quotient.
+const NEAR_A_PEAK: f64 = 1e-9;
+
+impl Interval {
+    /// Zero alone.
+    pub const ZERO: Interval = Interval::point(0.0);
+
+    /// The number x alone.
+    pub const fn point(x: f64) -> Interval {
+        Interval { low: x, high: x }
+    }
+
+    /// From `low` to `high`.
+    pub const fn new(low: f64, high: f64) -> Interval {
+        Interval { low, high }
+    }
+
+    /// From -x to x.
+    pub const fn around_zero(x: f64) -> Interval {
+        Interval { low: -x, high: x }
+    }
+
+    /// Everything: nothing is known.
+    pub const ALL: Interval = Interval { low: f64::NEG_INFINITY, high: f64::INFINITY };
+
+    /// pi, between two neighbouring f64.
+    pub fn pi() -> Interval {
+        Interval { low: PI.next_down(), high: PI.next_up() }
+    }
+
+    /// A number near the middle, within the interval.
+    pub fn middle(self) -> f64 {
+        (self.low + 0.5 * (self.high - self.low)).clamp(self.low, self.high)
+    }
+
+    /// The largest number less the smallest.
+    pub fn width(self) -> f64 {
+        self.high - self.low
+    }
+
+    /// The greatest absolute value.
+    pub fn magnitude(self) -> f64 {
+        self.low.abs().max(self.high.abs())
+    }
+
+    /// The least interval that holds both.
+    pub fn hull(self, other: Interval) -> Interval {
+        Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The intersection; `self` where the two are apart. Two enclosures of one quantity are never apart, since rounding
+    /// goes outward.
+    pub fn meet(self, other: Interval) -> Interval {
+        let (low, high) = (self.low.max(other.low), self.high.min(other.high));
+        if low <= high { Interval { low, high } } else { self }
+    }
+
+    /// x^2.
+    pub fn square(self) -> Interval {
+        let product = self * self;
+        Interval { low: product.low.max(0.0), high: product.high }
+    }
+
+    /// x / y; everything where the divisor holds zero.
+    pub fn over(self, divisor: Interval) -> Interval {
+        if divisor.low <= 0.0 && divisor.high >= 0.0 {
+            return Interval::ALL;
+        }
+        let quotients =
+            [self.low / divisor.low, self.low / divisor.high, self.high / divisor.low, self.high / divisor.high];
+        outward(quotients)
+    }
+
+    /// Square root of what is not negative; everything where a negative number is held.
+    pub fn sqrt(self) -> Interval {
+        if self.low < 0.0 {
+            return Interval::ALL;
+        }
+        Interval { low: self.low.sqrt().next_down().max(0.0), high: self.high.sqrt().next_up() }
+    }
+
+    /// All sines of its numbers.
+    pub fn sin(self) -> Interval {
+        self.sine_with_peaks_at(FRAC_PI_2, libm::sin)
+    }
+
+    /// All cosines of its numbers.
+    pub fn cos(self) -> Interval {
+        self.sine_with_peaks_at(0.0, libm::cos)
+    }
+
+    /// `f` has its peaks of 1 at `peak` + 2 k pi and of -1 half a turn later, and is monotone in between.
+    fn sine_with_peaks_at(self, peak: f64, f: fn(f64) -> f64) -> Interval {
+        let unit = Interval::around_zero(1.0);
+        // Beyond 1e6 rad the rounding of the quotient would come near the margin.
+        if !(self.low.abs() <= 1e6 && self.high.abs() <= 1e6) {
+            return unit;
+        }
+        let holds = |peak: f64| {
+            let (from, to) = ((self.low - peak) / TAU - NEAR_A_PEAK, (self.high - peak) / TAU + NEAR_A_PEAK);
+            from.ceil() <= to
+        };
+        let (a, b) = (f(self.low), f(self.high));
+        let low = if holds(peak + PI) { -1.0 } else { (a.min(b) - TRIGONOMETRIC).max(-1.0) };
+        let high = if holds(peak) { 1.0 } else { (a.max(b) + TRIGONOMETRIC).min(1.0) };
+        Interval { low, high }
+    }
+}
+
+/// The least interval of these, pushed outward; everything where one is no number.
+fn outward(values: [f64; 4]) -> Interval {
+    if values.iter().any(|x| x.is_nan()) {
+        return Interval::ALL;
+    }
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Interval { low: low.next_down(), high: high.next_up() }
+}
+
+impl Add for Interval {
+    type Output = Interval;
+    fn add(self, other: Interval) -> Interval {
+        if other == Interval::ZERO {
+            return self;
+        }
+        if self == Interval::ZERO {
+            return other;
+        }
+        Interval { low: (self.low + other.low).next_down(), high: (self.high + other.high).next_up() }
+    }
+}
+
+impl Sub for Interval {
+    type Output = Interval;
+    fn sub(self, other: Interval) -> Interval {
+        self + -other
+    }
+}
+
+impl Neg for Interval {
+    type Output = Interval;
+    fn neg(self) -> Interval {
+        Interval { low: -self.high, high: -self.low }
+    }
+}
+
+impl Mul for Interval {
+    type Output = Interval;
+    fn mul(self, other: Interval) -> Interval {
+        if self == Interval::ZERO || other == Interval::ZERO {
+            return Interval::ZERO;
+        }
+        outward([self.low * other.low, self.low * other.high, self.high * other.low, self.high * other.high])
+    }
+}
+
+impl Mul<f64> for Interval {
+    type Output = Interval;
+    fn mul(self, factor: f64) -> Interval {
+        self * Interval::point(factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// For numbers within the operands, the result lies within the interval.
+    #[test]
+    fn results_lie_within() {
+        let mut random = Random::new(5);
+        for _ in 0..2000 {
+            let mut interval = || {
+                let (a, b) = (4.0 * random.normal(), random.normal().abs());
+                let within = a + b * random.uniform();
+                (Interval::new(a, a + b), within.clamp(a, a + b))
+            };
+            let ((x, a), (y, b)) = (interval(), interval());
+            let holds = |i: Interval, value: f64| assert!(i.low <= value && value <= i.high, "{i:?} {value}");
+            holds(x + y, a + b);
+            holds(x - y, a - b);
+            holds(x * y, a * b);
+            holds(x.over(y), a / b);
+            holds(x.square(), a * a);
+            holds(x.sin(), a.sin());
+            holds(x.cos(), a.cos());
+            holds(x.square().sqrt(), a.abs());
+            holds(x.hull(y), b);
+        }
+    }
+
+    /// Bounds are near what they bound: a rounding step for a sum, the peak itself for a sine across it.
+    #[test]
+    fn intervals_are_narrow() {
+        let x = Interval::new(1.0, 2.0);
+        assert!((x + x).width() < 2.0 + 1e-14);
+        let across = Interval::new(1.5, 1.7).sin();
+        assert_eq!(across.high, 1.0);
+        assert!((across.low - 1.7f64.sin()).abs() < 1e-14);
+        let rising = Interval::new(0.1, 0.2).sin();
+        assert!(rising.high - 0.2f64.sin() < 1e-14 && 0.1f64.sin() - rising.low < 1e-14);
+        assert_eq!(Interval::new(-0.5, 0.2).cos().high, 1.0);
+        assert_eq!(Interval::new(-10.0, 10.0).cos(), Interval::around_zero(1.0));
+        assert_eq!(Interval::ZERO * Interval::ALL, Interval::ZERO);
+        assert_eq!(Interval::point(1.0).over(Interval::around_zero(1.0)), Interval::ALL);
+    }
+}

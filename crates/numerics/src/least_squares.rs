@@ -1,0 +1,182 @@
+//! Least squares from a triangle, and the directions that the data cannot tell.
+//!
+//! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is
+//! s_1 / s_p of the scaled columns. Directions with s_i <= TOLERANCE s_1 are not in the data: the
+//! parameters they touch have no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
+//!
+//! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
+
+use nalgebra::{DMatrix, DVector, Dyn, SVD};
+
+use crate::triangle::Triangle;
+
+/// Smaller ratios of singular values are rounding: filtered signals carry some nine digits.
+const TOLERANCE: f64 = 1e-9;
+
+/// A parameter is touched by a direction in which it has more than this share.
+const TOUCHED: f64 = 1e-3;
+
+/// The least-squares solution and its uncertainty.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// p values; the solution of least norm where it is not unique.
+    pub x: Vec<f64>,
+    /// Whether the data determine the parameter.
+    pub determined: Vec<bool>,
+    /// p x p, (R'R)^+ : covariance for noise of unit variance.
+    pub inverse: DMatrix<f64>,
+    /// Noise variance from the residual.
+    pub variance: f64,
+    /// Singular values of the scaled columns, largest first.
+    pub singular_values: Vec<f64>,
+    /// Condition number of the scaled columns; infinite when a direction is missing.
+    pub condition_number: f64,
+    /// Directions of the parameter space (original units, largest entry 1) with their singular
+    /// value over the largest, the weakest first.
+    pub weak: Vec<(f64, Vec<f64>)>,
+    /// Number of independent columns.
+    pub rank: usize,
+}
+
+/// The solution of a triangle. Weak directions are those with a singular value below a tenth of the largest.
+pub fn solve(triangle: &Triangle) -> Solution {
+    let p = triangle.columns();
+    let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
+    let scale: Vec<f64> = norms.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 1.0 }).collect();
+    let scaled = DMatrix::from_fn(p, p, |i, j| if i <= j { triangle.at(i, j) * scale[j] } else { 0.0 });
+    let z = DVector::from_fn(p, |i, _| triangle.at(i, p));
+    let svd = decomposed(scaled);
+    let empty = DMatrix::zeros(p, p);
+    let (u, vt) = (svd.u.as_ref().unwrap_or(&empty), svd.v_t.as_ref().unwrap_or(&empty));
+    let mut order: Vec<usize> = (0..p).collect();
+    order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
+    let s: Vec<f64> = order.iter().map(|&i| svd.singular_values[i]).collect();
+    let largest = s.first().copied().unwrap_or(0.0);
+    let rank = s.iter().filter(|&&s| s > TOLERANCE * largest).count();
+
+    let mut x = vec![0.0; p];
+    let mut inverse = DMatrix::zeros(p, p);
+    for &i in &order[..rank] {
+        let (s, v) = (svd.singular_values[i], vt.row(i));
+        let share = u.column(i).dot(&z) / s;
+        for a in 0..p {
+            x[a] += scale[a] * v[a] * share;
+            for b in 0..p {
+                inverse[(a, b)] += scale[a] * v[a] * scale[b] * v[b] / (s * s);
+            }
+        }
+    }
+    let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
+    for &i in &order[rank..] {
+        for (c, d) in determined.iter_mut().enumerate() {
+            *d = *d && vt[(i, c)].abs() <= TOUCHED;
+        }
+    }
+    let weak = order.iter().rev().filter(|&&i| svd.singular_values[i] < 0.1 * largest);
+    let weak = weak.map(|&i| {
+        let v: Vec<f64> = (0..p).map(|c| vt[(i, c)] * scale[c]).collect();
+        let peak = v.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        (svd.singular_values[i] / largest, v.iter().map(|x| x / peak).collect())
+    });
+    let weak = weak.collect();
+    let (_, squares) = triangle.squares(&x);
+    let freedom = triangle.rows.saturating_sub(rank).max(1);
+    Solution {
+        x,
+        determined,
+        inverse,
+        variance: squares / freedom as f64,
+        condition_number: if rank < p { f64::INFINITY } else { largest / s.last().copied().unwrap_or(largest) },
+        singular_values: s,
+        weak,
+        rank,
+    }
+}
+
+/// U diag(s) V'. A matrix with a NaN or an infinity counts as zero, because the iteration over it would not end.
+fn decomposed(matrix: DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
+    let is_finite = matrix.iter().all(|x| x.is_finite());
+    let matrix = if is_finite { matrix } else { DMatrix::zeros(matrix.nrows(), matrix.ncols()) };
+    matrix.svd(true, true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use crate::triangle::TriangleBuilder;
+
+    fn triangle(rows: &[(Vec<f64>, f64)]) -> Triangle {
+        let p = rows[0].0.len();
+        let mut block = TriangleBuilder::new(p);
+        for (row, y) in rows {
+            block.push(row, *y);
+        }
+        block.finish()
+    }
+
+    /// The iteration over a NaN would not end.
+    #[test]
+    fn of_what_is_no_number_nothing_is_determined() {
+        let rows = [(vec![1.0, f64::NAN], 1.0), (vec![0.5, 2.0], 1.0), (vec![0.1, 3.0], 2.0)];
+        let solution = solve(&triangle(&rows));
+        assert_eq!(solution.rank, 0);
+        assert!(solution.determined.iter().all(|d| !d), "{solution:?}");
+    }
+
+    #[test]
+    fn exact_data_give_the_parameters_back() {
+        let mut random = Random::new(5);
+        let truth = [1e-4, 250.0, -3.0];
+        let rows: Vec<(Vec<f64>, f64)> = (0..300)
+            .map(|_| {
+                let row = vec![1e3 * random.normal(), 0.01 * random.normal(), random.normal()];
+                let y = row.iter().zip(truth).map(|(a, b)| a * b).sum();
+                (row, y)
+            })
+            .collect();
+        let solution = solve(&triangle(&rows));
+        for (x, t) in solution.x.iter().zip(truth) {
+            assert!((x - t).abs() < 1e-12 * t.abs(), "{x} {t}");
+        }
+        assert_eq!(solution.rank, 3);
+        assert!(solution.condition_number < 1.5, "scaling makes unlike units alike: {}", solution.condition_number);
+    }
+
+    /// The normalised error of many experiments has unit variance: sigma is right.
+    #[test]
+    fn sigma_is_calibrated() {
+        let mut random = Random::new(6);
+        let (runs, m) = (400, 60);
+        let mut chi = 0.0;
+        for _ in 0..runs {
+            let rows: Vec<(Vec<f64>, f64)> = (0..m)
+                .map(|i| {
+                    let row = vec![1.0, i as f64 / m as f64];
+                    let y = 2.0 - row[1] + 0.3 * random.normal();
+                    (row, y)
+                })
+                .collect();
+            let s = solve(&triangle(&rows));
+            chi += (s.x[1] + 1.0).powi(2) / (s.variance * s.inverse[(1, 1)]);
+        }
+        let mean = chi / runs as f64;
+        // The mean of 400 squares of Student's t with 58 degrees: 58/56 +- 3 sqrt(2.2/400).
+        assert!((mean - 58.0 / 56.0).abs() < 0.23, "{mean}");
+    }
+
+    #[test]
+    fn what_is_not_in_the_data_has_no_value() {
+        let mut random = Random::new(8);
+        let rows: Vec<(Vec<f64>, f64)> = (0..100)
+            .map(|_| {
+                let (a, b) = (random.normal(), random.normal());
+                (vec![a, b, a + b, 0.0, random.normal()], a)
+            })
+            .collect();
+        let s = solve(&triangle(&rows));
+        assert_eq!(s.determined, [false, false, false, false, true]);
+        assert_eq!(s.rank, 3);
+        assert_eq!(s.condition_number, f64::INFINITY);
+    }
+}

@@ -1,0 +1,36 @@
+//! Matrices, transforms, intervals, distributions and random numbers.
+//!
+//! A log becomes rows, and rows become a [`triangle`]: R, z, rho of a QR decomposition that never holds the rows.
+//! [`reflection`] and [`row_block`] feed it; [`least_squares`], [`total_least_squares`] and [`information_matrix`] ask
+//! it. [`interval`], [`range`] and [`jet`] enclose what a function can be between two instants. [`fft`] and [`fourier`]
+//! transform, [`student`] and [`behrens_fisher`] tell chance from difference, [`random`] draws with seeds alone, and
+//! [`in_order`] and [`interruption`] run long work.
+//!
+//! It knows the lanes of `generated`: the triangle takes eight samples abreast, as a generated function writes them.
+//!
+//! Not here: anything of robots, logs, parameters or units. A column is a number. Matrices that fit `nalgebra` stay
+//! there.
+
+#![warn(missing_docs)]
+
+pub mod behrens_fisher;
+mod error;
+pub mod fft;
+pub mod fourier;
+pub mod in_order;
+pub mod information_matrix;
+pub mod interruption;
+pub mod interval;
+pub mod jet;
+pub mod least_squares;
+pub mod positive_definite;
+pub mod random;
+pub mod range;
+pub mod reflection;
+pub mod row_block;
+pub mod student;
+pub mod total_least_squares;
+pub mod triangle;
+pub mod vector;
+
+pub use error::Error;

@@ -1,0 +1,374 @@
+//! Householder reflections that annihilate a block of rows below a triangle, four at a time.
+//!
+//! v_k = [e_k (R_kk - beta_k); x_k], beta_k = -sign(R_kk) sqrt(R_kk^2 + |x_k|^2), H_k = I - v_k v_k' / (beta_k (beta_k - R_kk)).
+//! Four of them are one update of the columns behind them [Schreiber, Van Loan 1989]: H_4 H_3 H_2 H_1 = I - V T' V', T upper
+//! triangular, T_kk = 1 / (beta_k (beta_k - R_kk)), T_ik = -T_kk sum_l T_il x_l . x_k. A column is read twice and written once for
+//! four reflections. The v_k stay where the annihilated columns stood: nobody reads those again.
+//!
+//! | symbol | code | shape | |
+//! |---|---|---|---|
+//! | R | `r` | upper, column by column | unit of a row times that of its column |
+//! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
+//! | R_kk - beta_k | `lead` | 4 | |
+//!
+//! This file also forms the products of the columns with one another, W'W, which need no triangle.
+//!
+//! On every processor a sum runs in four parts, with rows 4 i + l in part l; a norm runs in eight. Where there are AVX2
+//! and FMA, the parts are in registers and each term is rounded once. All `unsafe` of this package is here. It is sound
+//! because only `reflect_fused` and `add_products_fused` use the registers. These are compiled for AVX2 and FMA, and
+//! called where the processor has them.
+
+#![allow(unsafe_code, reason = "vector registers")]
+
+use generated::Eight;
+
+use crate::row_block::RowBlock;
+
+/// A column whose squares add up to less counts as zero, because the reciprocal would be infinite. The filtered sign of
+/// a joint that came to rest decays so far.
+const NEGLIGIBLE: f64 = 1e-280;
+
+/// The places of columns in the triangle and in the rows.
+#[derive(Clone, Copy)]
+pub struct Columns<'a> {
+    /// Rows and columns of R, in the order of elimination.
+    pub index: &'a [usize],
+    /// Entries of the rows, one a column.
+    pub places: &'a [usize],
+}
+
+/// Annihilates the rows of `block` under the triangle `r`, entry (i, j) at j n + i. The block's entries at `places` are lost.
+pub fn reflect(r: &mut [f64], n: usize, columns: Columns, block: &mut RowBlock) {
+    let stride = block.stride();
+    let rows = Rows { numbers: block.numbers(), stride };
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the processor has what `reflect_fused` is compiled for.
+        return unsafe { reflect_fused(r, n, columns, rows) };
+    }
+    reflect_with::<[f64; 4]>(r, n, columns, rows);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn reflect_fused(r: &mut [f64], n: usize, columns: Columns, rows: Rows) {
+    reflect_with::<Register>(r, n, columns, rows);
+}
+
+/// Adds the products of the columns at `places` with one another over the rows of `block` to `products`, m x m, (i, j) with
+/// i <= j at j m + i.
+pub fn add_products(products: &mut [f64], places: &[usize], block: &mut RowBlock) {
+    let stride = block.stride();
+    let rows = Rows { numbers: block.numbers(), stride };
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the processor has what `add_products_fused` is compiled for.
+        return unsafe { add_products_fused(products, places, rows) };
+    }
+    add_products_with::<[f64; 4]>(products, places, rows);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn add_products_fused(products: &mut [f64], places: &[usize], rows: Rows) {
+    add_products_with::<Register>(products, places, rows);
+}
+
+/// Groups of eight rows.
+struct Rows<'a> {
+    numbers: &'a mut [Eight],
+    stride: usize,
+}
+
+/// Four numbers of a column.
+trait Four: Copy {
+    fn splat(x: f64) -> Self;
+    /// The first or the second half of eight.
+    fn read(eight: &Eight, half: usize) -> Self;
+    fn write(self, eight: &mut Eight, half: usize);
+    /// self b + c.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    fn numbers(self) -> [f64; 4];
+}
+
+impl Four for [f64; 4] {
+    fn splat(x: f64) -> [f64; 4] {
+        [x; 4]
+    }
+    fn read(eight: &Eight, half: usize) -> [f64; 4] {
+        eight.0.as_chunks().0[half]
+    }
+    fn write(self, eight: &mut Eight, half: usize) {
+        eight.0.as_chunks_mut().0[half] = self;
+    }
+    fn mul_add(self, b: [f64; 4], c: [f64; 4]) -> [f64; 4] {
+        std::array::from_fn(|l| self[l] * b[l] + c[l])
+    }
+    fn numbers(self) -> [f64; 4] {
+        self
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+struct Register(std::arch::x86_64::__m256d);
+
+#[cfg(target_arch = "x86_64")]
+impl Four for Register {
+    #[inline(always)]
+    fn splat(x: f64) -> Register {
+        unsafe { Register(std::arch::x86_64::_mm256_set1_pd(x)) }
+    }
+    #[inline(always)]
+    fn read(eight: &Eight, half: usize) -> Register {
+        let four: &[f64; 4] = &eight.0.as_chunks().0[half];
+        unsafe { Register(std::arch::x86_64::_mm256_loadu_pd(four.as_ptr())) }
+    }
+    #[inline(always)]
+    fn write(self, eight: &mut Eight, half: usize) {
+        let four: &mut [f64; 4] = &mut eight.0.as_chunks_mut().0[half];
+        unsafe { std::arch::x86_64::_mm256_storeu_pd(four.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Register, c: Register) -> Register {
+        unsafe { Register(std::arch::x86_64::_mm256_fmadd_pd(self.0, b.0, c.0)) }
+    }
+    #[inline(always)]
+    fn numbers(self) -> [f64; 4] {
+        let mut numbers = [0.0; 4];
+        unsafe { std::arch::x86_64::_mm256_storeu_pd(numbers.as_mut_ptr(), self.0) };
+        numbers
+    }
+}
+
+#[inline(always)]
+fn sum(x: impl Four) -> f64 {
+    let [a, b, c, d] = x.numbers();
+    (a + c) + (b + d)
+}
+
+/// x_a . y_b.
+#[inline(always)]
+fn dots<V: Four, const X: usize, const Y: usize>(rows: &Rows, x: [usize; X], y: [usize; Y]) -> [[f64; X]; Y] {
+    let mut sums = [[V::splat(0.0); X]; Y];
+    for group in rows.numbers.chunks_exact(rows.stride) {
+        for half in 0..2 {
+            for b in 0..Y {
+                let column = V::read(&group[y[b]], half);
+                for a in 0..X {
+                    sums[b][a] = V::read(&group[x[a]], half).mul_add(column, sums[b][a]);
+                }
+            }
+        }
+    }
+    let mut dots = [[0.0; X]; Y];
+    for b in 0..Y {
+        for a in 0..X {
+            dots[b][a] = sum(sums[b][a]);
+        }
+    }
+    dots
+}
+
+/// x . x, with a sum for each half of eight rows, because the additions of one sum would wait for each other.
+#[inline(always)]
+fn square<V: Four>(rows: &Rows, x: usize) -> f64 {
+    let mut sums = [V::splat(0.0); 2];
+    for group in rows.numbers.chunks_exact(rows.stride) {
+        for half in 0..2 {
+            let column = V::read(&group[x], half);
+            sums[half] = column.mul_add(column, sums[half]);
+        }
+    }
+    sum(sums[0]) + sum(sums[1])
+}
+
+/// y_b -= sum_a f_ba x_a.
+#[inline(always)]
+fn subtract<V: Four, const X: usize, const Y: usize>(rows: &mut Rows, x: [usize; X], y: [usize; Y], f: [[f64; X]; Y]) {
+    let mut factors = [[V::splat(0.0); X]; Y];
+    for b in 0..Y {
+        for a in 0..X {
+            factors[b][a] = V::splat(-f[b][a]);
+        }
+    }
+    for group in rows.numbers.chunks_exact_mut(rows.stride) {
+        for half in 0..2 {
+            for b in 0..Y {
+                let mut column = V::read(&group[y[b]], half);
+                for a in 0..X {
+                    column = V::read(&group[x[a]], half).mul_add(factors[b][a], column);
+                }
+                column.write(&mut group[y[b]], half);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Rows) {
+    let Columns { index, places } = columns;
+    let at = |i: usize, j: usize| index[j] * n + index[i];
+    let m = places.len();
+    for first in (0..m).step_by(4) {
+        let width = (m - first).min(4);
+        let (mut lead, mut t) = ([0.0; 4], [[0.0; 4]; 4]);
+        for k in 0..width {
+            let x = places[first + k];
+            let below = square::<V>(&rows, x);
+            if below <= NEGLIGIBLE {
+                continue;
+            }
+            let pivot = r[at(first + k, first + k)];
+            let beta = -pivot.signum() * (pivot * pivot + below).sqrt();
+            r[at(first + k, first + k)] = beta;
+            (lead[k], t[k][k]) = (pivot - beta, 1.0 / (beta * (beta - pivot)));
+            let one = (lead[k], t[k][k], x);
+            let rest = |b: usize| (at(first + k, first + k + 1 + b), places[first + k + 1 + b]);
+            match width - k {
+                4 => reflect_columns::<V, 3>(r, &mut rows, one, [rest(0), rest(1), rest(2)]),
+                3 => reflect_columns::<V, 2>(r, &mut rows, one, [rest(0), rest(1)]),
+                2 => reflect_columns::<V, 1>(r, &mut rows, one, [rest(0)]),
+                _ => {}
+            }
+        }
+        if first + 4 >= m {
+            break;
+        }
+        let x = [places[first], places[first + 1], places[first + 2], places[first + 3]];
+        for k in 1..4 {
+            let [products] = dots::<V, 4, 1>(&rows, x, [x[k]]);
+            for i in 0..k {
+                t[i][k] = -t[k][k] * (i..k).map(|l| t[i][l] * products[l]).sum::<f64>();
+            }
+        }
+        let four = Reflections { lead, t, x };
+        let mut j = first + 4;
+        while j + 1 < m {
+            four.apply::<V, 2>(r, &mut rows, |k, b| at(first + k, j + b), [places[j], places[j + 1]]);
+            j += 2;
+        }
+        if j < m {
+            four.apply::<V, 1>(r, &mut rows, |k, _| at(first + k, j), [places[j]]);
+        }
+    }
+}
+
+#[inline(always)]
+fn add_products_with<V: Four>(products: &mut [f64], places: &[usize], rows: Rows) {
+    let m = places.len();
+    // Past the last column, the last one is taken again and the result is not read.
+    let at = |k: usize| places[k.min(m - 1)];
+    for i in (0..m).step_by(4) {
+        for j in (i..m).step_by(2) {
+            let found = dots::<V, 4, 2>(&rows, [at(i), at(i + 1), at(i + 2), at(i + 3)], [at(j), at(j + 1)]);
+            for (j, found) in (j..m).zip(found) {
+                (i..=j).zip(found).for_each(|(i, product)| products[j * m + i] += product);
+            }
+        }
+    }
+}
+
+/// Applies one reflection, its lead, factor and column, to columns of the triangle and of the rows.
+#[inline(always)]
+fn reflect_columns<V: Four, const Y: usize>(
+    r: &mut [f64],
+    rows: &mut Rows,
+    (lead, factor, x): (f64, f64, usize),
+    columns: [(usize, usize); Y],
+) {
+    let mut y = [0; Y];
+    for b in 0..Y {
+        y[b] = columns[b].1;
+    }
+    let products = dots::<V, 1, Y>(rows, [x], y);
+    let mut f = [[0.0]; Y];
+    for b in 0..Y {
+        let top = columns[b].0;
+        f[b][0] = factor * (lead * r[top] + products[b][0]);
+        r[top] -= f[b][0] * lead;
+    }
+    subtract::<V, 1, Y>(rows, [x], y, f);
+}
+
+/// Four reflections.
+struct Reflections {
+    lead: [f64; 4],
+    t: [[f64; 4]; 4],
+    x: [usize; 4],
+}
+
+impl Reflections {
+    /// Applies them to the columns `y` of the rows, and to the triangle above them: `top(k, b)` is the place of its
+    /// entry for reflection k and column b of `y`.
+    #[inline(always)]
+    fn apply<V: Four, const Y: usize>(
+        &self,
+        r: &mut [f64],
+        rows: &mut Rows,
+        top: impl Fn(usize, usize) -> usize,
+        y: [usize; Y],
+    ) {
+        let products = dots::<V, 4, Y>(rows, self.x, y);
+        let mut f = [[0.0; 4]; Y];
+        for b in 0..Y {
+            let mut s = [0.0; 4];
+            for k in 0..4 {
+                s[k] = self.lead[k] * r[top(k, b)] + products[b][k];
+                for l in 0..=k {
+                    f[b][k] += self.t[l][k] * s[l];
+                }
+                r[top(k, b)] -= self.lead[k] * f[b][k];
+            }
+        }
+        subtract::<V, 4, Y>(rows, self.x, y, f);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Eleven columns, a zero one among them, twice 128 rows: R'R = W'W, by registers and without.
+    #[test]
+    fn the_products_of_the_rows_are_kept() {
+        let (m, places): (usize, Vec<usize>) = (11, vec![3, 4, 5, 0, 1, 2, 12, 11, 10, 9, 8]);
+        let index: Vec<usize> = (0..m).collect();
+        let mut random = Random::new(5);
+        let mut triangles = [vec![0.0; m * m], vec![0.0; m * m]];
+        let mut sums = triangles.clone();
+        let mut products = vec![0.0; m * m];
+        for _ in 0..2 {
+            let mut block = RowBlock::new(13);
+            while !block.is_full() {
+                let row: Vec<f64> = (0..13).map(|c| if c == 4 { 0.0 } else { random.normal() }).collect();
+                for (k, product) in products.iter_mut().enumerate() {
+                    *product += row[places[k % m]] * row[places[k / m]];
+                }
+                block.push(row.into_iter());
+            }
+            let mut plain = block.clone();
+            add_products(&mut sums[0], &places, &mut plain);
+            let rows = Rows { stride: plain.stride(), numbers: plain.numbers() };
+            add_products_with::<[f64; 4]>(&mut sums[1], &places, rows);
+            let columns = Columns { index: &index, places: &places };
+            reflect(&mut triangles[0], m, columns, &mut block);
+            let stride = plain.stride();
+            let rows = Rows { numbers: plain.numbers(), stride };
+            reflect_with::<[f64; 4]>(&mut triangles[1], m, columns, rows);
+        }
+        for (sums, (k, product)) in sums.iter().flat_map(|sums| products.iter().enumerate().map(move |p| (sums, p))) {
+            // Sums of 256 products of unit size: 256 eps.
+            assert!(k % m > k / m || (sums[k] - product).abs() < 1e-12, "{k}: {} {product}", sums[k]);
+        }
+        for r in &triangles {
+            for (k, product) in products.iter().enumerate() {
+                let (i, j) = (k % m, k / m);
+                let of_r: f64 = (0..=i.min(j)).map(|l| r[i * m + l] * r[j * m + l]).sum();
+                // Sums of 256 products of unit size: 256 eps.
+                assert!((of_r - product).abs() < 1e-12, "{i} {j}: {of_r} {product}");
+            }
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! Streaming least squares: rows go into a triangle and are forgotten.
+//!
+//! [W y] = Q [R z; 0 rho] for all rows seen so far. A block of rows is folded in by Householder reflections that annihilate
+//! it below R ([`reflection`](crate::reflection)). Triangles of parts merge by folding the rows of one into the
+//! other. [Golub, Van Loan 2013]
+//!
+//! | symbol | code | shape | |
+//! |---|---|---|---|
+//! | R, z, rho | `entries` | (p + 1) x (p + 1), upper, column by column | the unit of y per unit of the parameter |
+//!
+//! A column that has held only zeros costs nothing. Weights are not here: the triangle of a joint is scaled as a
+//! whole when it is merged.
+
+use std::ops::Range;
+
+use crate::reflection::{Columns, reflect};
+use crate::row_block::RowBlock;
+
+/// The triangle of p columns and one right-hand side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Triangle {
+    p: usize,
+    /// Entry (i, j) of the triangle, i <= j <= p, at j (p + 1) + i.
+    entries: Vec<f64>,
+    /// Columns that have held something other than zeros.
+    live: Vec<bool>,
+    /// Rows folded in.
+    pub rows: usize,
+}
+
+/// A column depends on those before it where they leave less than this share of its norm, which is rounding.
+const VOID: f64 = 1e-10;
+
+/// Rows on their way into a triangle.
+#[derive(Clone, Debug)]
+pub struct TriangleBuilder {
+    triangle: Triangle,
+    block: RowBlock,
+}
+
+impl TriangleBuilder {
+    /// No row yet, with `p` columns and a right-hand side.
+    pub fn new(p: usize) -> TriangleBuilder {
+        TriangleBuilder { triangle: Triangle::new(p), block: RowBlock::new(p + 1) }
+    }
+
+    /// Appends a row of coefficients and its right-hand side.
+    ///
+    /// # Panics
+    /// When `row` is not p long.
+    pub fn push(&mut self, row: &[f64], y: f64) {
+        assert!(row.len() == self.triangle.p);
+        if self.block.is_full() {
+            self.triangle.fold(&mut self.block);
+        }
+        self.block.push(row.iter().copied().chain(std::iter::once(y)));
+    }
+
+    /// The triangle of all rows.
+    pub fn finish(mut self) -> Triangle {
+        self.triangle.fold(&mut self.block);
+        self.triangle
+    }
+}
+
+/// The triangle of some of p columns. Their rows come in blocks that hold other entries too.
+#[derive(Clone, Debug)]
+pub struct ColumnTriangle {
+    /// The columns, ascending.
+    columns: Vec<usize>,
+    /// Places in a row of the entries of these columns, then of the right-hand side.
+    places: Vec<usize>,
+    index: Vec<usize>,
+    entries: Vec<f64>,
+    rows: usize,
+}
+
+impl ColumnTriangle {
+    /// No row yet. `columns` ascend; `places` has their entries in a row, and that of the right-hand side.
+    pub fn new(columns: &[usize], places: &[usize]) -> ColumnTriangle {
+        let m = places.len();
+        let (columns, places, index) = (columns.to_vec(), places.to_vec(), (0..m).collect());
+        ColumnTriangle { columns, places, index, entries: vec![0.0; m * m], rows: 0 }
+    }
+
+    /// Folds the rows of a block in, of which `rows` are not zero. Its entries of these columns are lost.
+    pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
+        self.rows += rows;
+        let columns = Columns { index: &self.index, places: &self.places };
+        reflect(&mut self.entries, self.places.len(), columns, block);
+    }
+
+    /// The triangle of all p columns.
+    pub fn finish(self, p: usize) -> Triangle {
+        let mut triangle = Triangle::new(p);
+        let m = self.places.len();
+        let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
+        for j in 0..m {
+            for i in 0..=j {
+                triangle.entries[all(j) * (p + 1) + all(i)] = self.entries[j * m + i];
+            }
+            triangle.live[all(j)] = (0..=j).any(|i| self.entries[j * m + i] != 0.0);
+        }
+        triangle.rows = self.rows;
+        triangle
+    }
+}
+
+impl Triangle {
+    /// The triangle of no rows with `p` columns and a right-hand side.
+    pub fn new(p: usize) -> Triangle {
+        Triangle { p, entries: vec![0.0; (p + 1) * (p + 1)], live: vec![false; p + 1], rows: 0 }
+    }
+
+    /// Number of columns without the right-hand side.
+    pub fn columns(&self) -> usize {
+        self.p
+    }
+
+    /// Entry (i, j), i <= j; j = p is the right-hand side, (p, p) the norm of the residual.
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.entries[j * (self.p + 1) + i]
+    }
+
+    /// The columns that have held something other than zeros, ascending, p for the right-hand side.
+    pub fn live(&self) -> Vec<usize> {
+        (0..=self.p).filter(|&c| self.live[c]).collect()
+    }
+
+    /// The triangle of `rows` rows with `p` columns, of which those in `live` (ascending, at most p) are not zero.
+    /// `numbers` has their entries, the upper part column by column. `None` where there are too few, or where `live`
+    /// has a column beyond p.
+    pub fn of_numbers(p: usize, live: &[usize], rows: usize, numbers: &[f64]) -> Option<Triangle> {
+        let mut triangle = Triangle::new(p);
+        let mut numbers = numbers.iter();
+        for (k, &j) in live.iter().enumerate() {
+            *triangle.live.get_mut(j)? = true;
+            for &i in &live[..=k] {
+                triangle.entries[j * (p + 1) + i] = *numbers.next()?;
+            }
+        }
+        triangle.rows = rows;
+        Some(triangle)
+    }
+
+    /// Folds the rows of a block in and empties it. Its entries are the columns and the right-hand side.
+    fn fold(&mut self, block: &mut RowBlock) {
+        self.rows += block.rows;
+        let stride = block.stride();
+        let numbers = block.numbers();
+        for (c, live) in self.live.iter_mut().enumerate() {
+            *live = *live || numbers.iter().skip(c).step_by(stride).any(|eight| eight.0 != [0.0; 8]);
+        }
+        let live = self.live();
+        reflect(&mut self.entries, self.p + 1, Columns { index: &live, places: &live }, block);
+        block.rows = 0;
+    }
+
+    /// Adds the rows behind another triangle, each multiplied by `weight`.
+    pub fn merge(&mut self, other: &Triangle, weight: f64) {
+        let (m, rows) = (self.p + 1, self.rows + other.rows);
+        let mut block = RowBlock::new(m);
+        for i in 0..m {
+            if block.is_full() {
+                self.fold(&mut block);
+            }
+            block.push((0..m).map(|c| if i <= c { weight * other.at(i, c) } else { 0.0 }));
+        }
+        self.fold(&mut block);
+        self.rows = rows;
+    }
+
+    /// |y|^2 and |W x - y|^2 of the rows behind the triangle.
+    pub fn squares(&self, x: &[f64]) -> (f64, f64) {
+        let p = self.p;
+        let mut total = 0.0;
+        let mut residual = 0.0;
+        for i in 0..=p {
+            let z = self.at(i, p);
+            let fit: f64 = (i..p).map(|j| self.at(i, j) * x[j]).sum();
+            total += z * z;
+            residual += (z - fit) * (z - fit);
+        }
+        (total, residual)
+    }
+
+    /// The least-squares solution x; zero for a column that depends on those before it.
+    pub fn solution(&self) -> Vec<f64> {
+        let mut x = vec![0.0; self.p];
+        for i in (0..self.p).rev().filter(|&i| self.tells(i)) {
+            let tail: f64 = (i + 1..self.p).map(|j| self.at(i, j) * x[j]).sum();
+            x[i] = (self.at(i, self.p) - tail) / self.at(i, i);
+        }
+        x
+    }
+
+    /// Whether a column does not depend on those before it.
+    fn tells(&self, c: usize) -> bool {
+        self.at(c, c).abs() > VOID * self.column_norm(c)
+    }
+
+    /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1. A column that depends on those before it is left out
+    /// and has zero.
+    pub fn inverse_products(&self, rows: Range<usize>) -> Vec<f64> {
+        let tell: Vec<usize> = (rows.start..self.p).filter(|&c| self.tells(c)).collect();
+        let of_row = |k: usize| {
+            let mut row = vec![0.0; self.p];
+            for &j in tell.iter().skip_while(|&&j| j < k) {
+                let before: f64 = (k..j).map(|i| row[i] * self.at(i, j)).sum();
+                row[j] = (if j == k { 1.0 } else { 0.0 } - before) / self.at(j, j);
+            }
+            row.iter().map(|x| x * x).sum::<f64>()
+        };
+        rows.map(of_row).collect()
+    }
+
+    /// |W_c|, the norm of a column of the rows.
+    pub fn column_norm(&self, c: usize) -> f64 {
+        (0..=c).map(|i| self.at(i, c) * self.at(i, c)).sum::<f64>().sqrt()
+    }
+}
+
+/// The triangle of some of the columns.
+pub fn select(triangle: &Triangle, columns: &[usize]) -> Triangle {
+    let p = triangle.columns();
+    let mut out = TriangleBuilder::new(columns.len());
+    let entry = |i: usize, j: usize| if i <= j { triangle.at(i, j) } else { 0.0 };
+    for i in 0..=p {
+        let row: Vec<f64> = columns.iter().map(|&c| entry(i, c)).collect();
+        out.push(&row, entry(i, p));
+    }
+    let mut out = out.finish();
+    out.rows = triangle.rows;
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    fn rows(seed: u64, n: usize, p: usize) -> Vec<Vec<f64>> {
+        let mut random = Random::new(seed);
+        (0..n).map(|_| (0..=p).map(|c| if c == 2 { 0.0 } else { random.normal() }).collect()).collect()
+    }
+
+    fn triangle(rows: &[Vec<f64>], p: usize) -> Triangle {
+        let mut all = TriangleBuilder::new(p);
+        rows.iter().for_each(|row| all.push(&row[..p], row[p]));
+        all.finish()
+    }
+
+    /// The numbers that `live` and `at` give make the same triangle again, to the bit.
+    #[test]
+    fn numbers_make_the_triangle_again() {
+        let found = triangle(&rows(3, 300, 5), 5);
+        let live = found.live();
+        assert_eq!(live, [0, 1, 3, 4, 5]);
+        let numbers: Vec<f64> = live
+            .iter()
+            .enumerate()
+            .flat_map(|(k, &j)| live[..=k].iter().map(move |&i| (i, j)))
+            .map(|(i, j)| found.at(i, j))
+            .collect();
+        assert_eq!(Triangle::of_numbers(5, &live, 300, &numbers), Some(found));
+        assert_eq!(Triangle::of_numbers(5, &live, 300, &numbers[1..]), None);
+        assert_eq!(Triangle::of_numbers(5, &[6], 300, &numbers), None);
+    }
+
+    /// A column that has decayed to 1e-160 is zero, and no reciprocal of its square.
+    #[test]
+    fn numbers_whose_squares_vanish_are_zero() {
+        let mut rows = rows(7, 300, 4);
+        rows.iter_mut().for_each(|row| row[1] *= 1e-160);
+        let found = triangle(&rows, 4);
+        assert!(found.entries.iter().all(|x| x.is_finite()));
+        assert!(found.column_norm(1) < 1e-150 && found.column_norm(0) > 1.0);
+    }
+
+    /// R'R = W'W for the rows and the right-hand side: nothing of the least-squares problem is lost.
+    #[test]
+    fn the_triangle_has_the_products_of_the_rows() {
+        let p = 7;
+        let rows = rows(1, 1500, p);
+        let t = triangle(&rows, p);
+        assert_eq!(t.rows, 1500);
+        for i in 0..=p {
+            for j in 0..=p {
+                let rows: f64 = rows.iter().map(|r| r[i] * r[j]).sum();
+                let triangle: f64 = (0..=i.min(j)).map(|k| t.at(k, i) * t.at(k, j)).sum();
+                // Sums of 1500 products of unit size: 1500 eps.
+                assert!((rows - triangle).abs() < 1e-11, "{i} {j}: {rows} {triangle}");
+            }
+        }
+    }
+
+    #[test]
+    fn parts_merge_and_weigh() {
+        let p = 5;
+        let rows = rows(2, 900, p);
+        let whole = triangle(&rows, p);
+        let mut merged = triangle(&rows[..400], p);
+        merged.merge(&triangle(&rows[400..], p), 1.0);
+        let scaled: Vec<Vec<f64>> = rows.iter().map(|r| r.iter().map(|x| 0.5 * x).collect()).collect();
+        let mut weighed = Triangle::new(p);
+        weighed.merge(&whole, 0.5);
+        for (a, b) in [(&whole, &merged), (&triangle(&scaled, p), &weighed)] {
+            for j in 0..=p {
+                for i in 0..=j {
+                    // The rows of a triangle are free up to a sign; these have the same history of pivots.
+                    assert!((a.at(i, j).abs() - b.at(i, j).abs()).abs() < 1e-11);
+                }
+            }
+        }
+        let x = [1.0, -1.0, 0.5, 2.0, 0.0];
+        let (total, residual) = whole.squares(&x);
+        let direct: f64 = rows.iter().map(|r| (r[p] - (0..p).map(|c| r[c] * x[c]).sum::<f64>()).powi(2)).sum();
+        assert!((residual - direct).abs() < 1e-9 * direct);
+        assert!((total - rows.iter().map(|r| r[p] * r[p]).sum::<f64>()).abs() < 1e-9 * total);
+        assert_eq!(whole.column_norm(2), 0.0);
+    }
+
+    /// The inverse of R'R is that of a linear system; the void column has no part in it.
+    #[test]
+    fn products_of_the_inverse_are_those_of_the_normal_equations() {
+        let found = triangle(&rows(4, 300, 6), 6);
+        let told = [0, 1, 3, 4, 5];
+        let product =
+            |a: usize, b: usize| (0..=told[a].min(told[b])).map(|k| found.at(k, told[a]) * found.at(k, told[b])).sum();
+        let inverse: nalgebra::DMatrix<f64> = nalgebra::DMatrix::from_fn(5, 5, product).try_inverse().unwrap();
+        assert_eq!(found.inverse_products(2..3), [0.0]);
+        for (a, &c) in told.iter().enumerate() {
+            // The condition of 300 random rows is below ten: a few eps.
+            assert!((found.inverse_products(c..6)[0] / inverse[(a, a)] - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! A function of a robot's states on a tape, with the solver of its passive joints where loops are closed numerically.
+
+use std::sync::{Mutex, PoisonError};
+
+use expr::{Function, Tape};
+use modeling::Closure;
+
+use crate::tape::thread_tapes::ThreadTapes;
+
+/// f(q, passive joints, dq, ddq, X), of which it may need only some.
+pub struct StateTape {
+    tapes: ThreadTapes,
+    arguments: Vec<Argument>,
+    closure: Option<Mutex<Closure>>,
+}
+
+/// An argument of the function.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Argument {
+    /// rad (m).
+    Q,
+    /// Coordinates of so many passive joints.
+    Passive(usize),
+    /// rad/s (m/s).
+    Dq,
+    /// rad/s^2 (m/s^2).
+    Ddq,
+    /// So many parameters.
+    Parameters(usize),
+}
+
+impl StateTape {
+    /// The function, with the solver where it depends on passive joints.
+    pub fn new(function: &Function, closure: Option<Closure>) -> StateTape {
+        let argument = |input: &expr::Input| match input.name.as_str() {
+            "q" => Argument::Q,
+            "dq" => Argument::Dq,
+            "ddq" => Argument::Ddq,
+            "x" => Argument::Parameters(input.entries.len()),
+            _ => Argument::Passive(input.entries.len()),
+        };
+        let arguments: Vec<Argument> = function.inputs.iter().map(argument).collect();
+        let has_passive = arguments.iter().any(|a| matches!(a, Argument::Passive(k) if *k > 0));
+        StateTape {
+            tapes: ThreadTapes::new(vec![Tape::new(function)]),
+            arguments,
+            closure: closure.filter(|_| has_passive).map(Mutex::new),
+        }
+    }
+
+    /// What the function depends on, in order.
+    pub fn arguments(&self) -> &[Argument] {
+        &self.arguments
+    }
+
+    /// Writes the outputs at each state q, dq, ddq, one after the other; an argument that is not needed may be empty.
+    ///
+    /// Where the loops do not close, the outputs are NaN, which is refused later.
+    pub fn fill<'a>(&self, states: impl Iterator<Item = [&'a [f64]; 3]>, parameters: &[f64], outputs: &mut [f64]) {
+        let mut closure = self.closure.as_ref().map(|c| c.lock().unwrap_or_else(PoisonError::into_inner));
+        let (mut count, mut open) = (0, Vec::new());
+        self.tapes.with(|tapes, work, inputs| {
+            for [q, dq, ddq] in states {
+                for argument in &self.arguments {
+                    match argument {
+                        Argument::Q => inputs.extend(q),
+                        Argument::Dq => inputs.extend(dq),
+                        Argument::Ddq => inputs.extend(ddq),
+                        Argument::Parameters(_) => inputs.extend(parameters),
+                        Argument::Passive(n) => match closure.as_mut().map(|closure| closure.passive(q)) {
+                            Some(Ok(passive)) => inputs.extend(passive),
+                            Some(Err(_)) => {
+                                open.push(count);
+                                inputs.extend(std::iter::repeat_n(0.0, *n));
+                            }
+                            None => {}
+                        },
+                    }
+                }
+                count += 1;
+            }
+            match count {
+                1 => tapes[0].evaluate(inputs, &mut work[0], outputs),
+                _ => tapes[0].evaluate_many(inputs, &mut work[0], outputs),
+            }
+        });
+        let size = outputs.len() / count.max(1);
+        open.into_iter().for_each(|k| outputs[k * size..][..size].fill(f64::NAN));
+    }
+}

@@ -1,0 +1,99 @@
+//! A base regressor evaluated by tape: any robot, no compiler.
+
+use expr::Function;
+use linear_model::parameter::BaseParameter;
+use linear_model::regressor::{Coordinate, Regressor};
+use modeling::Closure;
+
+use crate::tape::state_tape::StateTape;
+
+/// tau = Y(q, dq, ddq) X by interpreting the function of Y.
+pub struct TapeRegressor {
+    tape: StateTape,
+    coordinates: Vec<String>,
+    prismatic: Vec<bool>,
+    parameters: Vec<BaseParameter>,
+    non_zeros: Vec<(usize, usize)>,
+}
+
+impl TapeRegressor {
+    /// The function of Y, with the solver of its passive joints where it has some.
+    pub fn new(
+        base: &Function,
+        closure: Option<Closure>,
+        coordinates: Vec<Coordinate>,
+        parameters: Vec<BaseParameter>,
+    ) -> TapeRegressor {
+        TapeRegressor {
+            tape: StateTape::new(base, closure),
+            prismatic: coordinates.iter().map(|c| c.is_prismatic).collect(),
+            coordinates: coordinates.into_iter().map(|c| c.name).collect(),
+            parameters,
+            non_zeros: base.non_zeros(0),
+        }
+    }
+}
+
+impl Regressor for TapeRegressor {
+    fn coordinates(&self) -> &[String] {
+        &self.coordinates
+    }
+
+    fn parameters(&self) -> &[BaseParameter] {
+        &self.parameters
+    }
+
+    fn is_prismatic(&self, k: usize) -> bool {
+        self.prismatic[k]
+    }
+
+    fn non_zeros(&self) -> Vec<(usize, usize)> {
+        self.non_zeros.clone()
+    }
+
+    fn fill(&self, q: &[f64], dq: &[f64], ddq: &[f64], y: &mut [f64]) {
+        self.tape.fill(std::iter::once([q, dq, ddq]), &[], y);
+    }
+
+    fn fill_many(&self, states: &[f64], y: &mut [f64]) {
+        let n = self.coordinates.len();
+        if !y.is_empty() {
+            self.tape.fill(states.chunks_exact(3 * n).map(|s| [&s[..n], &s[n..2 * n], &s[2 * n..]]), &[], y);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{base_columns, coordinates};
+    use modeling::Derivation;
+    use std::path::Path;
+
+    /// Many states at once give what each gives alone, byte for byte. The robots are a tree, and loops that are closed
+    /// numerically and do not close everywhere.
+    #[test]
+    fn many_are_those_of_one() {
+        for name in ["tree.yaml", "sr400.par"] {
+            let path = format!("{}/../../models/{name}", env!("CARGO_MANIFEST_DIR"));
+            let robot = robot::format::read(Path::new(&path)).unwrap();
+            let mut derivation = Derivation::new(&robot).unwrap();
+            let standard = derivation.regressor();
+            let base = derivation.base_parameters(&standard).unwrap();
+            let function = base.regressor(&standard).bound();
+            let columns = base_columns(&robot, &base);
+            let arm = TapeRegressor::new(&function, derivation.closure(), coordinates(&robot), columns);
+            let (n, size) = (arm.coordinates.len(), arm.coordinates.len() * arm.parameters.len());
+            for count in [0, 1, 77] {
+                let states: Vec<f64> = (0..count * 3 * n).map(|i| (0.7 * i as f64).sin() * 1.3).collect();
+                let mut many = vec![f64::INFINITY; count * size];
+                arm.fill_many(&states, &mut many);
+                for (s, many) in states.chunks_exact(3 * n).zip(many.chunks_exact(size)) {
+                    let mut one = vec![0.0; size];
+                    arm.fill(&s[..n], &s[n..2 * n], &s[2 * n..], &mut one);
+                    assert!(one.iter().zip(many).all(|(a, b)| a.to_bits() == b.to_bits()), "{name}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What goes into the file of a simulator: bodies, and the friction and rotor inertia of joints.
+
+use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
+use robot::{Link, Part};
+
+/// Friction and rotor inertia of a joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointDynamics {
+    /// The joint's name in the file.
+    pub joint: String,
+    /// Viscous friction, N m s/rad (N s/m).
+    pub damping: f64,
+    /// Coulomb friction, N m (N).
+    pub friction: f64,
+    /// Rotor inertia seen from the joint, kg m^2 (kg).
+    pub armature: f64,
+}
+
+/// Fails where the ten parameters of a link are no physical body, which simulators refuse.
+pub(super) fn check(link: &Link, ten: &Ten) -> Result<(), String> {
+    match smallest_eigenvalue(ten) > 0.0 {
+        true => Ok(()),
+        false => Err(format!(
+            "link {}: the identified parameters are no body (pseudo-inertia not positive definite); estimate with \
+             consistency first",
+            link.name
+        )),
+    }
+}
+
+/// The ten parameters of a link without the links fixed to it that the file holds as bodies of their own.
+///
+/// `ten`: all of them together, about the origin of the link frame. Where the remainder is no body, the link gets
+/// everything, and the links whose inertials must be emptied are named.
+pub(super) fn own<'a>(link: &'a Link, ten: &Ten, is_held: impl Fn(&str) -> bool) -> (Ten, Vec<&'a str>) {
+    let lumped: Vec<&Part> = link.parts.iter().filter(|part| part.name != link.name && is_held(&part.name)).collect();
+    let mut rest = *ten;
+    for part in &lumped {
+        rest.iter_mut().zip(part.parameters()).for_each(|(r, theirs)| *r -= theirs);
+    }
+    match lumped.is_empty() || smallest_eigenvalue(&rest) > 0.0 {
+        true => (rest, Vec::new()),
+        false => (*ten, lumped.iter().map(|part| part.name.as_str()).collect()),
+    }
+}
+
+/// A sentence on a link that took over those fixed to it.
+pub(super) fn carries(link: &Link, lumped: &[&str]) -> Option<String> {
+    let names = lumped.join(", ");
+    (!lumped.is_empty()).then(|| format!("{} carries the inertia of the links fixed to it: {names}", link.name))
+}

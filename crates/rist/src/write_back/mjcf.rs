@@ -1,0 +1,255 @@
+//! A whole MuJoCo model (MJCF) of a robot without loops: bodies, joints, limits, friction, rotor inertia, gravity.
+//!
+//! ```text
+//! iTj(q) = iTj(0) Rz(f q),    or iTj(0) Tz(f q) where the joint slides
+//! ```
+//! A body stands where its link stands at q = 0, in the frame that the file gives the link. Its joint turns about, or
+//! slides along, z of the link frame, once a unit of the coordinate (f = 1, or -1: about -z). A joint that follows a
+//! coordinate is tied to it by an equality. Inertials are about the centre of mass: I_c = I - m (c'c 1 - c c').
+//!
+//! Not here: shapes. Add geoms, or put the figures into a model that has them ([`crate::write_back::mjcf_into`]).
+
+use std::fmt::Write as _;
+
+use linear_model::pseudo_inertia::{Ten, centroidal};
+use logs::Error;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use robot::value::CoordinateId;
+use robot::{Drive, JointKind, Link, LinkId, Pose, Robot};
+
+use crate::write_back::body::{self, JointDynamics};
+
+/// The model of a robot with these bodies (ten parameters about the origin of the link frame) and joints, one a
+/// coordinate.
+///
+/// Fails where the robot floats or has loops, where a joint moves with several coordinates, and where a body is not
+/// physically consistent.
+pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
+    if robot.massless > 0 || !robot.loops.is_empty() || !robot.passive.is_empty() {
+        return Err(Error::new(
+            "no MJCF is written of a robot that floats or has loops; --into MODEL.xml puts the figures into yours",
+        ));
+    }
+    let [gx, gy, gz] = robot.gravity_number();
+    let mut text = format!(
+        "<mujoco model=\"{}\">\n  <compiler angle=\"radian\"/>\n  <option gravity=\"{gx} {gy} {gz}\"/>\n  <worldbody>\n",
+        escaped(&robot.name)
+    );
+    let poses = file_poses(robot);
+    let mut equalities = String::new();
+    // The bodies that are open, each within the one before.
+    let mut open: Vec<LinkId> = Vec::new();
+    for id in nested(robot) {
+        let link = robot.link(id);
+        while open.last().copied() != link.antecedent {
+            let Some(_) = open.pop() else { break };
+            let _ = writeln!(text, "{}</body>", indent(open.len()));
+        }
+        let ahead = match link.antecedent {
+            Some(i) => poses[i.0].inverse().compose(&poses[id.0]),
+            None => poses[id.0],
+        };
+        let margin = indent(open.len());
+        let _ = writeln!(text, "{margin}<body name=\"{}\" {}>", escaped(&link.name), placed(&ahead));
+        if let Some((_, ten)) = bodies.iter().find(|(of, _)| *of == id) {
+            let _ = writeln!(text, "{margin}  {}", inertial(link, ten)?);
+        }
+        if let Some(joint) = joint(robot, link, joints, &mut equalities)? {
+            let _ = writeln!(text, "{margin}  {joint}");
+        }
+        open.push(id);
+    }
+    while open.pop().is_some() {
+        let _ = writeln!(text, "{}</body>", indent(open.len()));
+    }
+    text += "  </worldbody>\n";
+    if !equalities.is_empty() {
+        let _ = write!(text, "  <equality>\n{equalities}  </equality>\n");
+    }
+    Ok(text + "</mujoco>\n")
+}
+
+/// The frame that the file gives each link, in the base frame, at q = 0.
+pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
+    let poses = robot.link_poses(&vec![0.0; robot.n_variables()]);
+    poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&link.file_frame)).collect()
+}
+
+/// The links in the order of a text that nests them.
+fn nested(robot: &Robot) -> Vec<LinkId> {
+    let mut order = Vec::with_capacity(robot.links.len());
+    let carried = |by: Option<LinkId>| robot.link_ids().rev().filter(move |id| robot.link(*id).antecedent == by);
+    let mut next: Vec<LinkId> = carried(None).collect();
+    while let Some(id) = next.pop() {
+        order.push(id);
+        next.extend(carried(Some(id)));
+    }
+    order
+}
+
+/// `<inertial>` of a body in the frame that the file gives the link.
+pub(super) fn inertial(link: &Link, ten: &Ten) -> Result<String, Error> {
+    body::check(link, ten).map_err(Error::new)?;
+    let in_file = robot::transform_inertial(ten, &link.file_frame.inverse());
+    let body = centroidal(&in_file).ok_or_else(|| Error::new(format!("link {}: no mass", link.name)))?;
+    let ([x, y, z], [xx, xy, xz, yy, yz, zz]) = (body.centre, body.inertia);
+    let mass = body.mass;
+    Ok(format!("<inertial pos=\"{x} {y} {z}\" mass=\"{mass}\" fullinertia=\"{xx} {yy} {zz} {xy} {xz} {yz}\"/>"))
+}
+
+/// Position and orientation as attributes.
+fn placed(pose: &Pose) -> String {
+    let [x, y, z] = pose.position;
+    let [w, i, j, k] = quaternion(pose);
+    format!("pos=\"{x} {y} {z}\" quat=\"{w} {i} {j} {k}\"")
+}
+
+/// The orientation, w first.
+pub(super) fn quaternion(pose: &Pose) -> [f64; 4] {
+    let rotation = Matrix3::from_fn(|r, c| pose.rotation[r][c]);
+    let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+    [q.w, q.i, q.j, q.k]
+}
+
+/// `<joint>` of a link; `None` where it is fixed. A joint that follows a coordinate adds its equality to `equalities`.
+fn joint(
+    robot: &Robot,
+    link: &Link,
+    joints: &[JointDynamics],
+    equalities: &mut String,
+) -> Result<Option<String>, Error> {
+    let (kind, drive) = (link.joint.kind, link.joint.drive);
+    let (CoordinateId(k), factor) = match link.joint.variable.terms.as_slice() {
+        [] => return Ok(None),
+        _ if kind == JointKind::Fixed => return Ok(None),
+        [(k, factor)] => (*k, *factor),
+        _ => {
+            let name = &link.joint.name;
+            return Err(Error::new(format!(
+                "the joint {name} moves with several coordinates: MJCF has no word for it"
+            )));
+        }
+    };
+    let coordinate = &robot.coordinates[k];
+    let follows = drive != Drive::Actuated || factor.abs() != 1.0;
+    // In the frame of the body.
+    let to_body = link.file_frame.inverse();
+    let sign = if follows { 1.0 } else { factor.signum() };
+    let axis = [0, 1, 2].map(|r| sign * to_body.rotation[r][2]);
+    let ([x, y, z], [ax, ay, az]) = (to_body.position.map(plain), axis.map(plain));
+    let name = if follows { &link.joint.name } else { &coordinate.name };
+    let word = if kind == JointKind::Prismatic { "slide" } else { "hinge" };
+    let mut text =
+        format!("<joint name=\"{}\" type=\"{word}\" pos=\"{x} {y} {z}\" axis=\"{ax} {ay} {az}\"", escaped(name));
+    if follows {
+        let (one, other) = (escaped(name), escaped(&coordinate.name));
+        let _ = writeln!(equalities, "    <joint joint1=\"{one}\" joint2=\"{other}\" polycoef=\"0 {factor} 0 0 0\"/>");
+    } else {
+        if let Some((low, high)) = coordinate.limits.position.filter(|(low, high)| low < high) {
+            let _ = write!(text, " range=\"{low} {high}\"");
+        }
+        if let Some(found) = joints.iter().find(|joint| joint.joint == coordinate.name) {
+            attributes(found).iter().for_each(|(key, value)| text += &format!(" {key}=\"{value}\""));
+        }
+    }
+    Ok(Some(text + "/>"))
+}
+
+/// The attributes of MuJoCo for friction and rotor inertia. Negative figures become zero, since simulators refuse
+/// friction that drives.
+pub(super) fn attributes(joint: &JointDynamics) -> [(&'static str, String); 3] {
+    [("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)]
+        .map(|(key, value)| (key, value.max(0.0).to_string()))
+}
+
+/// Turns -0 into 0.
+fn plain(x: f64) -> f64 {
+    x + 0.0
+}
+
+fn indent(depth: usize) -> String {
+    "  ".repeat(depth + 2)
+}
+
+/// A name within the quotes of an attribute.
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robot::format::{read_urdf, read_yaml};
+    use roxmltree::Document;
+
+    const ARM: &str = "convention: khalil-kleinfinger\nname: a&b\nlinks:\n  \
+        - {link: 1, antecedent: base, theta: q1, limits: {position: [-1, 2]}}\n  \
+        - {link: 2, antecedent: 1, alpha: pi/2, d: 0.5, r: 0.1 - q2, joint: prismatic}\n  \
+        - {link: 3, antecedent: 1, drive: passive, theta: -2*q1 + pi/2}\n";
+
+    const BODY: Ten = [0.1, 0.0, 0.01, 0.12, 0.0, 0.11, 0.2, 0.0, 0.1, 2.0];
+
+    /// Bodies nest as the links hang, joints turn as the coordinates do, and followers are tied to them.
+    #[test]
+    fn bodies_and_joints() {
+        let robot = read_yaml(ARM, "arm.yaml").unwrap();
+        let bodies: Vec<(LinkId, Ten)> = robot.link_ids().map(|id| (id, BODY)).collect();
+        let joint = JointDynamics { joint: "q1".into(), damping: 0.3, friction: -1.0, armature: 0.05 };
+        let text = mjcf(&robot, &bodies, &[joint]).unwrap();
+        let document = Document::parse(&text).unwrap();
+        let find = |tag: &str, name: &str| {
+            document.descendants().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name)).unwrap()
+        };
+        let numbers = |node: roxmltree::Node, key: &str| -> Vec<f64> {
+            node.attribute(key).unwrap().split(' ').map(|x| x.parse().unwrap()).collect()
+        };
+        let (first, second, third) = (find("body", "link 1"), find("body", "link 2"), find("body", "link 3"));
+        assert!(second.parent() == Some(first) && third.parent() == Some(first));
+        // Rx(pi/2) Tx(0.5) Tz(0.1): z of the link is -y of the first; to rounding of sine and cosine.
+        for (found, expected) in numbers(second, "pos").iter().zip([0.5, -0.1, 0.0]) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+        let hinge = find("joint", "q1");
+        let shown = |key: &str| hinge.attribute(key).unwrap();
+        assert_eq!(
+            [shown("range"), shown("damping"), shown("frictionloss"), shown("armature")],
+            ["-1 2", "0.3", "0", "0.05"]
+        );
+        let slide = find("joint", "q2");
+        assert_eq!((slide.attribute("type"), numbers(slide, "axis")[2]), (Some("slide"), -1.0));
+        assert!(text.contains("polycoef=\"0 -2 0 0 0\""), "{text}");
+        assert_eq!(numbers(first.first_element_child().unwrap(), "mass"), [2.0]);
+    }
+
+    /// In the frames of a URDF its own inertials come back.
+    #[test]
+    fn frames_are_the_files() {
+        let urdf = r#"<robot name="r"><link name="base"/><link name="l"><inertial><origin xyz="0.1 0.2 0"/><mass value="2"/>
+            <inertia ixx="0.1" ixy="0.01" ixz="0" iyy="0.12" iyz="0.02" izz="0.11"/></inertial></link>
+            <joint name="j" type="revolute"><parent link="base"/><child link="l"/><origin xyz="0 0 0.3" rpy="0.2 0.1 0"/>
+            <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#;
+        let robot = read_urdf(urdf, "r.urdf").unwrap();
+        let ten = robot.links[0].inertial.unwrap();
+        let text = mjcf(&robot, &[(LinkId(0), ten)], &[]).unwrap();
+        let document = Document::parse(&text).unwrap();
+        let numbers = |tag: &str, key: &str| -> Vec<f64> {
+            let node = document.descendants().find(|n| n.has_tag_name(tag)).unwrap();
+            node.attribute(key).unwrap().split(' ').map(|x| x.parse().unwrap()).collect()
+        };
+        let near = |found: Vec<f64>, expected: &[f64]| {
+            // A few products of sines and cosines.
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{found:?} {expected:?}");
+        };
+        near(numbers("inertial", "pos"), &[0.1, 0.2, 0.0]);
+        near(numbers("inertial", "fullinertia"), &[0.1, 0.12, 0.11, 0.01, 0.0, 0.02]);
+        near(numbers("joint", "axis"), &[0.0, 1.0, 0.0]);
+        near(numbers("body", "pos"), &[0.0, 0.0, 0.3]);
+    }
+
+    #[test]
+    fn refusals() {
+        let robot = read_yaml(ARM, "arm.yaml").unwrap();
+        let refused = mjcf(&robot, &[(LinkId(0), [0.0; 10])], &[]).unwrap_err().to_string();
+        assert!(refused.contains("are no body"), "{refused}");
+    }
+}

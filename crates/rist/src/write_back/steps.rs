@@ -1,0 +1,104 @@
+//! Writes identified parameters into the files that simulators read.
+
+use linear_model::parameter::FrictionParameter::*;
+use linear_model::parameter::ParameterId;
+
+use crate::write_back::body::JointDynamics;
+use crate::write_back::mjcf::mjcf;
+use crate::write_back::mjcf_into::mjcf_into;
+use crate::write_back::urdf::{WrittenBack, write_back};
+
+use crate::Estimate;
+use crate::error::Error;
+use crate::model::Model;
+use crate::samples::Bodies;
+
+/// A URDF with the identified bodies, joint damping and friction; the rest of the text is unchanged. Its notes say what
+/// a URDF cannot express.
+///
+/// Fails where the text is no URDF, and with a verdict where the bodies are not to be used.
+pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
+    let file = model.path.display().to_string();
+    if !urdf.trim_start().starts_with('<') {
+        return Err(Error::new(format_args!("{file}: --write-urdf needs a model that is a URDF")));
+    }
+    usable(bodies)?;
+    let dynamics = joint_dynamics(model, bodies, estimate).unwrap_or_default();
+    let mut written = write_back(urdf, &file, &model.robot, &bodies.links, &dynamics)?;
+    let mut notes = missing_in_a_urdf(model, bodies, estimate);
+    notes.append(&mut written.notes);
+    Ok(WrittenBack { notes, ..written })
+}
+
+/// A MuJoCo model with the identified bodies, joint damping, friction loss and armature. It is a new model without
+/// shapes, or `into`: the name and the text of an existing one.
+///
+/// Fails where the friction of the estimate has no damping and friction loss, where the robot floats or has loops and
+/// there is no `into`, where the frames of `into` are others, and with a verdict where the bodies are not to be used.
+pub fn write_mjcf(
+    model: &Model,
+    bodies: &Bodies,
+    estimate: &Estimate,
+    into: Option<(&str, &str)>,
+) -> Result<WrittenBack, Error> {
+    usable(bodies)?;
+    let Some(joints) = joint_dynamics(model, bodies, estimate) else {
+        return Err(Error::new("--write-mjcf needs --friction viscous,coulomb or asymmetric"));
+    };
+    let mut written = match into {
+        Some((file, text)) => mjcf_into(text, file, &model.robot, &bodies.links, &joints)?,
+        None => WrittenBack { text: mjcf(&model.robot, &bodies.links, &joints)?, notes: Vec::new() },
+    };
+    if has_offsets(estimate) {
+        written.notes.push("MuJoCo has no offset of friction: OFF is not in the file".into());
+    }
+    Ok(written)
+}
+
+fn usable(bodies: &Bodies) -> Result<(), Error> {
+    match &bodies.refusal {
+        Some(reason) => Err(Error::verdict(format_args!("nothing is written for a simulator: {reason}"))),
+        None => Ok(()),
+    }
+}
+
+/// Viscous and Coulomb friction of every joint, asymmetric friction by the mean of its directions; `None` where a
+/// joint has neither.
+fn joint_dynamics(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Option<Vec<JointDynamics>> {
+    let friction = |(coordinate, armature): (&String, &f64)| {
+        let value = |parameter| estimate.value(&ParameterId::friction(parameter, coordinate));
+        let mean = |forward, backward, sign: f64| Some(0.5 * (value(forward)? + sign * value(backward)?));
+        // Simulators refuse negative friction.
+        let damping = value(Viscous).or_else(|| mean(ViscousForward, ViscousBackward, 1.0))?.max(0.0);
+        let friction = value(Coulomb).or_else(|| mean(CoulombForward, CoulombBackward, -1.0))?.max(0.0);
+        Some(JointDynamics { joint: coordinate.clone(), damping, friction, armature: *armature })
+    };
+    model.regressor().coordinates().iter().zip(&bodies.armatures).map(friction).collect()
+}
+
+/// Sentences on what a URDF cannot express.
+fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec<String> {
+    let mut notes = Vec::new();
+    if joint_dynamics(model, bodies, estimate).is_none() {
+        notes.push(
+            "no friction is written: every joint needs a value of viscous and coulomb, or of asymmetric friction"
+                .into(),
+        );
+    }
+    let rotors = model.regressor().coordinates().iter().zip(&bodies.armatures).filter(|(_, a)| **a > 0.0);
+    let rotors: Vec<String> = rotors.map(|(c, a)| format!("{c} {a:.4}")).collect();
+    if !rotors.is_empty() {
+        notes.push(format!(
+            "a URDF has no rotor inertia; what the file lacks, kg m^2 (--write-mjcf writes it as armature): {}",
+            rotors.join(", ")
+        ));
+    }
+    if has_offsets(estimate) {
+        notes.push("a URDF has no offset of friction: OFF is not in the file".into());
+    }
+    notes
+}
+
+fn has_offsets(estimate: &Estimate) -> bool {
+    estimate.parameters.iter().any(|p| matches!(p.id, ParameterId::Friction(Offset, _)))
+}

@@ -1,0 +1,192 @@
+//! Writes identified inertials back into the URDF of the robot; every other byte stays.
+//!
+//! The identified body is a moving link with everything fixed to it, ten parameters about the origin
+//! of the link frame. The URDF link that the joint carries gets what remains without the lumped links.
+//! Where the remainder is not a body, that link gets everything and the inertials of the lumped links
+//! are emptied. A URDF inertial is about the centre of mass, here with axes along the link frame
+//! (rpy 0): I_c = I - m (c'c 1 - c c').
+//!
+//! Only attributes are replaced, inside the text: comments, order and spacing survive.
+
+use linear_model::pseudo_inertia::{Centroidal, Ten, centroidal};
+use logs::Error;
+use robot::{LinkId, Robot};
+use roxmltree::{Document, Node};
+
+use crate::write_back::body::{self, JointDynamics};
+use crate::write_back::text_edit::{Edits, tagged};
+
+/// A URDF with new inertials, and notes for the user on what was done.
+#[derive(Clone, Debug)]
+pub struct WrittenBack {
+    /// The description with the identified parameters.
+    pub text: String,
+    /// Sentences for the user: which link took over the inertia of others, and what hides the new inertials.
+    pub notes: Vec<String>,
+}
+
+/// Puts `bodies` (ten parameters in and about the link frame of the robot) and `dynamics` into the
+/// URDF `text` that `robot` was read from.
+///
+/// Fails when a body is not physically consistent (a simulator would refuse the file), when the text
+/// is not the robot's, or when a link or joint is not in it.
+pub fn write_back(
+    text: &str,
+    file: &str,
+    robot: &Robot,
+    bodies: &[(LinkId, Ten)],
+    dynamics: &[JointDynamics],
+) -> Result<WrittenBack, Error> {
+    let document = Document::parse(text).map_err(|e| Error::at(file, e.pos().row as usize, e.to_string()))?;
+    let root = document.root_element();
+    let mut edits = Edits::of(text);
+    let mut notes = Vec::new();
+    for (id, ten) in bodies {
+        let link =
+            robot.links.get(id.0).ok_or_else(|| Error::at(file, 0, format!("the robot has no link {}", id.0)))?;
+        body::check(link, ten).map_err(|message| Error::at(file, 0, message))?;
+        let (own, lumped) = body::own(link, ten, |_| true);
+        for name in &lumped {
+            empty(&element(root, "link", name, file)?, &mut edits);
+        }
+        notes.extend(body::carries(link, &lumped));
+        let in_file = robot::transform_inertial(&own, &link.file_frame.inverse());
+        let body = centroidal(&in_file).ok_or_else(|| Error::at(file, 0, format!("link {}: no mass", link.name)))?;
+        set_inertial(&element(root, "link", &link.name, file)?, &body, &mut edits);
+    }
+    for joint in dynamics {
+        let attributes = [("damping", joint.damping.to_string()), ("friction", joint.friction.to_string())];
+        edits.set_child(&element(root, "joint", &joint.joint, file)?, "dynamics", &attributes);
+    }
+    Ok(WrittenBack { text: edits.apply(), notes })
+}
+
+/// The element of this tag and name among the robot's own (not in a transmission).
+fn element<'a, 'd>(root: Node<'a, 'd>, tag: &str, name: &str, file: &str) -> Result<Node<'a, 'd>, Error> {
+    let found = root.children().find(|n| n.has_tag_name(tag) && n.attribute("name") == Some(name));
+    found.ok_or_else(|| Error::at(file, 0, format!("there is no <{tag} name=\"{name}\"> in the file")))
+}
+
+fn set_inertial(link: &Node, body: &Centroidal, edits: &mut Edits) {
+    let [x, y, z] = body.centre;
+    let [xx, xy, xz, yy, yz, zz] = body.inertia;
+    let origin = [("xyz", format!("{x} {y} {z}")), ("rpy", "0 0 0".into())];
+    let mass = [("value", body.mass.to_string())];
+    let inertia = [("ixx", xx), ("ixy", xy), ("ixz", xz), ("iyy", yy), ("iyz", yz), ("izz", zz)];
+    let inertia = inertia.map(|(k, v)| (k, v.to_string()));
+    let children: [(&str, &[(&str, String)]); 3] = [("origin", &origin), ("mass", &mass), ("inertia", &inertia)];
+    match link.children().find(|n| n.has_tag_name("inertial")) {
+        Some(inertial) => children.iter().for_each(|(tag, attributes)| edits.set_child(&inertial, tag, attributes)),
+        None => {
+            let all: String = children.iter().map(|(tag, attributes)| tagged(tag, attributes)).collect();
+            edits.insert(link, &format!("<inertial>{all}</inertial>"));
+        }
+    }
+}
+
+/// Removes the inertial of a link: a fixed link without one has no inertia.
+fn empty(link: &Node, edits: &mut Edits) {
+    if let Some(inertial) = link.children().find(|n| n.has_tag_name("inertial")) {
+        edits.replace(inertial.range(), "");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robot::format::read_urdf;
+
+    const URDF: &str = r#"<?xml version="1.0"?>
+<!-- an arm -->
+<robot name="arm">
+  <link name="base"/>
+  <link   name="upper">   <!-- keep me -->
+    <inertial>
+      <!-- from CAD -->
+      <mass value='2.0'/>
+      <origin xyz="0.1 0 0" rpy="0 0.5 0"/>
+      <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.02"/>
+    </inertial>
+  </link>
+  <link name="tool"><inertial><mass value="0.5"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+  <link name="hand"/>
+  <joint name="turn" type="revolute">
+    <parent link="base"/><child link="upper"/><origin xyz="0 0 0.3" rpy="0.2 0.1 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="10" velocity="2"/>
+  </joint>
+  <joint name="weld" type="fixed"><parent link="upper"/><child link="tool"/><origin xyz="0.4 0 0"/></joint>
+  <joint name="wrist" type="continuous"><parent link="tool"/><child link="hand"/><axis xyz="1 0 0"/>
+    <limit effort="10" velocity="2"/></joint>
+</robot>
+"#;
+
+    fn total(robot: &Robot, id: usize) -> Ten {
+        let mut sum = [0.0; 10];
+        for part in &robot.links[id].parts {
+            sum.iter_mut().zip(part.parameters()).for_each(|(s, p)| *s += p);
+        }
+        sum
+    }
+
+    fn link(robot: &Robot, name: &str) -> LinkId {
+        robot.link_ids().find(|&id| robot.link(id).name == name).unwrap()
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let robot = read_urdf(URDF, "arm.urdf").unwrap();
+        let (upper, hand) = (link(&robot, "upper"), link(&robot, "hand"));
+        let mut heavier = total(&robot, upper.0);
+        heavier.iter_mut().for_each(|x| *x *= 1.5);
+        let small = [0.002, 0.0001, 0.0, 0.002, 0.0, 0.002, 0.01, 0.005, -0.01, 0.7];
+        let friction = JointDynamics { joint: "turn".into(), damping: 0.3, friction: 1.25, armature: 0.0 };
+        let bodies = [(upper, heavier), (hand, small)];
+        let written = write_back(URDF, "arm.urdf", &robot, &bodies, &[friction]).unwrap();
+        assert!(written.notes.is_empty());
+        let again = read_urdf(&written.text, "arm.urdf").unwrap();
+        for (id, expected) in [(upper.0, heavier), (hand.0, small)] {
+            for (a, b) in total(&again, id).into_iter().zip(expected) {
+                assert!((a - b).abs() < 1e-14, "{a} {b}");
+            }
+        }
+        for kept in ["<!-- keep me -->", "<!-- from CAD -->", "<link   name=\"upper\">   ", "<!-- an arm -->"] {
+            assert!(written.text.contains(kept), "{}", written.text);
+        }
+        assert!(written.text.contains("<dynamics damping=\"0.3\" friction=\"1.25\"/>"), "{}", written.text);
+        assert!(written.text.contains("rpy=\"0 0 0\""));
+    }
+
+    /// The bytes outside of the edited elements are those of the original.
+    #[test]
+    fn nothing_to_write_changes_no_byte() {
+        let robot = read_urdf(URDF, "arm.urdf").unwrap();
+        assert_eq!(write_back(URDF, "arm.urdf", &robot, &[], &[]).unwrap().text, URDF);
+    }
+
+    #[test]
+    fn a_light_body_takes_its_lumped_links_over() {
+        let robot = read_urdf(URDF, "arm.urdf").unwrap();
+        let upper = link(&robot, "upper");
+        let light = [0.002, 0.0, 0.0, 0.002, 0.0, 0.002, 0.01, 0.0, 0.0, 0.3];
+        let written = write_back(URDF, "arm.urdf", &robot, &[(upper, light)], &[]).unwrap();
+        assert!(written.notes[0].contains("tool"), "{:?}", written.notes);
+        let again = read_urdf(&written.text, "arm.urdf").unwrap();
+        for (a, b) in total(&again, upper.0).into_iter().zip(light) {
+            assert!((a - b).abs() < 1e-14, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn refusals() {
+        let robot = read_urdf(URDF, "arm.urdf").unwrap();
+        let upper = link(&robot, "upper");
+        let message = write_back(URDF, "arm.urdf", &robot, &[(upper, [0.0; 10])], &[]).unwrap_err().to_string();
+        assert!(message.contains("link upper: the identified parameters are no body"), "{message}");
+        let other = "<robot name=\"other\"/>";
+        let body = [0.1, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0];
+        let message = write_back(other, "arm.urdf", &robot, &[(upper, body)], &[]).unwrap_err().to_string();
+        assert!(message.contains("there is no <link name="), "{message}");
+        let message = write_back("<robot", "arm.urdf", &robot, &[], &[]).unwrap_err().to_string();
+        assert!(message.starts_with("arm.urdf:1:"), "{message}");
+    }
+}
