@@ -1,6 +1,7 @@
 //! The flags of a request, made from the table of its fields: their help, their values, and the request they ask for.
 
 use std::marker::PhantomData;
+use std::ops::Deref;
 use std::path::Path;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
@@ -12,26 +13,63 @@ use serde_json::Value;
 
 use crate::failure::Failure;
 
-/// The flags of `R` that were given, as texts.
-pub struct Flags<R> {
-    given: Vec<(Field, Vec<String>)>,
-    request: PhantomData<R>,
-}
+/// The flags that were given, as texts.
+pub struct Given(Vec<(Field, Vec<String>)>);
 
-impl<R: Request> Flags<R> {
-    /// The request, with the files that it names read.
-    pub fn read(&self) -> Result<R, Failure> {
-        let mut request = R::default();
-        for (field, texts) in &self.given {
+impl Given {
+    /// Those of `fields` that stand in the command line.
+    pub fn of(fields: Vec<Field>, matches: &ArgMatches) -> Given {
+        let is_given = |field: &Field| matches.value_source(field.name) == Some(ValueSource::CommandLine);
+        let texts = |field: &Field| match field.shape.flag {
+            Flag::Switch => Vec::new(),
+            _ => matches.get_many::<String>(field.name).into_iter().flatten().cloned().collect(),
+        };
+        let fields = fields.into_iter().filter(is_given);
+        Given(fields.map(|field| (field.clone(), texts(&field))).collect())
+    }
+
+    /// The request that its own flags ask for, with the files that it names read.
+    pub fn read<R: Request>(&self) -> Result<R, Failure> {
+        let (mut request, own) = (R::default(), R::fields());
+        for (field, texts) in self.0.iter().filter(|(field, _)| own.iter().any(|own| own.name == field.name)) {
             request.set_texts(field.name, texts)?;
         }
         Ok(request)
     }
 
-    /// The files that it names.
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|(field, _)| field.name)
+    }
+
+    /// The file that a flag names; empty where it is not given.
+    pub fn file(&self, name: &str) -> &Path {
+        let given = self.0.iter().find(|(field, _)| field.name == name);
+        given.and_then(|(_, texts)| texts.last()).map_or(Path::new(""), Path::new)
+    }
+
+    /// The files whose content is a part of the request.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
-        let files = self.given.iter().filter(|(field, _)| field.shape.is_file);
+        let files = self.0.iter().filter(|(field, _)| field.shape.is_file);
         files.flat_map(|(_, texts)| texts.iter().map(Path::new))
+    }
+}
+
+/// The flags of one request that were given.
+pub struct Flags<R>(Given, PhantomData<R>);
+
+impl<R: Request> Flags<R> {
+    /// The request, with the files that it names read.
+    pub fn read(&self) -> Result<R, Failure> {
+        self.0.read()
+    }
+}
+
+impl<R> Deref for Flags<R> {
+    type Target = Given;
+
+    fn deref(&self) -> &Given {
+        &self.0
     }
 }
 
@@ -47,13 +85,7 @@ impl<R: Request> Args for Flags<R> {
 
 impl<R: Request> FromArgMatches for Flags<R> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Flags<R>, clap::Error> {
-        let is_given = |field: &Field| matches.value_source(field.name) == Some(ValueSource::CommandLine);
-        let texts = |field: &Field| match field.shape.flag {
-            Flag::Switch => Vec::new(),
-            _ => matches.get_many::<String>(field.name).into_iter().flatten().cloned().collect(),
-        };
-        let fields = R::fields().into_iter().filter(is_given);
-        Ok(Flags { given: fields.map(|field| (field.clone(), texts(&field))).collect(), request: PhantomData })
+        Ok(Flags(Given::of(R::fields(), matches), PhantomData))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -63,7 +95,7 @@ impl<R: Request> FromArgMatches for Flags<R> {
 }
 
 /// The flag of a field.
-fn flag(field: &Field) -> Arg {
+pub fn flag(field: &Field) -> Arg {
     let name = if field.value_name.is_empty() { field.name.to_uppercase() } else { field.value_name.into() };
     let mut flag = Arg::new(field.name).long(field.flag_name()).help(spelled(&field.doc, Reader::Program));
     if let Some(letter) = field.short {
@@ -85,7 +117,10 @@ fn flag(field: &Field) -> Arg {
         _ => flag,
     };
     if !field.shape.words.is_empty() {
-        let words = field.shape.words.iter().map(|(word, help)| PossibleValue::new(word).help(help));
+        let words = field.shape.words.iter().map(|(word, help)| match help.is_empty() {
+            true => PossibleValue::new(word),
+            false => PossibleValue::new(word).help(help),
+        });
         return flag.value_name(name).value_parser(PossibleValuesParser::new(words));
     }
     let check = field.shape.check;

@@ -102,7 +102,7 @@ impl Tilted {
         if tilted.because.is_empty() {
             return Ok(tilted);
         }
-        let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options() };
+        let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options()? };
         let given = rist::description::read_robot(&arguments.model.model, &options)?;
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();

@@ -1,17 +1,19 @@
 //! The options of a call: keyword arguments become a request, field by field, as flags do in the program.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use rist::request::{Request, unknown};
+use rist::request::{Method, Request, unknown};
 use serde_json::{Map, Number, Value};
 
 use crate::error::error;
 
 /// The keyword arguments of a call, `None` counting as absent.
 pub struct Call<'py> {
-    function: &'static str,
+    /// The name of the function, for messages.
+    pub function: &'static str,
     /// Arguments that are no fields of a request: callbacks, estimates, logs.
     own: &'static [&'static str],
     given: Vec<(String, Bound<'py, PyAny>)>,
@@ -31,6 +33,33 @@ impl<'py> Call<'py> {
             }
         }
         Ok(Call { function, own, given })
+    }
+
+    /// The same of one argument alone.
+    pub fn only(
+        function: &'static str,
+        name: &'static str,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Call<'py>> {
+        let all = Call::new(function, &[], options)?;
+        Ok(Call { given: all.given.into_iter().filter(|(given, _)| given == name).collect(), ..all })
+    }
+
+    /// Refuses the options that a method of identification does not take, with the methods that do.
+    pub fn check_method(&self, method: Method) -> PyResult<()> {
+        let others: Vec<&str> =
+            self.given.iter().map(|(name, _)| name.as_str()).filter(|name| *name != "method").collect();
+        for name in others {
+            if Method::all().all(|method| method.refusal(name).is_some()) {
+                let known = Method::all().flat_map(|method| method.fields()).map(|field| field.name);
+                let known: BTreeSet<&str> = known.chain(self.own.iter().copied()).collect();
+                return Err(self.refused(unknown(name, known)));
+            }
+            if let Some(refusal) = method.refusal(name) {
+                return Err(self.refused(refusal));
+            }
+        }
+        Ok(())
     }
 
     /// An argument that is no field of the request; `None` where it is absent.
@@ -62,6 +91,28 @@ impl<'py> Call<'py> {
     fn refused(&self, e: rist::Error) -> PyErr {
         error(format_args!("{}: {e}", self.function))
     }
+}
+
+/// A value of the library as Python has it.
+pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::Null => py.None().into_bound(py),
+        Value::Bool(truth) => truth.into_pyobject(py)?.to_owned().into_any(),
+        Value::Number(number) => match number.as_u64() {
+            Some(whole) => whole.into_pyobject(py)?.into_any(),
+            None => number.as_f64().into_pyobject(py)?.into_any(),
+        },
+        Value::String(text) => text.into_pyobject(py)?.into_any(),
+        Value::Array(list) => {
+            let list = list.iter().map(|x| object(py, x)).collect::<PyResult<Vec<_>>>()?;
+            list.into_pyobject(py)?.into_any()
+        }
+        Value::Object(by_name) => {
+            let dict = PyDict::new(py);
+            by_name.iter().try_for_each(|(name, x)| dict.set_item(name, object(py, x)?))?;
+            dict.into_any()
+        }
+    })
 }
 
 /// A value of Python as the library takes it; `None` where it has no such values.

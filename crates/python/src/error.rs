@@ -17,6 +17,11 @@ pub fn error(message: impl std::fmt::Display) -> PyErr {
     Error::new_err(spelled(&message.to_string(), Reader::Python))
 }
 
+/// Sentences whose fields are spelled as keywords.
+pub fn all_spelled(texts: &[String]) -> Vec<String> {
+    texts.iter().map(|text| spelled(text, Reader::Python)).collect()
+}
+
 /// Turns the errors of the library into the exception.
 pub trait OrError<T> {
     /// The same message.

@@ -6,6 +6,7 @@
 use serde_json::Value;
 
 use super::range::Range;
+use super::shape::Shape;
 use super::types::FieldType;
 
 /// One field of a request.
@@ -29,47 +30,13 @@ pub struct Field {
     pub heading: &'static str,
 }
 
-/// How the values of a type are written.
-#[derive(Clone, Debug)]
-pub struct Shape {
-    /// `a whole number`.
-    pub expected: String,
-    /// The type in a stub of Python.
-    pub python: String,
-    /// The type in a JSON schema.
-    pub json: Value,
-    /// How a command line gives it.
-    pub flag: Flag,
-    /// The words that it takes, each with a line of help; none: it takes other texts too.
-    pub words: Vec<(&'static str, &'static str)>,
-    /// Whether a text of it is the path of a file that is read.
-    pub is_file: bool,
-    /// Refuses a text of the command line before anything else is done.
-    pub check: fn(&str) -> Result<(), String>,
-}
-
-/// How a command line gives a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flag {
-    /// It is there or not.
-    Switch,
-    /// With one text.
-    One,
-    /// With a number, which may be negative.
-    Number,
-    /// With texts that commas divide; it may be repeated.
-    List,
-    /// With one text each time; it may be repeated.
-    Repeated,
-}
-
 impl Field {
     /// A field of this type, with the lines of its doc comment.
     pub fn new<T: FieldType>(name: &'static str, doc: &[&str], default: &T) -> Field {
         let doc = doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
         Field {
             name,
-            doc: doc.trim_end_matches('.').to_string(),
+            doc: doc.strip_suffix('.').filter(|doc| !doc.ends_with('.')).unwrap_or(&doc).to_string(),
             shape: T::shape(),
             default: default.to_value(),
             range: Range::Any,

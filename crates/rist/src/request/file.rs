@@ -8,7 +8,7 @@ use identification::estimate::options::Options;
 use linear_model::known_load::KnownLoad;
 use serde_json::{Value, json};
 
-use super::field::{Flag, Shape};
+use super::shape::{Flag, Shape};
 use super::types::{FieldType, every_text, last};
 use crate::error::Error;
 

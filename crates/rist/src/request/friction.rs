@@ -3,7 +3,7 @@
 use linear_model::friction::terms::FrictionTerm;
 use serde_json::{Value, json};
 
-use super::field::{Flag, Shape};
+use super::shape::{Flag, Shape};
 use super::types::FieldType;
 use crate::error::Error;
 

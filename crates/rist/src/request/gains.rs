@@ -3,7 +3,7 @@
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};
 
-use super::field::{Flag, Shape};
+use super::shape::{Flag, Shape};
 use super::types::FieldType;
 use crate::error::Error;
 

@@ -16,11 +16,16 @@
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-use super::all_fields;
+use serde_json::Value;
+
+use super::{all_fields, number};
 
 /// Who reads a text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reader {
+    /// A program in Rust: the text stays as it is.
+    #[default]
+    Library,
     /// A person at a command line.
     Program,
     /// A person who writes Python.
@@ -57,6 +62,9 @@ fn is_field(name: &str) -> bool {
 
 /// The text with its fields as `reader` writes them.
 pub fn spelled(text: &str, reader: Reader) -> String {
+    if reader == Reader::Library {
+        return text.into();
+    }
     let mut spelled = String::new();
     let mut rest = text;
     while let Some((before, behind)) = rest.split_once('[') {
@@ -86,6 +94,7 @@ fn field(text: &str) -> Option<(&str, &str, usize)> {
 fn written(name: &str, more: &str, reader: Reader) -> String {
     let (value, keys) = (more.strip_prefix('='), more.strip_prefix('.'));
     match reader {
+        Reader::Library => format!("[{name}{more}]"),
         Reader::Program => {
             let flag = format!("--{}", name.replace('_', "-"));
             match (value, keys) {
@@ -108,19 +117,65 @@ fn written(name: &str, more: &str, reader: Reader) -> String {
 
 /// A value of a command line as a literal of Python.
 fn literal(value: &str) -> String {
-    if let Some((name, value)) = value.split_once('=') {
-        return format!("{{'{name}': {}}}", literal(value));
+    let pieces: Vec<&str> = value.split(',').collect();
+    if value.contains('=') {
+        // q1=6,12,q2=3: a number without a name belongs to the name before it; `..` stands for the others.
+        let mut by_name: Vec<(&str, Vec<String>)> = Vec::new();
+        for piece in pieces {
+            match (piece.split_once('='), by_name.last_mut()) {
+                (Some((name, x)), Some((last, numbers))) if *last == name => numbers.push(plain(x)),
+                (Some((name, x)), _) => by_name.push((name, vec![plain(x)])),
+                (None, Some((_, numbers))) if piece != ".." => numbers.push(plain(piece)),
+                (None, _) => by_name.push(("", Vec::new())),
+            }
+        }
+        let one = |(name, numbers): &(&str, Vec<String>)| match numbers.as_slice() {
+            [] => "..".into(),
+            [one] => format!("'{name}': {one}"),
+            _ => format!("'{name}': [{}]", numbers.join(", ")),
+        };
+        return format!("{{{}}}", by_name.iter().map(one).collect::<Vec<String>>().join(", "));
     }
+    match pieces.as_slice() {
+        [one] => plain(one),
+        _ => format!("[{}]", pieces.into_iter().map(plain).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// The same of a value without commas and names.
+fn plain(value: &str) -> String {
     if let Some((number, deviation)) = value.split_once("+-") {
         return format!("({number}, {deviation})");
     }
-    let is_number = |text: &str| text.parse::<f64>().is_ok();
     match value {
         "true" => "True".into(),
-        number if is_number(number) => number.into(),
-        list if list.contains(',') && list.split(',').all(is_number) => format!("[{}]", list.replace(',', ", ")),
+        number if number.parse::<f64>().is_ok() => number.into(),
         text => format!("'{text}'"),
     }
+}
+
+/// What a command line says for these values of a request, each flag behind a blank.
+pub fn flags(given: &[(&'static str, Value)]) -> String {
+    let mut text = String::new();
+    for (name, value) in given {
+        let flag = format!(" --{}", name.replace('_', "-"));
+        let word = |value: &Value| match value {
+            Value::String(word) => word.clone(),
+            Value::Number(x) => number(x.as_f64().unwrap_or(f64::NAN)),
+            other => other.to_string(),
+        };
+        match value {
+            Value::Bool(_) | Value::Null => text += &flag,
+            Value::Object(by_name) => {
+                by_name.iter().for_each(|(name, x)| text += &format!("{flag} {name}={}", word(x)))
+            }
+            Value::Array(list) => {
+                text += &format!("{flag} {}", list.iter().map(word).collect::<Vec<String>>().join(","));
+            }
+            one => text += &format!("{flag} {}", word(one)),
+        }
+    }
+    text
 }
 
 #[cfg(test)]
@@ -140,6 +195,12 @@ mod tests {
             ("[steps=3], [method=iv]", "--steps 3, --method iv", "steps=3, method='iv'"),
             ("[plan=q1=11+-2]", "--plan q1=11+-2", "plan={'q1': (11, 2)}"),
             ("[plan=q1=6,12]", "--plan q1=6,12", "plan={'q1': [6, 12]}"),
+            (
+                "[gain=q1=6,12,q2=3]; [gain=q1=2,..]",
+                "--gain q1=6,12,q2=3; --gain q1=2,..",
+                "gain={'q1': [6, 12], 'q2': 3}; gain={'q1': 2, ..}",
+            ),
+            ("[play=q1,q2]", "--play q1,q2", "play=['q1', 'q2']"),
             ("[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate"),
         ] {
             assert_eq!(spelled(text, Reader::Program), program);

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde_json::{Value, json};
 
-use super::field::{Flag, Shape};
+use super::shape::{Flag, Shape};
 use crate::error::Error;
 
 /// A type that a field can have.
@@ -29,19 +29,6 @@ pub trait FieldType: Sized {
     /// The numbers that have to lie in the range of the field.
     fn numbers(&self) -> Vec<f64> {
         Vec::new()
-    }
-}
-
-impl Shape {
-    /// Of a plain type; `check` refuses texts.
-    pub fn plain(
-        expected: &str,
-        python: &str,
-        json: Value,
-        flag: Flag,
-        check: fn(&str) -> Result<(), String>,
-    ) -> Shape {
-        Shape { expected: expected.into(), python: python.into(), json, flag, words: Vec::new(), is_file: false, check }
     }
 }
 
@@ -178,6 +165,26 @@ impl FieldType for PathBuf {
 
     fn of_value(value: &Value) -> Result<Option<PathBuf>, Error> {
         Ok(value.as_str().map(PathBuf::from))
+    }
+
+    fn to_value(&self) -> Value {
+        json!(self)
+    }
+}
+
+impl FieldType for Vec<PathBuf> {
+    fn shape() -> Shape {
+        let shape = Vec::<String>::shape();
+        Shape { expected: "a list of paths".into(), python: "Sequence[Path]".into(), flag: Flag::Repeated, ..shape }
+    }
+
+    fn of_texts(texts: &[String]) -> Result<Vec<PathBuf>, Error> {
+        Ok(texts.iter().map(PathBuf::from).collect())
+    }
+
+    fn of_value(value: &Value) -> Result<Option<Vec<PathBuf>>, Error> {
+        let path = |x: &Value| x.as_str().map(PathBuf::from);
+        Ok(value.as_array().and_then(|list| list.iter().map(path).collect()))
     }
 
     fn to_value(&self) -> Value {

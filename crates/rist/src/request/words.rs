@@ -3,9 +3,12 @@
 use experiments::excitation::criterion::Aim;
 use experiments::motion::profile::Profile;
 use experiments::plan::exchange::Criterion;
+use identification::estimators::weighted::Weights;
+use linear_model::description_options::RotorInertias;
+use robot::format::{Angles, Mimic};
 use serde_json::json;
 
-use super::field::{Flag, Shape};
+use super::shape::{Flag, Shape};
 use super::types::{every_text, last};
 use crate::error::Error;
 
@@ -26,7 +29,7 @@ pub trait Words: Copy + PartialEq + 'static {
 }
 
 /// How a choice is written.
-fn shape<T: Words>() -> Shape {
+pub(super) fn shape<T: Words>() -> Shape {
     let words: Vec<&str> = T::WORDS.iter().map(|(_, word, _)| *word).collect();
     let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
     Shape {
@@ -66,7 +69,9 @@ macro_rules! words {
         }
     };
 }
-fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
+pub(crate) use words;
+
+pub(super) fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
     let word = last(texts);
     T::of_word(word).ok_or_else(|| Error::new(format_args!("`{word}`: expected is {}", shape::<T>().expected)))
 }
@@ -84,4 +89,27 @@ words! { Profile:
 words! { Aim:
     Determinant = "determinant" "The determinant of the information",
     Condition = "condition" "The condition number of the columns, scaled to unit norm",
+}
+
+words! { Mimic:
+    Constraint = "constraint" "",
+    Independent = "independent" "",
+}
+
+words! { Angles:
+    Meant = "meant" "",
+    AsGiven = "as-given" "",
+}
+
+words! { RotorInertias:
+    None = "none" "",
+    Actuated = "actuated" "",
+    All = "all" "",
+}
+
+words! { Weights:
+    None = "none" "all alike (OLS)",
+    Joint = "joint" "by the residual of their joint (WLS)",
+    Huber = "huber" "as joint, and less where they do not fit",
+    Bisquare = "bisquare" "as huber, and nothing where they do not fit at all",
 }
