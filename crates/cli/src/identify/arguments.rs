@@ -52,9 +52,12 @@ pub struct Asked {
     pub given: Given,
 }
 
+/// What methods say of a field, each text with the methods that say it.
+type Told = Vec<(String, Vec<&'static str>)>;
+
 /// The flags of all methods, each once; where methods say different things of one, all of them.
 fn fields() -> Vec<Field> {
-    let mut told: Vec<(Field, Vec<(String, Vec<&str>)>)> = Vec::new();
+    let mut told: Vec<(Field, Told)> = Vec::new();
     for method in Method::all() {
         for field in method.fields().into_iter().chain(method.files()) {
             let at = told.iter().position(|(known, _)| known.name == field.name);
@@ -69,7 +72,7 @@ fn fields() -> Vec<Field> {
             }
         }
     }
-    let whole = |(field, docs): (Field, Vec<(String, Vec<&str>)>)| {
+    let whole = |(field, docs): (Field, Told)| {
         let first = docs.first().map(|(doc, _)| doc.clone());
         let others = docs.iter().skip(1).map(|(doc, methods)| format!("{}: {doc}", methods.join(", ")));
         Field { doc: first.into_iter().chain(others).collect::<Vec<_>>().join("; "), ..field }
