@@ -58,11 +58,13 @@ impl<'a> Model<'a> {
     }
 
     /// Number of coordinates.
+    #[inline]
     pub fn n(&self) -> usize {
         self.regressor.coordinates().len()
     }
 
     /// Number of parameters.
+    #[inline]
     pub fn p(&self) -> usize {
         self.parameters.len()
     }
@@ -91,6 +93,7 @@ impl<'a> Model<'a> {
     }
 
     /// The rows of sample r from its regressor `y`.
+    #[inline]
     fn fill(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, y: &[f64], w: &mut [f64]) {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let at = r * n..(r + 1) * n;
@@ -150,6 +153,7 @@ impl<'a> Model<'a> {
     }
 
     /// Friction, couplings and torques of sample r.
+    #[inline]
     fn fill_lane(&self, states: &States, filtered: &[Option<&[f64]>], r: usize, group: &mut [Eight], lane: usize) {
         let n = self.n();
         let at = r * n..(r + 1) * n;
@@ -183,6 +187,7 @@ impl<'a> Model<'a> {
     }
 
     /// tau - W x of eight rows of joint j.
+    #[inline]
     pub fn residual(&self, group: &[Eight], j: usize, x: &[f64]) -> [f64; 8] {
         let joint = &self.layout.joints[j];
         let mut residual = group[joint.torque()].0;

@@ -13,6 +13,7 @@ use nalgebra::{Matrix3, Matrix4, Vector3};
 pub type Ten = [f64; 10];
 
 /// The pseudo-inertia matrix of ten parameters.
+#[inline]
 pub fn pseudo_inertia(x: &Ten) -> Matrix4<f64> {
     let half = 0.5 * (x[0] + x[3] + x[5]);
     Matrix4::new(
@@ -36,6 +37,7 @@ pub fn pseudo_inertia(x: &Ten) -> Matrix4<f64> {
 }
 
 /// The ten parameters of a pseudo-inertia matrix.
+#[inline]
 pub fn parameters(p: &Matrix4<f64>) -> Ten {
     let trace = p[(0, 0)] + p[(1, 1)] + p[(2, 2)];
     [

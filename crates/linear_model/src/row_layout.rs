@@ -31,6 +31,7 @@ pub struct JointEntries {
 
 impl JointEntries {
     /// The place of the torque.
+    #[inline]
     pub fn torque(&self) -> usize {
         self.places.last().copied().unwrap_or_default()
     }

@@ -46,6 +46,7 @@ pub struct States {
 
 impl States {
     /// Number of instants.
+    #[inline]
     pub fn len(&self) -> usize {
         self.t.len()
     }
@@ -80,6 +81,7 @@ impl States {
     }
 
     /// Whether there is no instant.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }

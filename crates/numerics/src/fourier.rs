@@ -30,6 +30,7 @@ impl Bins {
     }
 
     /// Bin k of x. Samples beyond the length of the table are not read.
+    #[inline]
     pub fn of(&self, x: &[f64], k: usize) -> Complex<f64> {
         let [sum] = self.abreast([x], k);
         sum
@@ -93,6 +94,7 @@ impl Bins {
 }
 
 /// Sp of a signal with DFT `m` on a projector with DFT `v`, at the same bin.
+#[inline]
 pub fn sp(m: Complex<f64>, v: Complex<f64>) -> f64 {
     (m * v.conj()).re / v.norm_sqr()
 }

@@ -27,6 +27,7 @@ impl Rows {
     }
 
     /// Appends one row, cut or filled with zeros to the width.
+    #[inline]
     pub fn push(&mut self, row: &[f64]) {
         let missing = self.width.saturating_sub(row.len());
         self.entries.extend(row.iter().take(self.width));
@@ -34,21 +35,25 @@ impl Rows {
     }
 
     /// Columns of a row.
+    #[inline]
     pub fn width(&self) -> usize {
         self.width
     }
 
     /// Number of rows.
+    #[inline]
     pub fn len(&self) -> usize {
         self.entries.len().checked_div(self.width).unwrap_or(0)
     }
 
     /// Whether there is no row.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
     /// The rows in turn.
+    #[inline]
     pub fn iter(&self) -> impl Iterator<Item = &[f64]> {
         self.entries.chunks_exact(self.width.max(1))
     }
@@ -108,6 +113,7 @@ impl InformationMatrix {
     }
 
     /// Entry (i, j) of F.
+    #[inline]
     pub fn at(&self, i: usize, j: usize) -> f64 {
         if i >= j { self.entries[i * self.p + j] } else { self.entries[j * self.p + i] }
     }
@@ -179,6 +185,7 @@ pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(u
 
 impl InformationFactor {
     /// L^-1 x.
+    #[inline]
     pub fn whiten(&self, x: &[f64], out: &mut [f64]) {
         let p = self.p;
         for i in 0..p {
@@ -214,6 +221,7 @@ impl InformationFactor {
     }
 
     /// tr(W F^-1 W') of a block: its variance before it is added.
+    #[inline]
     pub fn variance(&self, rows: &Rows, out: &mut [f64]) -> f64 {
         rows.iter()
             .map(|row| {

@@ -27,6 +27,7 @@ impl Interruption {
     }
 
     /// Whether the work is asked to end.
+    #[inline]
     pub fn is_raised(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

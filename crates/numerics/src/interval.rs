@@ -28,16 +28,19 @@ impl Interval {
     pub const ZERO: Interval = Interval::point(0.0);
 
     /// The number x alone.
+    #[inline]
     pub const fn point(x: f64) -> Interval {
         Interval { low: x, high: x }
     }
 
     /// From `low` to `high`.
+    #[inline]
     pub const fn new(low: f64, high: f64) -> Interval {
         Interval { low, high }
     }
 
     /// From -x to x.
+    #[inline]
     pub const fn around_zero(x: f64) -> Interval {
         Interval { low: -x, high: x }
     }
@@ -51,39 +54,46 @@ impl Interval {
     }
 
     /// A number near the middle, within the interval.
+    #[inline]
     pub fn middle(self) -> f64 {
         (self.low + 0.5 * (self.high - self.low)).clamp(self.low, self.high)
     }
 
     /// The largest number less the smallest.
+    #[inline]
     pub fn width(self) -> f64 {
         self.high - self.low
     }
 
     /// The greatest absolute value.
+    #[inline]
     pub fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
     }
 
     /// The least interval that holds both.
+    #[inline]
     pub fn hull(self, other: Interval) -> Interval {
         Interval { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     /// The intersection; `self` where the two are apart. Two enclosures of one quantity are never apart, since rounding
     /// goes outward.
+    #[inline]
     pub fn meet(self, other: Interval) -> Interval {
         let (low, high) = (self.low.max(other.low), self.high.min(other.high));
         if low <= high { Interval { low, high } } else { self }
     }
 
     /// x^2.
+    #[inline]
     pub fn square(self) -> Interval {
         let product = self * self;
         Interval { low: product.low.max(0.0), high: product.high }
     }
 
     /// x / y; everything where the divisor holds zero.
+    #[inline]
     pub fn over(self, divisor: Interval) -> Interval {
         if divisor.low <= 0.0 && divisor.high >= 0.0 {
             return Interval::ALL;
@@ -94,6 +104,7 @@ impl Interval {
     }
 
     /// Square root of what is not negative; everything where a negative number is held.
+    #[inline]
     pub fn sqrt(self) -> Interval {
         if self.low < 0.0 {
             return Interval::ALL;
@@ -130,6 +141,7 @@ impl Interval {
 }
 
 /// The least interval of these, pushed outward; everything where one is no number.
+#[inline]
 fn outward(values: [f64; 4]) -> Interval {
     if values.iter().any(|x| x.is_nan()) {
         return Interval::ALL;
@@ -141,6 +153,7 @@ fn outward(values: [f64; 4]) -> Interval {
 
 impl Add for Interval {
     type Output = Interval;
+    #[inline]
     fn add(self, other: Interval) -> Interval {
         if other == Interval::ZERO {
             return self;
@@ -154,6 +167,7 @@ impl Add for Interval {
 
 impl Sub for Interval {
     type Output = Interval;
+    #[inline]
     fn sub(self, other: Interval) -> Interval {
         self + -other
     }
@@ -161,6 +175,7 @@ impl Sub for Interval {
 
 impl Neg for Interval {
     type Output = Interval;
+    #[inline]
     fn neg(self) -> Interval {
         Interval { low: -self.high, high: -self.low }
     }
@@ -168,6 +183,7 @@ impl Neg for Interval {
 
 impl Mul for Interval {
     type Output = Interval;
+    #[inline]
     fn mul(self, other: Interval) -> Interval {
         if self == Interval::ZERO || other == Interval::ZERO {
             return Interval::ZERO;
@@ -178,6 +194,7 @@ impl Mul for Interval {
 
 impl Mul<f64> for Interval {
     type Output = Interval;
+    #[inline]
     fn mul(self, factor: f64) -> Interval {
         self * Interval::point(factor)
     }

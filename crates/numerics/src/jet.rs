@@ -15,16 +15,19 @@ pub struct Jet(pub [Interval; 3]);
 
 impl Jet {
     /// A constant between bounds.
+    #[inline]
     pub const fn constant(x: Interval) -> Jet {
         Jet([x, Interval::ZERO, Interval::ZERO])
     }
 
     /// From a value and its first two derivatives with respect to time.
+    #[inline]
     pub fn of_derivatives(x: Interval, dx: Interval, ddx: Interval) -> Jet {
         Jet([x, dx, ddx * 0.5])
     }
 
     /// x / y; everything where y may be zero.
+    #[inline]
     pub fn over(self, y: Jet) -> Jet {
         let z0 = self.0[0].over(y.0[0]);
         let z1 = (self.0[1] - z0 * y.0[1]).over(y.0[0]);
@@ -62,6 +65,7 @@ impl Jet {
 
 impl Add for Jet {
     type Output = Jet;
+    #[inline]
     fn add(self, other: Jet) -> Jet {
         Jet(std::array::from_fn(|k| self.0[k] + other.0[k]))
     }
@@ -69,6 +73,7 @@ impl Add for Jet {
 
 impl Sub for Jet {
     type Output = Jet;
+    #[inline]
     fn sub(self, other: Jet) -> Jet {
         Jet(std::array::from_fn(|k| self.0[k] - other.0[k]))
     }
@@ -76,6 +81,7 @@ impl Sub for Jet {
 
 impl Neg for Jet {
     type Output = Jet;
+    #[inline]
     fn neg(self) -> Jet {
         Jet(self.0.map(|x| -x))
     }
@@ -83,6 +89,7 @@ impl Neg for Jet {
 
 impl Mul for Jet {
     type Output = Jet;
+    #[inline]
     fn mul(self, other: Jet) -> Jet {
         let ([a0, a1, a2], [b0, b1, b2]) = (self.0, other.0);
         Jet([a0 * b0, a0 * b1 + a1 * b0, a0 * b2 + a1 * b1 + a2 * b0])

@@ -32,6 +32,7 @@ impl Random {
     }
 
     /// 64 random bits.
+    #[inline]
     pub fn bits(&mut self) -> u64 {
         let s = &mut self.state;
         let result = s[0].wrapping_add(s[3]).rotate_left(23).wrapping_add(s[0]);
@@ -46,22 +47,26 @@ impl Random {
     }
 
     /// Uniform in [0, 1).
+    #[inline]
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// Uniform in [low, high).
+    #[inline]
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
     /// Uniform among 0 .. count; 0 when `count` is 0.
+    #[inline]
     pub fn index(&mut self, count: usize) -> usize {
         // The bias of a 64-bit product is below count / 2^64.
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 
     /// Normal, mean 0, variance 1.
+    #[inline]
     pub fn normal(&mut self) -> f64 {
         if let Some(z) = self.spare.take() {
             return z;

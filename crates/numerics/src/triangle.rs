@@ -48,6 +48,7 @@ impl TriangleBuilder {
     ///
     /// # Panics
     /// When `row` is not p long.
+    #[inline]
     pub fn push(&mut self, row: &[f64], y: f64) {
         assert!(row.len() == self.triangle.p);
         if self.block.is_full() {
@@ -84,6 +85,7 @@ impl ColumnTriangle {
     }
 
     /// Folds the rows of a block in, of which `rows` are not zero. Its entries of these columns are lost.
+    #[inline]
     pub fn fold(&mut self, block: &mut RowBlock, rows: usize) {
         self.rows += rows;
         let columns = Columns { index: &self.index, places: &self.places };
@@ -113,11 +115,13 @@ impl Triangle {
     }
 
     /// Number of columns without the right-hand side.
+    #[inline]
     pub fn columns(&self) -> usize {
         self.p
     }
 
     /// Entry (i, j), i <= j; j = p is the right-hand side, (p, p) the norm of the residual.
+    #[inline]
     pub fn at(&self, i: usize, j: usize) -> f64 {
         self.entries[j * (self.p + 1) + i]
     }

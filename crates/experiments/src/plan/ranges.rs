@@ -27,7 +27,7 @@ fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result
     Err(format!("{what} is {x:?} {unit}; expected is a number from {:?} to {:?}", range.start(), range.end()))
 }
 
-/// Refuses a motion with a number out of range, or of more than [`MOST_SAMPLES`](crate::motion::sample_count::MOST_SAMPLES); says which.
+/// Refuses a motion with a number out of range, or of more samples than [`check_samples`] takes; says which.
 pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
     within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME)?;
     for &centre in &trajectory.centre {

@@ -61,6 +61,7 @@ impl FrictionLaw {
     }
 
     /// Torque that opposes the motion at velocity `v` under the drive torque `tau`, N m.
+    #[inline]
     pub fn torque(&self, v: f64, tau: f64) -> f64 {
         let positive = 0.5 * (1.0 + (v / self.smoothing).tanh());
         let mut m = 1.0 + self.load * tau.abs();

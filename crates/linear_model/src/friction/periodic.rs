@@ -37,6 +37,7 @@ impl FrictionShape {
     pub const ASYMMETRIC: FrictionShape = FrictionShape { rest_velocity: 0.005, load: false, stribeck: None };
 
     /// Number of columns.
+    #[inline]
     pub fn columns(&self) -> usize {
         4 + 2 * usize::from(self.load) + 2 * usize::from(self.stribeck.is_some())
     }

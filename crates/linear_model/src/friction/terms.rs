@@ -76,6 +76,7 @@ impl FrictionTerm {
     }
 
     /// The term's parameters, in the order of its columns.
+    #[inline]
     pub fn parameters(self) -> &'static [FrictionParameter] {
         match self {
             Viscous => &[FrictionParameter::Viscous],
@@ -94,6 +95,7 @@ impl FrictionTerm {
     }
 
     /// Whether the term jumps with the direction, and so can hold a joint at standstill.
+    #[inline]
     pub fn is_dry(self) -> bool {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
@@ -101,6 +103,7 @@ impl FrictionTerm {
     /// Whether the columns must be made before the filter of the torques and go through it.
     ///
     /// That is so where they are neither linear in the motion nor the direction alone.
+    #[inline]
     pub fn is_bent(self) -> bool {
         matches!(self, SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
     }
@@ -144,6 +147,7 @@ impl fmt::Display for FrictionTerm {
 }
 
 /// -1, 0 or 1: friction at standstill has no sign.
+#[inline]
 pub fn sign(x: f64) -> f64 {
     f64::from(x > 0.0) - f64::from(x < 0.0)
 }
