@@ -74,13 +74,14 @@ impl<'py> Call<'py> {
     pub fn request<R: Request>(&self) -> PyResult<R> {
         let (mut request, fields) = (R::default(), R::fields());
         for (name, given) in self.given.iter().filter(|(name, _)| !self.own.contains(&name.as_str())) {
-            if fields.iter().all(|field| field.name != name) {
+            let Some(field) = fields.iter().find(|field| field.name == name) else {
                 let known = fields.iter().map(|field| field.name).chain(self.own.iter().copied());
                 return Err(self.refused(unknown(name, known)));
-            }
+            };
             let value = value(given).ok_or_else(|| {
                 let found = given.repr().map_or(String::new(), |repr| repr.to_string());
-                error(format_args!("{}: {name}={found}: this is no value of an option", self.function))
+                let expected = &field.shape.expected;
+                error(format_args!("{}: [{name}] is {found}; expected is {expected}", self.function))
             })?;
             request.set_value(name, &value).map_err(|e| self.refused(e))?;
         }
