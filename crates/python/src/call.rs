@@ -50,7 +50,8 @@ impl<'py> Call<'py> {
         let others: Vec<&str> =
             self.given.iter().map(|(name, _)| name.as_str()).filter(|name| *name != "method").collect();
         for name in others {
-            if Method::all().all(|method| method.refusal(name).is_some()) {
+            let mut fields = Method::all().flat_map(|method| [method.fields(), method.files()].concat());
+            if fields.all(|field| field.name != name) {
                 let known = Method::all().flat_map(|method| method.fields()).map(|field| field.name);
                 let known: BTreeSet<&str> = known.chain(self.own.iter().copied()).collect();
                 return Err(self.refused(unknown(name, known)));

@@ -58,18 +58,17 @@ impl Method {
         }
     }
 
-    /// Why this method does not take an option; `None` where it does.
+    /// Why this method does not take an option; `None` where it does, or where no method has it.
     pub fn refusal(self, name: &str) -> Option<Error> {
         let takes = |method: Method| method.fields().iter().chain(&method.files()).any(|field| field.name == name);
         let users: Vec<&str> = Method::all().filter(|method| takes(*method)).map(Method::word).collect();
-        match users.as_slice() {
-            _ if takes(self) => None,
-            users => Some(Error::new(format_args!(
-                "[{name}]: [method={}] does not use that; [method={}] does",
-                self.word(),
-                users.join(" or ")
-            ))),
+        if takes(self) {
+            return None;
         }
+        let (first, others) = users.split_first()?;
+        let others: String = others.iter().map(|other| format!(" or {other}")).collect();
+        let own = self.word();
+        Some(Error::new(format_args!("[{name}]: [method={own}] does not use that; [method={first}]{others} does")))
     }
 }
 
