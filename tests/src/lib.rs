@@ -11,6 +11,7 @@ pub mod faults;
 pub mod joint_log;
 pub mod known_arms;
 pub mod lagrangian;
+pub mod loops;
 pub mod number;
 pub mod planar_log;
 pub mod pose;

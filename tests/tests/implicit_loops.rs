@@ -123,12 +123,25 @@ fn a_parallelogram_solved_numerically_is_the_affine_one() {
 
 #[test]
 fn the_parallelogram_four_bar_has_three_base_parameters_either_way() {
-    // With its crank along the base it is no linkage of one kind, so it starts elsewhere.
-    let implicit = four_bar_from([0.3, 0.6, 0.3, 0.6], 0.7);
+    // Opposite sides share their symbols: equal at every value, so that the exact rank is that of the parallelogram.
+    let mut implicit = four_bar([0.3, 0.6, 0.3, 0.6]);
+    let symbol =
+        |name: &str| Value::Symbol(robot::SymbolId(implicit.symbols.iter().position(|s| s.name == name).unwrap()));
+    let (crank, base) = (symbol("L1"), symbol("L4"));
+    implicit.loops[0].twin.geometry.d = crank;
+    implicit.loops[0].cut.geometry.d = base;
     let mut derivation = Derivation::new(&implicit).unwrap();
     let regressor = derivation.regressor();
     let base = derivation.base_parameters(&regressor).unwrap();
     assert_eq!(base.len(), 3, "{:?}", base.base.iter().map(|b| &b.name).collect::<Vec<_>>());
+    assert_eq!(base.rank.exact, modeling::ExactRank::Closed { rank: 3, other_assemblies: true });
+
+    // By four lengths of their own it is one four-bar of many, which have eight.
+    let chance = four_bar([0.3, 0.6, 0.3, 0.6]);
+    let mut derivation = Derivation::new(&chance).unwrap();
+    let regressor = derivation.regressor();
+    let refused = derivation.base_parameters(&regressor).err();
+    assert!(matches!(refused, Some(modeling::UnclearRank::Coincident { numeric: 3, exact: 8, .. })), "{refused:?}");
 }
 
 #[test]

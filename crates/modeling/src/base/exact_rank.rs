@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 
 use expr::{Function, Graph, SymbolKind};
 
-use crate::base::field::{Angles, Assignment, FieldAlgebra, Residue, twelfth_turn};
+use crate::base::angles::Angles;
+use crate::base::field::{Assignment, Residue, twelfth_turn};
+use crate::base::field_algebra::FieldAlgebra;
 use crate::random::SplitMix;
 
 /// The columns that are independent of those before them, in their order.

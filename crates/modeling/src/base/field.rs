@@ -5,13 +5,6 @@
 //! (c, s) of the circle c^2 + s^2 = 1, so that no angle needs a value. P is 23 modulo 24: the field has the square roots
 //! of two and three, so that every twelfth of pi has its cosine and sine, and none of minus one, so that 1 + t^2 is never
 //! zero.
-//!
-//! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power: with w the point of q over the common
-//! denominator D of all such ratios, that of q is w^D, that of (n/d) q is w^(D n/d), products taken as of complex numbers.
-
-use std::collections::BTreeMap;
-
-use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
 use crate::random::SplitMix;
 
@@ -226,145 +219,6 @@ pub(crate) fn twelfth_turn(angle: f64) -> Option<Point> {
     Some(times((six + two, six - two), twelfths.rem_euclid(24.0) as u128))
 }
 
-/// The angles of a graph that are ratios of its symbols, by the argument of their sine or cosine.
-pub(crate) struct Angles {
-    /// Argument -> the symbol and by which power of its point it turns.
-    powers: BTreeMap<Expr, (Symbol, u128)>,
-    /// The common denominator of each symbol's ratios.
-    common: BTreeMap<Symbol, u128>,
-}
-
-impl Angles {
-    pub fn of(graph: &Graph) -> Angles {
-        let mut ratios: BTreeMap<Expr, (Symbol, (i64, i64))> = BTreeMap::new();
-        for node in graph.nodes() {
-            if let Node::Sin(argument) | Node::Cos(argument) = *node
-                && let Some(ratio) = ratio_of_a_symbol(graph, argument)
-            {
-                ratios.insert(argument, ratio);
-            }
-        }
-        // The common denominator of each symbol; none where it is beyond all bounds.
-        let mut common: BTreeMap<Symbol, Option<u128>> = BTreeMap::new();
-        for (symbol, (_, d)) in ratios.values() {
-            let sum = common.entry(*symbol).or_insert(Some(1));
-            *sum = sum.and_then(|sum| least_common_multiple(sum, *d as u128));
-        }
-        let power = |(argument, (symbol, (n, d))): (&Expr, &(Symbol, (i64, i64)))| {
-            let power = (common[symbol]? / *d as u128).checked_mul(*n as u128)?;
-            Some((*argument, (*symbol, power)))
-        };
-        let powers = ratios.iter().filter_map(power).collect();
-        Angles { powers, common: common.iter().filter_map(|(&s, &d)| Some((s, d?))).collect() }
-    }
-
-    /// The symbol of an argument, and the ratio of the argument to it: numerator and denominator.
-    pub fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
-        let &(symbol, power) = self.powers.get(&argument)?;
-        Some((symbol, power, self.common[&symbol]))
-    }
-}
-
-/// The largest power an angle is taken to.
-const MAX_POWER: u128 = 1 << 100;
-
-pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    (a / x).checked_mul(b).filter(|&sum| sum < MAX_POWER)
-}
-
-/// A symbol, or a positive ratio of small integers times one.
-fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64))> {
-    let symbol = |e: Expr| if let Node::Symbol(s) = graph.node(e) { Some(s) } else { None };
-    match graph.node(argument) {
-        Node::Symbol(s) => Some((s, (1, 1))),
-        Node::Mul(a, b) => {
-            let (factor, s) = match (graph.as_constant(a), graph.as_constant(b)) {
-                (Some(factor), _) => (factor, symbol(b)?),
-                (_, Some(factor)) => (factor, symbol(a)?),
-                _ => return None,
-            };
-            small_ratio(factor).filter(|(n, _)| *n > 0).map(|ratio| (s, ratio))
-        }
-        _ => None,
-    }
-}
-
-/// One evaluation of a function in the field: constants as `constants` assigns them (by symbol),
-/// inputs random.
-pub(crate) struct FieldAlgebra<'a> {
-    graph: &'a Graph,
-    angles: &'a Angles,
-    constants: &'a [Assignment],
-    random: &'a mut SplitMix,
-    /// Symbol -> the point of its angle over the common denominator; argument that is no ratio of a symbol -> its point.
-    points: BTreeMap<Symbol, Point>,
-    others: BTreeMap<Expr, Point>,
-}
-
-impl<'a> FieldAlgebra<'a> {
-    pub fn new(graph: &'a Graph, angles: &'a Angles, constants: &'a [Assignment], random: &'a mut SplitMix) -> Self {
-        FieldAlgebra { graph, angles, constants, random, points: BTreeMap::new(), others: BTreeMap::new() }
-    }
-
-    fn angle(&mut self, argument: Expr) -> Point {
-        if let Node::Symbol(s) = self.graph.node(argument)
-            && matches!(self.graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_))
-        {
-            let assignment = self.constants[s.0 as usize];
-            return (assignment.cos, assignment.sin);
-        }
-        match self.angles.powers.get(&argument) {
-            Some(&(symbol, power)) => {
-                let point = *self.points.entry(symbol).or_insert_with(|| circle(self.random));
-                times(point, power)
-            }
-            None => *self.others.entry(argument).or_insert_with(|| circle(self.random)),
-        }
-    }
-}
-
-impl Algebra for FieldAlgebra<'_> {
-    type Value = Residue;
-    fn constant(&mut self, x: f64) -> Residue {
-        Residue::number(x)
-    }
-    fn symbol(&mut self, symbol: Symbol) -> Residue {
-        match self.graph.symbols()[symbol.0 as usize].1 {
-            SymbolKind::Constant(_) => self.constants[symbol.0 as usize].length,
-            SymbolKind::Input => Residue::random(self.random),
-        }
-    }
-    fn sin(&mut self, argument: Expr) -> Residue {
-        self.angle(argument).1
-    }
-    fn cos(&mut self, argument: Expr) -> Residue {
-        self.angle(argument).0
-    }
-    fn neg(&mut self, a: &Residue) -> Residue {
-        -*a
-    }
-    fn add(&mut self, a: &Residue, b: &Residue) -> Residue {
-        *a + *b
-    }
-    fn sub(&mut self, a: &Residue, b: &Residue) -> Residue {
-        *a - *b
-    }
-    fn mul(&mut self, a: &Residue, b: &Residue) -> Residue {
-        *a * *b
-    }
-    fn div(&mut self, a: &Residue, b: &Residue) -> Residue {
-        *a * b.inverse()
-    }
-    fn sqrt(&mut self, a: &Residue) -> Residue {
-        // Roots of constants are folded as numbers; one of a named constant is another constant.
-        a.power(3)
-    }
-}
-
 /// Solves A x = b by elimination; rows are [a_1 .. a_n b]. `None` when no x satisfies every row or
 /// more than one does.
 pub(crate) fn solve(mut rows: Vec<Vec<Residue>>, n: usize) -> Option<Vec<Residue>> {
@@ -434,33 +288,6 @@ mod tests {
         assert_eq!(twelfth_turn(std::f64::consts::FRAC_PI_6).unwrap().1, half);
         assert_eq!(twelfth_turn(std::f64::consts::FRAC_PI_2).unwrap(), (Residue::ZERO, Residue::ONE));
         assert!(twelfth_turn(0.78).is_none());
-    }
-
-    #[test]
-    fn ratios_of_an_angle_are_powers_of_its_point() {
-        let mut g = Graph::new();
-        let q = g.symbol("q", SymbolKind::Input);
-        let ratios = [4.0 / 3.0, 0.5, 0.35, 1.0];
-        let turns: Vec<[Expr; 2]> = ratios
-            .iter()
-            .map(|&c| {
-                let factor = g.constant(c);
-                let angle = g.mul(factor, q);
-                [g.cos(angle), g.sin(angle)]
-            })
-            .collect();
-        let angles = Angles::of(&g);
-        let random = &mut SplitMix(3);
-        let mut algebra = FieldAlgebra::new(&g, &angles, &[], random);
-        let mut point = |k: usize| {
-            let Node::Cos(argument) = g.node(turns[k][0]) else { unreachable!() };
-            algebra.angle(argument)
-        };
-        let [third, half, decimal, whole] = [0, 1, 2, 3].map(&mut point);
-        assert_eq!(times(third, 3), times(whole, 4));
-        assert_eq!(times(half, 2), whole);
-        assert_eq!(times(decimal, 20), times(whole, 7));
-        assert_ne!(third, whole);
     }
 
     #[test]

@@ -11,8 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use expr::{Function, SymbolKind};
 
+use crate::base::angles::Angles;
 use crate::base::coefficient::{Atom, Coefficient, Monomial, residue};
-use crate::base::field::{Angles, Assignment, FieldAlgebra, Residue, solve};
+use crate::base::field::{Assignment, Residue, solve};
+use crate::base::field_algebra::FieldAlgebra;
 use crate::random::SplitMix;
 
 /// One column to explain: `column` = sum_k x_k support_k, the x_k unknown.

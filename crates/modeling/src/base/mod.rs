@@ -4,12 +4,14 @@
 //! confirm them ([`rank`]), the relations of the dropped ones are found ([`regrouping`]), held
 //! against the numbers ([`evidence`]), named ([`names`]), and written as rules when asked ([`written_rules`]).
 
+pub(crate) mod angles;
 pub(crate) mod base_parameters;
 pub(crate) mod closed;
 pub(crate) mod coefficient;
 pub(crate) mod evidence;
 pub(crate) mod exact_rank;
 pub(crate) mod field;
+pub(crate) mod field_algebra;
 pub(crate) mod interpolation;
 pub(crate) mod meaning;
 pub(crate) mod names;

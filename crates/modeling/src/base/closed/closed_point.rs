@@ -15,15 +15,17 @@ use std::collections::BTreeMap;
 
 use expr::{Function, Node, Symbol, SymbolKind};
 
+use crate::base::angles::Angles;
 use crate::base::closed::lengths::random_zero;
 use crate::base::closed::orientation::Orientation;
-use crate::base::closed::planar_loop::{Closing, PlanarLoop};
+use crate::base::closed::planar_closing::Closing;
+use crate::base::closed::planar_loop::PlanarLoop;
 use crate::base::closed::pose::Pose;
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
 use crate::base::closed::variables::{State, Variables};
 use crate::base::exact_rank::{Echelon, assigned};
-use crate::base::field::{Angles, Assignment, Residue, turned};
+use crate::base::field::{Assignment, Residue, turned};
 use crate::derivation::Derivation;
 use crate::kinematics::loop_chain::{LoopChains, PLACEMENT};
 use crate::random::SplitMix;
@@ -79,10 +81,11 @@ impl ClosedPoints {
         })
     }
 
-    /// A closed point by random draws of constants, variables and roots.
-    pub fn point(&self, random: &mut SplitMix) -> Result<ClosedPoint, NoCertificate> {
-        let first = self.attempts(FAILURES, random, |random| self.constants_first(random));
-        first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random)))
+    /// A closed point by random draws of constants, variables and roots; with `other_roots`, of the other root of each
+    /// equation as long as the draws are the same.
+    pub fn point(&self, random: &mut SplitMix, other_roots: bool) -> Result<ClosedPoint, NoCertificate> {
+        let first = self.attempts(FAILURES, random, |random| self.constants_first(random, other_roots));
+        first.or_else(|_| self.attempts(FAILURES_OF_ANGLES, random, |random| self.angles_first(random, other_roots)))
     }
 
     fn attempts(
@@ -112,7 +115,7 @@ impl ClosedPoints {
     }
 
     /// `None` where a root is not in the field.
-    fn constants_first(&self, random: &mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate> {
+    fn constants_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_planes(&mut constants, random)?;
         let mut open =
@@ -128,7 +131,7 @@ impl ClosedPoints {
             unknown.reverse();
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
             let count = one.n_solved(&state);
-            match self.closed_by(&mut state, random, &unknown, count, close) {
+            match self.closed_by(&mut state, random, &unknown, count, other_roots, close) {
                 Closing::Closed => {}
                 Closing::NoRoot => return Ok(None),
                 Closing::OtherForm => return Err(NoCertificate::OtherForm),
@@ -145,9 +148,10 @@ impl ClosedPoints {
         random: &mut SplitMix,
         unknown: &[usize],
         count: usize,
+        other_roots: bool,
         close: impl Fn(&mut State, &[usize], bool) -> Closing,
     ) -> Closing {
-        let other_root = random.next() & 1 == 1;
+        let other_root = (random.next() & 1 == 1) != other_roots;
         for by in choices(unknown, count).into_iter().take(MOST_CHOICES) {
             let mut outcome = Closing::OtherForm;
             for _ in 0..DRAWS_OF_A_LOOP {
@@ -170,7 +174,7 @@ impl ClosedPoints {
     }
 
     /// `None` where a root is not in the field.
-    fn angles_first(&self, random: &mut SplitMix) -> Result<Option<ClosedPoint>, NoCertificate> {
+    fn angles_first(&self, random: &mut SplitMix, other_roots: bool) -> Result<Option<ClosedPoint>, NoCertificate> {
         let mut constants = self.assigned(random);
         self.fit_angles(&mut constants);
         let placements = self.placements(&constants)?;
@@ -192,7 +196,7 @@ impl ClosedPoints {
             let shared: Vec<usize> = open.iter().flat_map(|l| l.unknown(&state)).collect();
             unknown.sort_by_key(|k| (shared.contains(k), std::cmp::Reverse(*k)));
             let close = |state: &mut State, by: &[usize], other| one.close(&self.variables, state, by, other);
-            let mut by = |count| self.closed_by(&mut state, random, &unknown, count, close);
+            let mut by = |count| self.closed_by(&mut state, random, &unknown, count, other_roots, close);
             match (1..=3).map(&mut by).find(|outcome| *outcome != Closing::OtherForm).unwrap_or(Closing::OtherForm) {
                 Closing::Closed => {}
                 Closing::NoRoot => return Ok(None),

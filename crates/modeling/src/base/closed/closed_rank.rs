@@ -1,23 +1,26 @@
 //! The independent columns of a regressor with loops, at closed points of a finite field.
 //!
 //! The loops of a robot may be assembled in several ways, and those may have several ranks: the crossed four-bar has 8 base
-//! parameters where the parallelogram of the same lengths has 3. So points are looked at until two agree with the numbers
-//! in the number of columns, each with its own roots. Where all agree with each other and not with the numbers, the numbers
-//! are special. Where they differ, and none agrees with the numbers, nothing is said.
+//! parameters where the parallelogram of the same lengths has 3. So points are looked at until the columns of two stand out
+//! by the numbers too. Where all agree with each other and not with the numbers, the numbers are special. Where they differ,
+//! and none agrees with the numbers, nothing is said.
 
 use expr::Function;
 
+use crate::base::angles::Angles;
 use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::curve::{curve, regressor_rows};
 use crate::base::closed::reason::NoCertificate;
 use crate::base::exact_rank::Echelon;
-use crate::base::field::{Angles, Residue, solve};
+use crate::base::field::{Residue, solve};
 use crate::derivation::Derivation;
 use crate::random::SplitMix;
 
-/// Points looked at for two that agree with the numbers.
+/// Points looked at: in pairs of the same draws, the second with the other root of each equation.
 const POINTS: u64 = 12;
-/// Points that must agree.
+/// Points looked at in any case: two assemblies of one robot, and one of another.
+const FEWEST: u64 = 3;
+/// Points that must agree with each other, and with the numbers.
 const AGREE: usize = 2;
 /// Curves through each point. With one coordinate, three rows of each order may be independent: those of its acceleration,
 /// of its squared rate, and of gravity.
@@ -60,8 +63,8 @@ pub(crate) fn closed_rank(
     // The first assembly that the numbers agree with.
     let mut chosen: Option<Vec<usize>> = None;
     for k in 0..POINTS {
-        let mut random = SplitMix(1979 + k);
-        let point = points.point(&mut random)?;
+        let mut random = SplitMix(1979 + k / 2);
+        let point = points.point(&mut random, k % 2 == 1)?;
         match columns_at(&points, regressor, &angles, expected, &point, &mut random) {
             Ok(at) => {
                 if chosen.is_none() && agrees(&at.columns) {
@@ -71,7 +74,8 @@ pub(crate) fn closed_rank(
             }
             Err(reason) => failure = reason,
         }
-        if found.iter().filter(|at| chosen.as_ref() == Some(&at.columns)).count() == AGREE {
+        let n_agree = found.iter().filter(|at| chosen.as_ref() == Some(&at.columns)).count();
+        if k + 1 >= FEWEST && n_agree >= AGREE {
             break;
         }
         // Another assembly may not be singular; one that does not move will not move at other lengths.

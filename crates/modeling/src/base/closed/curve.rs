@@ -14,10 +14,11 @@ use std::collections::BTreeMap;
 
 use expr::{Function, Node, Symbol, SymbolKind};
 
+use crate::base::angles::Angles;
 use crate::base::closed::closed_point::{ClosedPoint, ClosedPoints};
 use crate::base::closed::reason::NoCertificate;
 use crate::base::closed::series::{Moving, Series, SeriesAlgebra};
-use crate::base::field::{Angles, Residue, solve};
+use crate::base::field::{Residue, solve};
 use crate::random::SplitMix;
 
 /// The variables along a random curve through the point, up to t^order.

@@ -10,6 +10,7 @@ pub(crate) mod closed_rank;
 pub(crate) mod curve;
 pub(crate) mod lengths;
 pub(crate) mod orientation;
+pub(crate) mod planar_closing;
 pub(crate) mod planar_loop;
 pub(crate) mod pose;
 pub(crate) mod reason;

@@ -7,7 +7,7 @@
 //! - two, where all axes have one of two directions, Rz(x) B Rz(y) = M: both are given by the last row and column of M;
 //! - one, where all axes are parallel: it is M.
 
-use crate::base::closed::planar_loop::Closing;
+use crate::base::closed::planar_closing::Closing;
 use crate::base::closed::pose::Pose;
 use crate::base::closed::pose::{Matrix, UNTURNED, about_z, column, product, transposed, turned};
 use crate::base::closed::variables::{Powers, State, Variables, on_the_circle, quotient};
@@ -141,4 +141,64 @@ fn three(B: &Matrix, C: &Matrix, M: &Matrix, other_root: bool) -> Result<Vec<Poi
     let rest = product(&transposed(&product(&about_z((x[0], x[1])), &B_y_C)), M);
     let z = turned(&rest, [Residue::ONE, Residue::ZERO, Residue::ZERO]);
     Ok(vec![(x[0], x[1]), y, (z[0], z[1])])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::field::circle;
+    use crate::random::SplitMix;
+
+    /// A chain of joints about z, each placed by a turn about x.
+    fn word(alphas: &[Point]) -> (Variables, Orientation) {
+        let placement = |&(c, s): &Point| {
+            let (one, zero) = (Residue::ONE, Residue::ZERO);
+            Pose::placement(&[one, zero, zero, c, s, zero, one, zero, zero])
+        };
+        let placements: Vec<Pose> = alphas.iter().map(placement).collect();
+        let joints: Vec<ChainJoint> =
+            (0..alphas.len()).map(|k| ChainJoint { kind: JointKind::Revolute, terms: vec![(k, 1.0)] }).collect();
+        let variables = Variables::new(1, joints.len(), &joints).unwrap();
+        let all = [(0..joints.len()).collect(), Vec::new()];
+        let word = Orientation::new(&variables, &placements, &joints, &all);
+        (variables, word)
+    }
+
+    #[test]
+    fn three_angles_close_any_loop() {
+        let random = &mut SplitMix(3);
+        let alphas: Vec<Point> = (0..6).map(|_| circle(random)).collect();
+        let (variables, word) = word(&alphas);
+        let mut n_closed = 0;
+        for _ in 0..20 {
+            let mut state = State::unknown(6);
+            [1, 2, 4].iter().for_each(|&k| state.draw(k, random));
+            // `close` itself looks whether the turns make nothing.
+            if word.close(&variables, &mut state, &[0, 3, 5], false) == Closing::Closed {
+                assert!(word.is_closed(&state));
+                state.draw(1, random);
+                assert!(!word.is_closed(&state));
+                n_closed += 1;
+            }
+        }
+        assert!(n_closed > 3, "{n_closed}");
+    }
+
+    #[test]
+    fn axes_of_one_or_two_directions_take_one_or_two_angles() {
+        let random = &mut SplitMix(4);
+        let parallel = (Residue::ONE, Residue::ZERO);
+        let (variables, flat) = word(&[parallel; 4]);
+        let mut state = State::unknown(4);
+        [0, 1, 3].iter().for_each(|&k| state.draw(k, random));
+        assert_eq!(flat.close(&variables, &mut state, &[2], false), Closing::Closed);
+        // There and back by one angle.
+        let (c, s) = circle(random);
+        let (variables, two) = word(&[parallel, parallel, (c, s), parallel, (c, -s)]);
+        let mut state = State::unknown(5);
+        [0, 2, 4].iter().for_each(|&k| state.draw(k, random));
+        assert_eq!(two.close(&variables, &mut state.clone(), &[1], false), Closing::OtherForm);
+        state.set_angle(4, parallel);
+        assert_eq!(two.close(&variables, &mut state, &[1, 3], false), Closing::Closed);
+    }
 }

@@ -6,24 +6,18 @@
 //! ```text
 //! sum_k (a_k + sum_j s_j u_kj) exp(i Phi_k) = 0,      Phi_cut - Phi_twin = delta
 //! ```
-//! The second equation gives one angle by a sum. With all variables known but two, the sides fall into groups of one
-//! unknown angle each, and the first equation is
-//!
-//! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. From
-//!   |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1 = c;
-//! - one angle, one length, two groups: |a_0 + s u_0|^2 = |a_1 + s u_1|^2, quadratic in s;
-//! - two lengths: linear.
+//! The second equation gives one angle by a sum, the first one the last two variables
+//! ([`crate::base::closed::planar_closing`]).
 
 use std::collections::BTreeMap;
 
 use robot::JointKind;
 
+use crate::base::closed::planar_closing::{Closing, Flat, Group, plus, rotated, slide, triangle, two_slides};
 use crate::base::closed::pose::{Pose, column, dot, product, transposed, turned};
-use crate::base::closed::variables::{Powers, State, Variables, on_the_circle, quotient, raised};
-use crate::base::field::{Point, Residue, solve, turned as sum};
+use crate::base::closed::variables::{Powers, State, Variables, raised};
+use crate::base::field::{Point, Residue, turned as sum};
 use crate::kinematics::loop_chain::ChainJoint;
-
-type Flat = [Residue; 2];
 
 /// One loop at given constants.
 #[derive(Clone, Debug)]
@@ -40,16 +34,6 @@ struct Side {
     vector: Flat,
     slides: Vec<(usize, Flat)>,
     turn: Powers,
-}
-
-/// What came of an attempt to close a loop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Closing {
-    Closed,
-    /// The roots that close it are not in the field.
-    NoRoot,
-    /// These variables cannot be solved for in this way.
-    OtherForm,
 }
 
 impl PlanarLoop {
@@ -205,84 +189,6 @@ struct Given {
     others: Powers,
 }
 
-/// (vector + sum of lengths times per_length) exp(i turn . angles).
-struct Group {
-    turn: Vec<i128>,
-    vector: Flat,
-    per_length: Vec<Flat>,
-}
-
-impl Group {
-    fn vanishes(&self) -> bool {
-        let zero = [Residue::ZERO; 2];
-        self.vector == zero && self.per_length.iter().all(|v| *v == zero)
-    }
-}
-
-/// Two unknown angles.
-fn triangle(state: &mut State, groups: &[Group], [x, y]: [usize; 2], other_root: bool) -> Closing {
-    let [g0, g1, g2] = groups else { return Closing::OtherForm };
-    let difference = |g: &Group| [g.turn[0] - g0.turn[0], g.turn[1] - g0.turn[1]];
-    let ([a, b], [c, d]) = (difference(g1), difference(g2));
-    let determinant = a * d - b * c;
-    if determinant.abs() != 1 {
-        return Closing::OtherForm;
-    }
-    // |v0|^2 + |v1|^2 + 2 Re(conj(v0) v1 exp(i psi)) = |v2|^2
-    let square = |v: Flat| v[0] * v[0] + v[1] * v[1];
-    let (v0, v1, v2) = (g0.vector, g1.vector, g2.vector);
-    let [re, im] = [v0[0] * v1[0] + v0[1] * v1[1], v0[0] * v1[1] - v0[1] * v1[0]];
-    let two = Residue::integer(2);
-    let k = square(v2) - square(v0) - square(v1);
-    let Some(first) = on_the_circle(two * re, -(two * im), k, other_root) else { return Closing::NoRoot };
-    let third = plus(v0, rotated(first, v1)).map(|x| -x);
-    let Some(second) = quotient(third, v2) else { return Closing::NoRoot };
-    let second = (second[0], second[1]);
-    // psi = M (x, y), so (x, y) = M^-1 psi with M^-1 = [d -b; -c a] / determinant.
-    let angle = |p: i128, q: i128| sum(raised(first, p * determinant), raised(second, q * determinant));
-    state.set_angle(x, angle(d, -b));
-    state.set_angle(y, angle(-c, a));
-    Closing::Closed
-}
-
-/// One unknown angle, one unknown length.
-fn slide(state: &mut State, groups: &[Group], x: usize, s: usize, other_root: bool) -> Closing {
-    let [g0, g1] = groups else { return Closing::OtherForm };
-    let turn = g1.turn[0] - g0.turn[0];
-    if turn.abs() != 1 {
-        return Closing::OtherForm;
-    }
-    let inner = |a: Flat, b: Flat| a[0] * b[0] + a[1] * b[1];
-    let square_difference = |a: Flat, b: Flat| inner(a, a) - inner(b, b);
-    let (a0, u0, a1, u1) = (g0.vector, g0.per_length[0], g1.vector, g1.per_length[0]);
-    let (two, four) = (Residue::integer(2), Residue::integer(4));
-    let (a, b, c) = (square_difference(u0, u1), two * (inner(a0, u0) - inner(a1, u1)), square_difference(a0, a1));
-    let length = if a == Residue::ZERO {
-        if b == Residue::ZERO {
-            return Closing::OtherForm;
-        }
-        -(c * b.inverse())
-    } else {
-        let Some(root) = (b * b - four * a * c).root() else { return Closing::NoRoot };
-        let root = if other_root { -root } else { root };
-        (root - b) * (two * a).inverse()
-    };
-    let end = |a: Flat, u: Flat| plus(a, u.map(|u| u * length));
-    let Some(z) = quotient(end(a0, u0).map(|x| -x), end(a1, u1)) else { return Closing::NoRoot };
-    state.set_angle(x, raised((z[0], z[1]), turn));
-    state.set_length(s, length);
-    Closing::Closed
-}
-
-fn two_slides(state: &mut State, groups: &[Group], [s, t]: [usize; 2]) -> Closing {
-    let [g] = groups else { return Closing::OtherForm };
-    let row = |i: usize| vec![g.per_length[0][i], g.per_length[1][i], -g.vector[i]];
-    let Some(x) = solve(vec![row(0), row(1)], 2) else { return Closing::OtherForm };
-    state.set_length(s, x[0]);
-    state.set_length(t, x[1]);
-    Closing::Closed
-}
-
 /// One side of a loop, from the last common link to its frame, at zero variables.
 struct Branch {
     joints: Vec<Joint>,
@@ -372,10 +278,88 @@ fn added(a: &[(usize, i128)], b: &[(usize, i128)], factor: i128) -> Powers {
     sum.into_iter().filter(|t| t.1 != 0).collect()
 }
 
-fn plus(a: Flat, b: Flat) -> Flat {
-    [a[0] + b[0], a[1] + b[1]]
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix;
 
-fn rotated((c, s): Point, [x, y]: Flat) -> Flat {
-    [c * x - s * y, s * x + c * y]
+    /// A placement by d alone.
+    fn along_x(d: Residue) -> Pose {
+        Pose { position: [d, Residue::ZERO, Residue::ZERO], ..Pose::IDENTITY }
+    }
+
+    fn joint(kind: JointKind, k: usize) -> ChainJoint {
+        ChainJoint { kind, terms: vec![(k, 1.0)] }
+    }
+
+    /// q turns a crank, 1 a coupler, 2 a rocker, 3 the cut. Closed by each two of the first three and the cut, the ends meet.
+    #[test]
+    fn a_four_bar_is_closed_by_any_two_of_its_angles() {
+        let random = &mut SplitMix(1);
+        let mut lengths = || along_x(Residue::random(random));
+        let placements = [Pose::IDENTITY, lengths(), lengths(), lengths(), lengths()];
+        let mut joints: Vec<ChainJoint> = (0..4).map(|k| joint(JointKind::Revolute, [0, 1, 3, 2][k])).collect();
+        joints.push(ChainJoint { kind: JointKind::Fixed, terms: Vec::new() });
+        let variables = Variables::new(1, 4, &joints).unwrap();
+        // Links: crank, coupler, cut; rocker, twin.
+        let one = PlanarLoop::new(&variables, &placements, &joints, &[vec![0, 1, 2], vec![3, 4]]).unwrap();
+        assert_eq!((one.offset, one.unknown(&State::unknown(4))), (Residue::ZERO, vec![0, 1, 2, 3]));
+        let mut n_closed = 0;
+        for seed in 0..20 {
+            let random = &mut SplitMix(seed);
+            for (drawn, by) in [(0, [1, 2, 3]), (1, [0, 2, 3]), (2, [0, 1, 3])] {
+                let mut state = State::unknown(4);
+                state.draw(drawn, random);
+                assert_eq!(one.n_solved(&state), 3);
+                if one.close(&variables, &mut state, &by, seed % 2 == 0) == Closing::Closed {
+                    assert_eq!(one.defect(&state), Some((Residue::ONE, Residue::ZERO)));
+                    let open = one.sides.iter().fold([Residue::ZERO; 2], |open, side| {
+                        plus(open, rotated(state.turn(&side.turn).0, side.vector))
+                    });
+                    assert_eq!(open, [Residue::ZERO; 2]);
+                    n_closed += 1;
+                }
+            }
+        }
+        assert!(n_closed > 15, "{n_closed}");
+    }
+
+    /// A crank of angle 0 and an arm of angle 1 on the base, a block that slides by 2 along the arm: by its angle and its
+    /// slide, and by the crank and the slide.
+    #[test]
+    fn a_sliding_block_is_closed_by_its_slide() {
+        let quarter = |entries: [i64; 9]| Pose::placement(&entries.map(Residue::integer));
+        // gamma and alpha quarter turns: z along x.
+        let (slide, back) = (quarter([0, 1, 0, 0, 1, 0, 1, 0, 0]), quarter([1, 0, 0, 0, -1, 0, 1, 0, 0]));
+        let random = &mut SplitMix(2);
+        let placements =
+            [along_x(Residue::random(random)), slide, back, Pose::IDENTITY, along_x(Residue::random(random))];
+        let joints = [
+            joint(JointKind::Revolute, 1),
+            joint(JointKind::Prismatic, 2),
+            joint(JointKind::Revolute, 3),
+            joint(JointKind::Revolute, 0),
+            ChainJoint { kind: JointKind::Fixed, terms: Vec::new() },
+        ];
+        let variables = Variables::new(1, 4, &joints).unwrap();
+        let one = PlanarLoop::new(&variables, &placements, &joints, &[vec![0, 1, 2], vec![3, 4]]).unwrap();
+        let mut n_closed = 0;
+        for seed in 0..20 {
+            for (drawn, by) in [(0, [3, 2, 1]), (1, [3, 2, 0])] {
+                let mut state = State::unknown(4);
+                state.draw(drawn, &mut SplitMix(seed));
+                if one.close(&variables, &mut state, &by, false) == Closing::Closed {
+                    let open = one.sides.iter().fold([Residue::ZERO; 2], |open, side| {
+                        let slid = side.slides.iter().fold(side.vector, |sum, (k, along)| {
+                            plus(sum, along.map(|x| x * state.lengths[*k].unwrap()))
+                        });
+                        plus(open, rotated(state.turn(&side.turn).0, slid))
+                    });
+                    assert_eq!(open, [Residue::ZERO; 2]);
+                    n_closed += 1;
+                }
+            }
+        }
+        assert!(n_closed > 10, "{n_closed}");
+    }
 }

@@ -13,7 +13,7 @@ pub enum NoCertificate {
     EqualLengths,
     /// The points that were found are singular: the coordinates do not determine the passive joints there.
     Singular,
-    /// The loops close at almost all lengths, but then they do not move.
+    /// The points that were found have special lengths, or the loops do not move there.
     Overconstrained,
     /// The loops have assemblies of several ranks, and none that was looked at has that of the numbers.
     OtherAssemblies,
@@ -29,7 +29,8 @@ impl fmt::Display for NoCertificate {
             }
             NoCertificate::Singular => "every point found in a finite field is singular",
             NoCertificate::Overconstrained => {
-                "the loops are overconstrained: they move only at special lengths and angles"
+                "in a finite field only assemblies were found that move at special lengths and angles alone, as overconstrained \
+                 loops do"
             }
             NoCertificate::OtherAssemblies => {
                 "the loops have assemblies of several ranks, and none that was found in a finite field has this one"

@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 
 use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
-use crate::base::field::{Angles, Assignment, Point, Residue, times};
+use crate::base::angles::Angles;
+use crate::base::field::{Assignment, Point, Residue, times};
 
 /// a_0 + a_1 t + .., without zeros at its end; what is not there is zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]

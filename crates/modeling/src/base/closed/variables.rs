@@ -4,7 +4,8 @@
 //! is kept, and a joint turns by the power D n/d of that point. A variable that must be solved for has whole ratios only,
 //! since the field lacks other roots.
 
-use crate::base::field::{Point, Residue, circle, least_common_multiple, small_ratio, times};
+use crate::base::angles::least_common_multiple;
+use crate::base::field::{Point, Residue, circle, small_ratio, times};
 use crate::kinematics::loop_chain::ChainJoint;
 use crate::random::SplitMix;
 use robot::JointKind;

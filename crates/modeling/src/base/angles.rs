@@ -1,0 +1,82 @@
+//! The angles of a graph that are ratios of its symbols.
+//!
+//! A joint that turns by a ratio of a coordinate, theta = (n/d) q, turns by a power: with w the point of q over the common
+//! denominator D of all such ratios, that of q is w^D, that of (n/d) q is w^(D n/d), products taken as of complex numbers.
+
+use std::collections::BTreeMap;
+
+use expr::{Expr, Graph, Node, Symbol};
+
+use crate::base::field::small_ratio;
+
+/// The angles of a graph that are ratios of its symbols, by the argument of their sine or cosine.
+pub(crate) struct Angles {
+    /// Argument -> the symbol and by which power of its point it turns.
+    powers: BTreeMap<Expr, (Symbol, u128)>,
+    /// The common denominator of each symbol's ratios.
+    common: BTreeMap<Symbol, u128>,
+}
+
+impl Angles {
+    pub fn of(graph: &Graph) -> Angles {
+        let mut ratios: BTreeMap<Expr, (Symbol, (i64, i64))> = BTreeMap::new();
+        for node in graph.nodes() {
+            if let Node::Sin(argument) | Node::Cos(argument) = *node
+                && let Some(ratio) = ratio_of_a_symbol(graph, argument)
+            {
+                ratios.insert(argument, ratio);
+            }
+        }
+        // The common denominator of each symbol; none where it is beyond all bounds.
+        let mut common: BTreeMap<Symbol, Option<u128>> = BTreeMap::new();
+        for (symbol, (_, d)) in ratios.values() {
+            let sum = common.entry(*symbol).or_insert(Some(1));
+            *sum = sum.and_then(|sum| least_common_multiple(sum, *d as u128));
+        }
+        let power = |(argument, (symbol, (n, d))): (&Expr, &(Symbol, (i64, i64)))| {
+            let power = (common[symbol]? / *d as u128).checked_mul(*n as u128)?;
+            Some((*argument, (*symbol, power)))
+        };
+        let powers = ratios.iter().filter_map(power).collect();
+        Angles { powers, common: common.iter().filter_map(|(&s, &d)| Some((s, d?))).collect() }
+    }
+
+    /// The symbol of an argument, and by which power of its point it turns.
+    pub fn power(&self, argument: Expr) -> Option<(Symbol, u128)> {
+        self.powers.get(&argument).copied()
+    }
+
+    /// The symbol of an argument, and the ratio of the argument to it: numerator and denominator.
+    pub fn ratio(&self, argument: Expr) -> Option<(Symbol, u128, u128)> {
+        let &(symbol, power) = self.powers.get(&argument)?;
+        Some((symbol, power, self.common[&symbol]))
+    }
+}
+
+/// The largest power an angle is taken to.
+const MAX_POWER: u128 = 1 << 100;
+
+pub(crate) fn least_common_multiple(a: u128, b: u128) -> Option<u128> {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    (a / x).checked_mul(b).filter(|&sum| sum < MAX_POWER)
+}
+
+/// A symbol, or a positive ratio of small integers times one.
+fn ratio_of_a_symbol(graph: &Graph, argument: Expr) -> Option<(Symbol, (i64, i64))> {
+    let symbol = |e: Expr| if let Node::Symbol(s) = graph.node(e) { Some(s) } else { None };
+    match graph.node(argument) {
+        Node::Symbol(s) => Some((s, (1, 1))),
+        Node::Mul(a, b) => {
+            let (factor, s) = match (graph.as_constant(a), graph.as_constant(b)) {
+                (Some(factor), _) => (factor, symbol(b)?),
+                (_, Some(factor)) => (factor, symbol(a)?),
+                _ => return None,
+            };
+            small_ratio(factor).filter(|(n, _)| *n > 0).map(|ratio| (s, ratio))
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,111 @@
+//! The last two variables of a planar loop.
+//!
+//! With all variables known but two, the sides of a loop fall into groups of one unknown angle each, and their sum is zero
+//! where
+//!
+//! - two angles, three groups: a triangle of known sides, v_0 + v_1 exp(i psi_1) + v_2 exp(i psi_2) = 0. From
+//!   |v_0 + v_1 exp(i psi_1)|^2 = |v_2|^2 follows a cos psi_1 + b sin psi_1 = c;
+//! - one angle, one length, two groups: |a_0 + s u_0|^2 = |a_1 + s u_1|^2, quadratic in s;
+//! - two lengths: linear.
+
+use crate::base::closed::variables::{State, on_the_circle, quotient, raised};
+use crate::base::field::{Point, Residue, solve, turned as sum};
+
+/// A vector of the plane.
+pub(crate) type Flat = [Residue; 2];
+
+/// What came of an attempt to close a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Closing {
+    Closed,
+    /// The roots that close it are not in the field.
+    NoRoot,
+    /// These variables cannot be solved for in this way.
+    OtherForm,
+}
+
+/// (vector + sum of lengths times per_length) exp(i turn . angles).
+pub(crate) struct Group {
+    pub turn: Vec<i128>,
+    pub vector: Flat,
+    pub per_length: Vec<Flat>,
+}
+
+impl Group {
+    pub fn vanishes(&self) -> bool {
+        let zero = [Residue::ZERO; 2];
+        self.vector == zero && self.per_length.iter().all(|v| *v == zero)
+    }
+}
+
+/// Two unknown angles.
+pub(crate) fn triangle(state: &mut State, groups: &[Group], [x, y]: [usize; 2], other_root: bool) -> Closing {
+    let [g0, g1, g2] = groups else { return Closing::OtherForm };
+    let difference = |g: &Group| [g.turn[0] - g0.turn[0], g.turn[1] - g0.turn[1]];
+    let ([a, b], [c, d]) = (difference(g1), difference(g2));
+    let determinant = a * d - b * c;
+    if determinant.abs() != 1 {
+        return Closing::OtherForm;
+    }
+    // |v0|^2 + |v1|^2 + 2 Re(conj(v0) v1 exp(i psi)) = |v2|^2
+    let square = |v: Flat| v[0] * v[0] + v[1] * v[1];
+    let (v0, v1, v2) = (g0.vector, g1.vector, g2.vector);
+    let [re, im] = [v0[0] * v1[0] + v0[1] * v1[1], v0[0] * v1[1] - v0[1] * v1[0]];
+    let two = Residue::integer(2);
+    let k = square(v2) - square(v0) - square(v1);
+    let Some(first) = on_the_circle(two * re, -(two * im), k, other_root) else { return Closing::NoRoot };
+    let third = plus(v0, rotated(first, v1)).map(|x| -x);
+    let Some(second) = quotient(third, v2) else { return Closing::NoRoot };
+    let second = (second[0], second[1]);
+    // psi = M (x, y), so (x, y) = M^-1 psi with M^-1 = [d -b; -c a] / determinant.
+    let angle = |p: i128, q: i128| sum(raised(first, p * determinant), raised(second, q * determinant));
+    state.set_angle(x, angle(d, -b));
+    state.set_angle(y, angle(-c, a));
+    Closing::Closed
+}
+
+/// One unknown angle, one unknown length.
+pub(crate) fn slide(state: &mut State, groups: &[Group], x: usize, s: usize, other_root: bool) -> Closing {
+    let [g0, g1] = groups else { return Closing::OtherForm };
+    let turn = g1.turn[0] - g0.turn[0];
+    if turn.abs() != 1 {
+        return Closing::OtherForm;
+    }
+    let inner = |a: Flat, b: Flat| a[0] * b[0] + a[1] * b[1];
+    let square_difference = |a: Flat, b: Flat| inner(a, a) - inner(b, b);
+    let (a0, u0, a1, u1) = (g0.vector, g0.per_length[0], g1.vector, g1.per_length[0]);
+    let (two, four) = (Residue::integer(2), Residue::integer(4));
+    let (a, b, c) = (square_difference(u0, u1), two * (inner(a0, u0) - inner(a1, u1)), square_difference(a0, a1));
+    let length = if a == Residue::ZERO {
+        if b == Residue::ZERO {
+            return Closing::OtherForm;
+        }
+        -(c * b.inverse())
+    } else {
+        let Some(root) = (b * b - four * a * c).root() else { return Closing::NoRoot };
+        let root = if other_root { -root } else { root };
+        (root - b) * (two * a).inverse()
+    };
+    let end = |a: Flat, u: Flat| plus(a, u.map(|u| u * length));
+    let Some(z) = quotient(end(a0, u0).map(|x| -x), end(a1, u1)) else { return Closing::NoRoot };
+    state.set_angle(x, raised((z[0], z[1]), turn));
+    state.set_length(s, length);
+    Closing::Closed
+}
+
+pub(crate) fn two_slides(state: &mut State, groups: &[Group], [s, t]: [usize; 2]) -> Closing {
+    let [g] = groups else { return Closing::OtherForm };
+    let row = |i: usize| vec![g.per_length[0][i], g.per_length[1][i], -g.vector[i]];
+    let Some(x) = solve(vec![row(0), row(1)], 2) else { return Closing::OtherForm };
+    state.set_length(s, x[0]);
+    state.set_length(t, x[1]);
+    Closing::Closed
+}
+
+pub(crate) fn plus(a: Flat, b: Flat) -> Flat {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+pub(crate) fn rotated((c, s): Point, [x, y]: Flat) -> Flat {
+    [c * x - s * y, s * x + c * y]
+}

@@ -1,0 +1,113 @@
+//! A function evaluated in the field ([`crate::base::field`]), its coordinates random points.
+
+use std::collections::BTreeMap;
+
+use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
+
+use crate::base::angles::Angles;
+use crate::base::field::{Assignment, Point, Residue, circle, times};
+use crate::random::SplitMix;
+
+/// One evaluation of a function in the field: constants as `constants` assigns them (by symbol),
+/// inputs random.
+pub(crate) struct FieldAlgebra<'a> {
+    graph: &'a Graph,
+    angles: &'a Angles,
+    constants: &'a [Assignment],
+    random: &'a mut SplitMix,
+    /// Symbol -> the point of its angle over the common denominator; argument that is no ratio of a symbol -> its point.
+    points: BTreeMap<Symbol, Point>,
+    others: BTreeMap<Expr, Point>,
+}
+
+impl<'a> FieldAlgebra<'a> {
+    pub fn new(graph: &'a Graph, angles: &'a Angles, constants: &'a [Assignment], random: &'a mut SplitMix) -> Self {
+        FieldAlgebra { graph, angles, constants, random, points: BTreeMap::new(), others: BTreeMap::new() }
+    }
+
+    fn angle(&mut self, argument: Expr) -> Point {
+        if let Node::Symbol(s) = self.graph.node(argument)
+            && matches!(self.graph.symbols()[s.0 as usize].1, SymbolKind::Constant(_))
+        {
+            let assignment = self.constants[s.0 as usize];
+            return (assignment.cos, assignment.sin);
+        }
+        match self.angles.power(argument) {
+            Some((symbol, power)) => {
+                let point = *self.points.entry(symbol).or_insert_with(|| circle(self.random));
+                times(point, power)
+            }
+            None => *self.others.entry(argument).or_insert_with(|| circle(self.random)),
+        }
+    }
+}
+
+impl Algebra for FieldAlgebra<'_> {
+    type Value = Residue;
+    fn constant(&mut self, x: f64) -> Residue {
+        Residue::number(x)
+    }
+    fn symbol(&mut self, symbol: Symbol) -> Residue {
+        match self.graph.symbols()[symbol.0 as usize].1 {
+            SymbolKind::Constant(_) => self.constants[symbol.0 as usize].length,
+            SymbolKind::Input => Residue::random(self.random),
+        }
+    }
+    fn sin(&mut self, argument: Expr) -> Residue {
+        self.angle(argument).1
+    }
+    fn cos(&mut self, argument: Expr) -> Residue {
+        self.angle(argument).0
+    }
+    fn neg(&mut self, a: &Residue) -> Residue {
+        -*a
+    }
+    fn add(&mut self, a: &Residue, b: &Residue) -> Residue {
+        *a + *b
+    }
+    fn sub(&mut self, a: &Residue, b: &Residue) -> Residue {
+        *a - *b
+    }
+    fn mul(&mut self, a: &Residue, b: &Residue) -> Residue {
+        *a * *b
+    }
+    fn div(&mut self, a: &Residue, b: &Residue) -> Residue {
+        *a * b.inverse()
+    }
+    fn sqrt(&mut self, a: &Residue) -> Residue {
+        // Roots of constants are folded as numbers; one of a named constant is another constant.
+        a.power(3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_of_an_angle_are_powers_of_its_point() {
+        let mut g = Graph::new();
+        let q = g.symbol("q", SymbolKind::Input);
+        let ratios = [4.0 / 3.0, 0.5, 0.35, 1.0];
+        let turns: Vec<[Expr; 2]> = ratios
+            .iter()
+            .map(|&c| {
+                let factor = g.constant(c);
+                let angle = g.mul(factor, q);
+                [g.cos(angle), g.sin(angle)]
+            })
+            .collect();
+        let angles = Angles::of(&g);
+        let random = &mut SplitMix(3);
+        let mut algebra = FieldAlgebra::new(&g, &angles, &[], random);
+        let mut point = |k: usize| {
+            let Node::Cos(argument) = g.node(turns[k][0]) else { unreachable!() };
+            algebra.angle(argument)
+        };
+        let [third, half, decimal, whole] = [0, 1, 2, 3].map(&mut point);
+        assert_eq!(times(third, 3), times(whole, 4));
+        assert_eq!(times(half, 2), whole);
+        assert_eq!(times(decimal, 20), times(whole, 7));
+        assert_ne!(third, whole);
+    }
+}

@@ -1,0 +1,51 @@
+//! Robots with loops that no affine function closes, in tests/data/loops, with their numbers of base parameters.
+//!
+//! The numbers were found by singular values of regressors from mechanics of others: the columns of a tree cut open
+//! (Pinocchio's regressor), reduced by the loop Jacobian.
+
+use std::path::PathBuf;
+
+use robot::{Robot, Value, format};
+
+use crate::random::Random;
+use crate::workspace;
+
+/// File without its ending, number of base parameters, whether the rank is proven in a finite field.
+pub const LOOPS: [(&str, usize, bool); 15] = [
+    ("four_bar", 8, true),
+    ("crossed_four_bar", 8, true),
+    ("slider_crank", 6, true),
+    ("boom", 8, true),
+    ("whitworth", 8, true),
+    ("scissor", 5, true),
+    ("watt", 13, true),
+    ("stephenson", 13, true),
+    ("peaucellier", 14, true),
+    ("three_rpr", 19, true),
+    ("spherical_five_bar", 18, true),
+    ("four_bars_in_series", 24, true),
+    ("gough_stewart", 160, true),
+    ("sarrus", 5, false),
+    ("bricard", 24, false),
+];
+
+/// Path of a robot with loops: `four_bar`.
+pub fn loop_path(name: &str) -> PathBuf {
+    workspace().join(format!("tests/data/loops/{name}.yaml"))
+}
+
+/// A robot with loops: `four_bar`.
+pub fn with_loops(name: &str) -> Robot {
+    format::read(&loop_path(name)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The robot with other lengths and angles of its symbols, each changed by less than `share` of itself.
+pub fn resized(robot: &Robot, share: f64, random: &mut Random) -> Robot {
+    let mut robot = robot.clone();
+    for symbol in &mut robot.symbols {
+        if let Value::Number(x) = &mut symbol.value {
+            *x *= 1.0 + share * random.unit();
+        }
+    }
+    robot
+}
