@@ -16,7 +16,7 @@ use rist::exciting::ExcitingMotion;
 use rist::fleet::Comparison;
 use rist::page::{PageRequest, page};
 use rist::planning::ExperimentPlan;
-use rist::request::excite_request::{ExciteRequest, Family};
+use rist::request::ExciteRequest;
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions, Validation};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
@@ -70,12 +70,11 @@ fn read(model: &Model, text: &str) {
     if let Ok(options) = Options::parse("options.yaml", text) {
         let table = Table::from_bytes("log.csv", LOG).expect("the log is read");
         if let Ok((log, _)) = model.log_of_table(table, &options.columns) {
-            let _ = rist::identify(model, &[log], &IdentifyRequest { options, ..IdentifyRequest::default() });
+            let _ = rist::identify(model, &[log], &IdentifyRequest::of_options(options));
         }
     }
     if let Ok(limits) = LimitsFile::from_yaml("limits.yaml", text) {
-        let family = Family::Fourier { blend: None, harmonics: 2 };
-        let little = ExciteRequest { limits, family, rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
+        let little = ExciteRequest { limits: Some(limits), harmonics: Some(2), rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
         let _ = rist::excite(model, &little, &|_, _, _| {});
     }
     if let Ok(load) = KnownLoad::from_yaml("load.yaml", text) {

@@ -9,6 +9,8 @@ use identification::estimators::weighted::Weights;
 use libfuzzer_sys::fuzz_target;
 use logs::{ColumnNames, LogSource, Table};
 use rist::page::{PageRequest, page};
+use rist::request::{Delay, FrictionChoice, SumsRequest};
+use rist::samples::identify_essential;
 use rist::{Estimate, IdentifyRequest, Model, ModelOptions};
 
 const ARM: &str = include_str!("../../models/planar2r_vertical.yaml");
@@ -33,7 +35,7 @@ fuzz_target!(|data: &[u8]| {
         }
         identified(model, &logs, 0);
         identified(model, &logs, which);
-        if let Ok(mut sums) = rist::fleet::accumulator(model, &Options::default(), &[]) {
+        if let Ok(mut sums) = rist::fleet::accumulator(model, &SumsRequest::default()) {
             let _ = rist::fleet::update(model, &mut sums, &logs[0], true);
             let _ = sums.to_bytes().expect("sums are written");
         }
@@ -41,17 +43,18 @@ fuzz_target!(|data: &[u8]| {
 });
 
 fn identified(model: &Model, logs: &[LogSource], which: usize) {
-    let options = Options { weights: if which == 1 { Weights::Huber } else { Weights::Joint }, ..Options::default() };
-    let request = IdentifyRequest {
-        options: Options { covariance: which == 1, ..options },
-        gains: if which == 2 { vec![("q1".into(), Gain::Known(11.5))] } else { Vec::new() },
-        find_delay: which == 3,
-        find_friction: which == 4,
-        essential: which == 5,
-        consistent: which == 6,
-        ..IdentifyRequest::default()
+    let mut request = IdentifyRequest { consistent: which == 6, ..IdentifyRequest::default() };
+    let samples = &mut request.samples;
+    samples.covariance = which == 1;
+    samples.rows.weights = (which == 1).then_some(Weights::Huber);
+    samples.gain = if which == 2 { vec![("q1".into(), Gain::Known(11.5))] } else { Vec::new() };
+    samples.rows.signals.delay = (which == 3).then_some(Delay::Auto);
+    samples.rows.friction = (which == 4).then_some(FrictionChoice::Auto);
+    let found = match which {
+        5 => identify_essential(model, logs, &[], &request.samples),
+        _ => rist::identify(model, logs, &request),
     };
-    let Ok(found) = rist::identify(model, logs, &request) else { return };
+    let Ok(found) = found else { return };
     let Ok(verdict) = rist::verdict::fitted_verdict(model, &found.estimate, logs) else { return };
     let _ = (verdict.to_string(), found.estimate.to_string());
     let _ = page(&PageRequest {

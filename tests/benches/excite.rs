@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use rist::Model;
-use rist::request::excite_request::ExciteRequest;
+use rist::request::ExciteRequest;
 use tests::dense_samples::violations;
 use tests::known_arms::KNOWN_ARMS;
 use tests::model_path;

@@ -3,7 +3,7 @@
 //! `encoders=0.1`: with a tenth of their quantum and noise.
 
 use rist::Model;
-use rist::request::excite_request::ExciteRequest;
+use rist::request::{ExciteRequest, FrictionChoice};
 use tests::model_path;
 use tests::promise::{FRICTION, Kept, kept};
 
@@ -17,7 +17,7 @@ fn main() {
     println!("{:<12} {:>6} {:>6} {:>6} {:>9} {:>7}  of", "robot", "rms", "+-", "mean", "held, %", "worst");
     for file in files.into_iter().filter(|file| is_wanted(file)) {
         let model = Model::read(model_path(file)).expect("a description");
-        let request = ExciteRequest { friction: FRICTION.to_vec(), ..Default::default() };
+        let request = ExciteRequest { friction: Some(FrictionChoice::Terms(FRICTION.to_vec())), ..Default::default() };
         let motion = rist::excite(&model, &request, &|_, _, _| ()).expect("a motion");
         let kept = kept(&model, &motion, draws, encoders).expect("estimates");
         let mean = |of: &dyn Fn(&Kept) -> f64| kept.iter().map(of).sum::<f64>() / kept.len() as f64;

@@ -77,9 +77,10 @@ fn measure(path: &Path, every: bool) -> Result<(), Box<dyn std::error::Error>> {
     let model = Model::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/panda.yaml"))?;
     let mut request = IdentifyRequest::default();
     if every {
-        (request.options.signal.cutoff, request.options.signal.decimate) = (Some(40.0), Some(1));
+        let signals = &mut request.samples.rows.signals;
+        (signals.cutoff, signals.decimate) = (Some(40.0), Some(1));
     }
-    let (log, _) = model.open_log(path, &request.options.columns)?;
+    let (log, _) = model.open_log(path, &Default::default())?;
     let rows = log.report().kept;
     let held = if matches!(log, LogSource::Held(_)) { "one block" } else { "blocks" };
     let estimate = identify(&model, &[log], &request)?.estimate;

@@ -7,6 +7,7 @@ use experiments::simulate::closed_loop::Sensing;
 use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::identified::INTERVAL;
+use identification::estimate::options::Options;
 use identification::signals::encoder_torque::encoder_torque;
 use linear_model::friction::terms::{FrictionTerm, sign};
 use linear_model::parameter::ParameterId;
@@ -85,7 +86,7 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
         torque_noise: noise.clone(),
     };
     let mut exact = None;
-    let request = SimulateRequest { validation_motions: 0, noise_free: true, ..Default::default() };
+    let request = SimulateRequest { validation: 0, noise_free: true, ..Default::default() };
     rist::simulate(model, motion, &request, &mut |_, record| {
         exact = Some(record.clone());
         Ok(())
@@ -104,8 +105,8 @@ pub fn kept(model: &Model, motion: &ExcitingMotion, draws: u64, encoders: f64) -
         let record = sensing.measure(&exact, &setup.drives.gain, &mut Random::new(seed));
         let gains = vec![1.0; model.regressor().coordinates().len()];
         let logs = [LogSource::Held(record.to_log("motion", model.regressor().coordinates(), &gains))];
-        let mut request = IdentifyRequest::default();
-        request.options.friction = FRICTION.to_vec();
+        let options = Options { friction: FRICTION.to_vec(), ..Options::default() };
+        let request = IdentifyRequest::of_options(options);
         let found = rist::identify(model, &logs, &request)?.estimate;
         for (i, truth) in truth.iter().enumerate() {
             let found = found.parameters.iter().find(|p| p.id == names[i]).and_then(|p| Some((p.value?, p.sigma?)));

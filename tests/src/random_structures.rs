@@ -370,16 +370,35 @@ pub fn rank(states: &[ClosedState]) -> (usize, f64) {
 /// Relative to the largest entry of a regressor: the passive joints are closed to 1e-13, and some thousand operations follow.
 const AGREES: f64 = 1e-9;
 
-/// What is wrong with the robot of this number; `None` where it is right.
-pub fn wrong(seed: u64) -> Option<String> {
+/// What becomes of a robot.
+pub enum Outcome {
+    /// Regressor, rank and regrouping are those of the independent mechanics.
+    Right,
+    /// No base parameters are given, with the reason.
+    Refused(String),
+    /// Something is false.
+    Wrong(String),
+}
+
+/// What becomes of the robot of this number.
+pub fn outcome(seed: u64) -> Outcome {
+    wrong(seed).map_or(
+        Outcome::Right,
+        |(is_refused, why)| {
+            if is_refused { Outcome::Refused(why) } else { Outcome::Wrong(why) }
+        },
+    )
+}
+
+fn wrong(seed: u64) -> Option<(bool, String)> {
     let drawn = structure(seed);
     let robot = match drawn.robot() {
         Ok(robot) => robot,
-        Err(e) => return Some(e),
+        Err(e) => return Some((false, e)),
     };
     let mut derivation = match Derivation::new(&robot) {
         Ok(derivation) => derivation,
-        Err(e) => return Some(e.to_string()),
+        Err(e) => return Some((true, e.to_string())),
     };
     let regressor = derivation.regressor();
     let (n, p) = (robot.n_coordinates(), regressor.outputs[0].columns);
@@ -391,16 +410,17 @@ pub fn wrong(seed: u64) -> Option<String> {
         let y = DMatrix::from_row_slice(n, p, &y);
         let (apart, largest) = ((&y - &state.regressor).amax(), state.regressor.amax());
         if !(apart <= AGREES * (1.0 + largest)) {
-            return Some(format!("the regressor differs by {apart:e} of {largest:e}"));
+            return Some((false, format!("the regressor differs by {apart:e} of {largest:e}")));
         }
     }
     let base = match derivation.base_parameters(&regressor) {
         Ok(base) => base,
-        Err(e) => return Some(e.to_string()),
+        Err(e) => return Some((true, e.to_string())),
     };
     let (found, gap) = rank(&states);
     if base.len() != found {
-        return Some(format!("{} base parameters, the independent rank is {found} (gap {gap:.0e})", base.len()));
+        let why = format!("{} base parameters, the independent rank is {found} (gap {gap:.0e})", base.len());
+        return Some((false, why));
     }
     // The kept columns are independent, and nothing is lost: D_base X_base = D X.
     let x = Random(seed + 2_000_000).vector(p, 1.0);
@@ -412,7 +432,7 @@ pub fn wrong(seed: u64) -> Option<String> {
         let apart = (&tau - tau_base).amax();
         // Numeric coefficients carry the rounding of the scan.
         if !(apart <= AGREES * 10.0 * (1.0 + state.regressor.amax())) {
-            return Some(format!("D_base X_base is off by {apart:e} of {:e}", tau.amax()));
+            return Some((false, format!("D_base X_base is off by {apart:e} of {:e}", tau.amax())));
         }
     }
     None

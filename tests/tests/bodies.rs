@@ -7,7 +7,7 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
 use experiments::excitation::proof::Kept;
 use rist::Model;
-use rist::request::excite_request::ExciteRequest;
+use rist::request::ExciteRequest;
 use tests::program::{folder, rist as run};
 
 /// Three joints, links of half a metre, all round: each body is a segment with a radius.

@@ -148,8 +148,8 @@ fn description(dataset: &Dataset, shared: &Path, here: &Path) -> Vec<PathBuf> {
 
 /// Passports of the measured logs: with the options of their recipe, and with those of a newcomer.
 fn passports(dataset: &Dataset, shared: &Path, model: &Path) -> Vec<(String, Passport)> {
-    let rotor_inertias = dataset.rotors.then_some(RotorInertias::Actuated);
-    let model = Model::read_with(model, &ModelOptions { rotor_inertias, ..ModelOptions::default() }).unwrap();
+    let rotor_inertia = dataset.rotors.then_some(RotorInertias::Actuated);
+    let model = Model::read_with(model, &ModelOptions { rotor_inertia, ..ModelOptions::default() }).unwrap();
     let run = &dataset.runs[0];
     let plain = Options {
         columns: run.options.columns.clone(),

@@ -47,8 +47,8 @@ fn impossible_times_get_an_answer() {
         (vec!["--frequency", "0"], vec!["--frequency must be a positive number, not 0"]),
         (vec!["--blend", "0"], vec!["--blend must be a positive number, not 0"]),
         (vec!["--rate", "-1"], vec!["--rate must be a positive number, not -1"]),
-        (vec!["--repetitions", "0"], vec!["--repetitions and --starts must be at least 1"]),
-        (vec!["--harmonics", "1000"], vec!["--harmonics must be between 1 and 40, not 1000"]),
+        (vec!["--repetitions", "0"], vec!["--repetitions is 0; expected is a number from 1 up"]),
+        (vec!["--harmonics", "1000"], vec!["--harmonics is 1000; expected is a number from 1 to 40"]),
         (vec!["--effort-share", "1.5"], vec!["--effort-share is above 0 and at most 1, not 1.5"]),
         (vec!["--period", "0.01"], vec!["the highest harmonic, 500.000 Hz", "raise --rate (200 Hz) or --period"]),
         // More than any file holds: told before anything is searched.

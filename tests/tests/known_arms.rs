@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use rist::Model;
-use rist::request::excite_request::ExciteRequest;
+use rist::request::ExciteRequest;
 use tests::dense_samples::violations;
 use tests::known_arms::KNOWN_ARMS;
 

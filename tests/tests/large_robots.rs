@@ -82,7 +82,7 @@ fn regrouped(robot: &Robot) -> BaseParameters {
         }
     }
     let n_standard = standard_names(robot).len();
-    assert_eq!(base.rank.exact, Some(base.len()));
+    assert_eq!(base.rank.exact.rank(), Some(base.len()));
     assert!(base.len() + base.no_effect.len() <= n_standard);
     base
 }

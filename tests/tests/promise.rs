@@ -3,7 +3,7 @@
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::visibility::JointNoise;
 use rist::Model;
-use rist::request::excite_request::ExciteRequest;
+use rist::request::{ExciteRequest, FrictionChoice};
 use rist::simulation::SimulateRequest;
 use tests::model_path;
 use tests::promise::{FRICTION, Kept, kept, promised};
@@ -16,7 +16,7 @@ fn motion(model: &Model, rate: f64) -> ExcitingMotion {
         period: Some(6.0),
         repetitions: 1,
         rate,
-        friction: FRICTION.to_vec(),
+        friction: Some(FrictionChoice::Terms(FRICTION.to_vec())),
         ..Default::default()
     };
     rist::excite(model, &request, &|_, _, _| ()).unwrap()
@@ -29,7 +29,7 @@ fn the_rate_of_a_log_does_not_change_the_motion() {
     let coarse = motion(&model, 200.0);
     let fine = ExcitingMotion { rate_hz: 1000.0, ..coarse.clone() };
     let simulated = |motion: &ExcitingMotion| {
-        let request = SimulateRequest { validation_motions: 0, noise_free: true, ..Default::default() };
+        let request = SimulateRequest { validation: 0, noise_free: true, ..Default::default() };
         let mut found = None;
         rist::simulate(&model, motion, &request, &mut |_, record| {
             found = Some(record.clone());

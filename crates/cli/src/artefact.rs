@@ -1,12 +1,10 @@
-//! Artefacts that the commands read, and the gains of the command line.
+//! Artefacts that the commands read.
 
 use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
-use experiments::excitation::limits::LimitsFile;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
-use linear_model::known_load::KnownLoad;
 use linear_model::reference::ModelReference;
 use rist::output::{check_output, is_same};
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
@@ -29,10 +27,17 @@ pub fn make_directory(path: &Path) -> Result<(), Failure> {
 /// another model.
 pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimate, Model), Failure> {
     let estimate = Estimate::from_yaml(&path.display().to_string(), &read_text(path)?)?;
+    let model = model_of(&estimate, path, arguments)?;
+    Ok((estimate, model))
+}
+
+/// The model read as it was for an estimate, that of the file `path`, where the flags do not say how; refused where it
+/// was made with another model.
+pub fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
     let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
     model.check(path, &made_with)?;
-    Ok((estimate, model))
+    Ok(model)
 }
 
 /// Reads a plan; refuses one that was made with another model.
@@ -48,7 +53,7 @@ pub fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
     Ok(Accumulator::from_bytes(&path.display().to_string(), &bytes)?)
 }
 
-/// The text of --series: Parquet where the name of the file ends so, else CSV.
+/// The text of a series: Parquet where the name of the file ends so, else CSV.
 pub fn series_text(out: &Path, series: &[TorqueSeries], coordinates: &[String]) -> Result<Vec<u8>, Failure> {
     match out.extension().is_some_and(|end| end.eq_ignore_ascii_case("parquet")) {
         true => Ok(series_to_parquet(series, coordinates)?),
@@ -88,33 +93,4 @@ pub fn check_outputs<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>, inputs:
         written.push(out);
     }
     Ok(())
-}
-
-/// Reads limits.
-pub fn read_limits(path: &Path) -> Result<LimitsFile, Failure> {
-    Ok(LimitsFile::from_yaml(&path.display().to_string(), &read_text(path)?)?)
-}
-
-/// Reads a known load.
-pub fn read_load(path: &Path) -> Result<KnownLoad, Failure> {
-    Ok(KnownLoad::from_yaml(&path.display().to_string(), &read_text(path)?)?)
-}
-
-/// Reads `q1=2.393` of the command line.
-pub fn gain(text: &str) -> Result<(String, f64), String> {
-    let (name, gain) = text.split_once('=').unwrap_or((text, ""));
-    match gain.parse::<f64>().ok().filter(|g| g.is_finite() && *g > 0.0) {
-        Some(gain) => Ok((name.to_string(), gain)),
-        None => Err(format!("`{text}` is no gain: expected COORDINATE=NUMBER in N m/A")),
-    }
-}
-
-/// Reads several gains; refuses coordinates that the model does not have.
-pub fn gains(texts: &[String], model: &Model) -> Result<Vec<(String, f64)>, Failure> {
-    let one = |text: &String| {
-        let (name, gain) = gain(text).map_err(Failure::new)?;
-        model.coordinate(&name).map_err(|e| Failure::new(format_args!("--gain {text}: {e}")))?;
-        Ok((name, gain))
-    };
-    texts.iter().map(one).collect()
 }

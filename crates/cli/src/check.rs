@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
 use experiments::excitation::held_limits::origins_text;
+use rist::request::CheckRequest;
 use serde_json::json;
 
-use crate::artefact::{read_limits, read_text};
+use crate::artefact::read_text;
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, at_work, print_result};
 
@@ -29,17 +31,15 @@ pub struct Arguments {
     /// The motion of `rist excite`
     motion: PathBuf,
 
-    /// Limits of your own that the motion must keep too, as for `rist excite --limits`; those that the file lacks are
-    /// not assumed
-    #[arg(long, value_name = "FILE")]
-    limits: Option<PathBuf>,
+    #[command(flatten)]
+    request: Flags<CheckRequest>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let file = &arguments.motion;
     let motion = ExcitingMotion::from_yaml(&file.display().to_string(), &read_text(file)?)?;
-    let asked = arguments.limits.as_deref().map(read_limits).transpose()?;
+    let asked = arguments.request.read()?.limits;
     at_work(format_args!("proving the limits of {}", file.display()));
     let checked = rist::check(&model, file, &motion, asked.as_ref())?;
     let mut text = terminal::notes(&checked.notes) + &certificate_text(&checked.certificate);

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::Accumulator;
+use rist::request::CompareRequest;
 
 use crate::artefact::read_sums;
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::terminal::print_result;
 use rist::output::{check_output, write_file};
 
@@ -23,10 +25,8 @@ pub struct Arguments {
     #[arg(required = true, value_name = "ROBOT.tri")]
     robots: Vec<PathBuf>,
 
-    /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
-    /// parameters among those reported
-    #[arg(long, value_name = "RATE", default_value_t = 0.05)]
-    fdr: f64,
+    #[command(flatten)]
+    request: Flags<CompareRequest>,
 
     /// Write the comparison as YAML
     #[arg(long, value_name = "FILE")]
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = |path: &PathBuf| path.display().to_string();
     let names: Vec<String> = arguments.robots.iter().map(name).collect();
     let named: Vec<(&str, &Accumulator)> = names.iter().map(String::as_str).zip(&robots).collect();
-    let found = rist::fleet::compare((&name(&arguments.reference), &reference), &named, arguments.fdr)?;
+    let found = rist::fleet::compare((&name(&arguments.reference), &reference), &named, arguments.request.read()?.fdr)?;
     print_result(&found, || serde_json::to_value(&found))?;
     if let Some(out) = &arguments.out {
         write_file(out, &found.to_yaml()?, &inputs)?;

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Finding;
+use rist::request::DoctorRequest;
 use serde_json::{Value, json};
 
-use crate::artefact::gains;
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
 
@@ -27,13 +27,8 @@ pub struct Arguments {
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
 
-    /// YAML with any option of an identification
-    #[arg(long, value_name = "FILE")]
-    options: Option<PathBuf>,
-
-    /// Torque per unit of current of a drive, N m/A [default: as the file says]
-    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
-    gain: Vec<String>,
+    #[command(flatten)]
+    request: Flags<DoctorRequest>,
 }
 
 /// The passport of a log as JSON; numbers that the log does not tell are null.
@@ -66,17 +61,7 @@ pub fn findings(findings: &[Finding]) -> Vec<Value> {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
-    let mut options = match &arguments.options {
-        Some(path) => Options::read(path)?,
-        None => Options::default(),
-    };
-    if !arguments.gain.is_empty() {
-        let mut all: Vec<f64> = model.drive_gains().into_iter().map(|gain| gain.unwrap_or(1.0)).collect();
-        for (name, gain) in gains(&arguments.gain, &model)? {
-            all[model.coordinate(&name)?] = gain;
-        }
-        options.transmission.drive_gains = Some(all);
-    }
+    let options = arguments.request.read()?.options(&model)?;
     let (mut text, mut logs, mut wrong) = (String::new(), Vec::new(), 0);
     for path in &arguments.logs {
         let (log, columns) = model.open_log(path, &options.columns)?;

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::process::ExitCode;
 
+use rist::request::spelling::{Reader, spelled};
 use robot::Place;
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
@@ -27,7 +28,7 @@ impl Failure {
     /// What the user is told, with the line that it is about.
     pub fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
-        format!("rist: {self}\n{line}")
+        format!("rist: {}\n{line}", spelled(&self.message, Reader::Program))
     }
 
     /// How the program exits.

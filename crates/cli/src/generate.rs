@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use rist::request::Request;
+use rist::request::spelling::flags;
 use rist::source::{IdentifiedValues, Language};
 use rist::verdict::Trust;
 
@@ -52,7 +54,7 @@ fn functions_help() -> String {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
-    let mut made_by = format!("rist generate {path}{}", arguments.model.options().flags());
+    let mut made_by = format!("rist generate {path}{}", flags(&arguments.model.options()?.given()));
     let (robot, values) = match &arguments.estimate {
         None => (arguments.model.read_with_values()?, None),
         Some(file) => {

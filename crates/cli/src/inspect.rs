@@ -52,7 +52,7 @@ enum Format {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let robot = arguments.model.read()?;
     at_work(format_args!("deriving {}", arguments.model.model.display()));
-    let model = Model::of(robot, &arguments.model.model, arguments.model.any_size)?;
+    let model = Model::of(robot, &arguments.model.model, arguments.model.options()?.any_size)?;
     let derived = &model;
     let tilted = Tilted::new(arguments, derived)?;
     let rules = if arguments.expand_rules { expanded(derived)? } else { derived.parameters.rules() };
@@ -89,11 +89,11 @@ impl Tilted {
         if tilted.because.is_empty() {
             return Ok(tilted);
         }
-        let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options() };
+        let options = ModelOptions { angles: Angles::AsGiven, ..arguments.model.options()? };
         let given = rist::description::read_robot(&arguments.model.model, &options)?;
         let kept = |c: usize| derived.parameters.base.iter().any(|b| b.column == c);
         let name = |of: &Model, c: usize| of.parameters.standard[c].display(&of.robot).to_string();
-        tilted.appear = match Model::of(given, &arguments.model.model, arguments.model.any_size) {
+        tilted.appear = match Model::of(given, &arguments.model.model, options.any_size) {
             Ok(model) => {
                 let more = model.parameters.base.iter().filter(|b| !kept(b.column));
                 Ok(more.map(|b| (name(&model, b.column), b.share)).collect())

@@ -9,6 +9,7 @@ mod doctor;
 mod evaluate;
 mod excite;
 mod failure;
+mod flags;
 mod generate;
 mod identify;
 mod inspect;

@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use experiments::motion::profile::Profile;
 use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
-use experiments::plan::exchange::Criterion;
-use rist::planning::PlanRequest;
+use rist::request::PlanRequest;
 use serde_json::json;
 
 use crate::artefact::make_directory;
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::interrupt::interruptible;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result, progress};
@@ -26,46 +25,8 @@ pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// Number of experiments
-    #[arg(long, short = 'n', default_value_t = 8)]
-    experiments: usize,
-
-    /// What the plan makes best
-    #[arg(long, value_enum, default_value_t = CriterionWord::Determinant)]
-    criterion: CriterionWord,
-
-    /// Acceleration within a swing
-    #[arg(long, value_enum, default_value_t = ProfileWord::BangBang)]
-    profile: ProfileWord,
-
-    /// Configurations of the grid per coordinate
-    #[arg(long, default_value_t = 5)]
-    steps: usize,
-
-    /// Maximum number of configurations per kind of motion
-    #[arg(long, default_value_t = 60)]
-    configurations: usize,
-
-    /// Seconds recorded in one experiment
-    #[arg(long, default_value_t = 4.0)]
-    duration: f64,
-
-    /// Sample rate of the controller, Hz
-    #[arg(long, default_value_t = 1000.0)]
-    rate: f64,
-
-    /// Starts of the search
-    #[arg(long, default_value_t = 12)]
-    starts: usize,
-
-    /// Seed of the random starts; the same seed gives the same plan
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-
-    /// Maximum number of nodes of a branch and bound, 0 for none. It improves the plan and proves how far from the best
-    /// it can be. It ends where the D-efficiency is within 0.001 of the best. The proof is written into the plan
-    #[arg(long, default_value_t = 0)]
-    nodes: usize,
+    #[command(flatten)]
+    request: Flags<PlanRequest>,
 
     /// Write the plan as YAML
     #[arg(long, value_name = "FILE")]
@@ -81,22 +42,6 @@ pub struct Arguments {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum CriterionWord {
-    /// The determinant of the information
-    Determinant,
-    /// The condition number of the information, by the Frobenius norm
-    Condition,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ProfileWord {
-    /// Constant, as in the paper
-    BangBang,
-    /// Without jumps
-    Smooth,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum FormatWord {
     /// A row per sample
     Csv,
@@ -107,24 +52,7 @@ enum FormatWord {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let request = PlanRequest {
-        experiments: arguments.experiments,
-        criterion: match arguments.criterion {
-            CriterionWord::Determinant => Criterion::Determinant,
-            CriterionWord::Condition => Criterion::FrobeniusCondition,
-        },
-        profile: match arguments.profile {
-            ProfileWord::BangBang => Profile::BangBang,
-            ProfileWord::Smooth => Profile::Smooth,
-        },
-        steps: arguments.steps,
-        configurations: arguments.configurations,
-        duration: arguments.duration,
-        rate: arguments.rate,
-        starts: arguments.starts,
-        seed: arguments.seed,
-        nodes: arguments.nodes,
-    };
+    let request = arguments.request.read()?;
     let inputs = [arguments.model.model.as_path()];
     // The search takes seconds: what it cannot be written to is found before.
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
@@ -142,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             FormatWord::RosJson => (TrajectoryFormat::RosJson, "json"),
         };
         for (e, t) in plan.experiments.iter().zip(plan.trajectories("plan")?) {
-            let text = trajectory_file(&t.reference(), &plan.coordinates, arguments.rate, format);
+            let text = trajectory_file(&t.reference(), &plan.coordinates, request.rate, format);
             write_file(&directory.join(format!("{}.{end}", e.name)), &text, &inputs)?;
         }
     }

@@ -10,6 +10,7 @@ use linear_model::reference::ModelReference;
 use rist::exciting::ExcitingMotion;
 use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
+use rist::request::spelling::Reader;
 use rist::validation::Portrait;
 use rist::verdict::Verdict;
 use rist::{LogSource, Model, ModelOptions};
@@ -107,6 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         validation: validation.as_ref(),
         verdict: drawn.verdict.as_ref(),
         origin: origin(arguments.date.as_deref(), &command),
+        reader: Reader::Program,
     });
     inputs.extend(estimate.iter().flat_map(|e| &e.logs).map(Path::new));
     if let Some(directory) = &arguments.svg {
@@ -136,6 +138,7 @@ pub fn page_of(
         validation,
         verdict: Some(verdict),
         origin: origin(date, &command),
+        reader: Reader::Program,
         ..PageRequest::default()
     };
     Ok(rist::page::page(&request).0)
@@ -149,6 +152,7 @@ pub fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>)
         model: Some(model),
         motion: Some(ShownMotion { artefact: found, portrait: &portrait }),
         origin: origin(date, &command),
+        reader: Reader::Program,
         ..PageRequest::default()
     };
     Ok(rist::page::page(&request).0)

@@ -7,8 +7,9 @@ use experiments::motion::record::Record;
 use rist::simulation::{Motions, SimulateRequest};
 use serde_json::json;
 
-use crate::artefact::{MotionFile, gains, make_directory, read_estimate, read_load, read_motions};
+use crate::artefact::{MotionFile, make_directory, model_of, read_motions};
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, at_work, print_result};
 use rist::output::write_file;
@@ -30,48 +31,19 @@ pub struct Arguments {
     #[arg(long, value_name = "DIRECTORY", default_value = "logs")]
     out: PathBuf,
 
-    /// Number of validation motions
-    #[arg(long, default_value_t = 10)]
-    validation: usize,
-
-    /// Torque per unit of current of a drive, N m/A [default: as the file says; where one is known, 1 for the others]
-    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
-    gain: Vec<String>,
-
-    /// A known load (as of `rist identify`): every experiment is done again with it, e01_loaded.csv, ..
-    #[arg(long, value_name = "FILE")]
-    load: Option<PathBuf>,
-
-    /// An estimate whose torques (inverse dynamics, no friction) the controller adds: identify -> feedforward -> repeat
-    #[arg(long, value_name = "FILE")]
-    feedforward: Option<PathBuf>,
-
-    /// Seed of the noise; the same seed gives the same logs
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-
-    /// Neither noise nor rounding of the sensors
-    #[arg(long)]
-    noise_free: bool,
+    #[command(flatten)]
+    request: Flags<SimulateRequest>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (feedforward, model) = match &arguments.feedforward {
-        Some(file) => read_estimate(file, &arguments.model).map(|(estimate, model)| (Some(estimate), model))?,
-        None => (None, arguments.model.derive()?),
+    let request = arguments.request.read()?;
+    let model = match &request.feedforward {
+        Some(estimate) => model_of(estimate, arguments.request.file("feedforward"), &arguments.model)?,
+        None => arguments.model.derive()?,
     };
     let file = read_motions(&arguments.motions, &model)?;
-    let request = SimulateRequest {
-        validation_motions: arguments.validation,
-        gains: gains(&arguments.gain, &model)?,
-        load: arguments.load.as_deref().map(read_load).transpose()?,
-        feedforward,
-        seed: arguments.seed,
-        noise_free: arguments.noise_free,
-    };
-    let of_user =
-        [&arguments.model.model, &arguments.motions].into_iter().chain(&arguments.load).chain(&arguments.feedforward);
-    let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
+    let of_user = [&arguments.model.model, &arguments.motions].into_iter().map(PathBuf::as_path);
+    let inputs: Vec<&Path> = of_user.chain(arguments.request.files()).collect();
     make_directory(&arguments.out)?;
     let coordinates = model.regressor().coordinates();
     let (motions, count) = match &file {
@@ -92,8 +64,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     write_file(&arguments.out.join("truth.yaml"), &found.truth.to_yaml()?, &inputs)?;
     let (truth, notes) = (arguments.out.join("truth.yaml").display().to_string(), &found.notes);
     let lines = terminal::notes(notes);
-    let with_load = if arguments.load.is_some() { ", as many with the load," } else { "" };
-    let (validation, out) = (arguments.validation, arguments.out.display());
+    let with_load = if request.load.is_some() { ", as many with the load," } else { "" };
+    let (validation, out) = (request.validation, arguments.out.display());
     print_result(format_args!("{lines}{count}{with_load} and {validation} validation motions in {out}\n"), || {
         Ok(json!({"notes": notes, "logs": written, "truth": truth}))
     })

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use anstream::AutoStream;
 use anstyle::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
+use rist::request::spelling::{Reader, spelled};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -63,10 +64,10 @@ pub fn print_result(
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
     if !is_json() {
-        return print(&text.to_string());
+        return print(&spelled(&text.to_string(), Reader::Program));
     }
     match json() {
-        Ok(value) => print(&format!("{value:#}\n")),
+        Ok(value) => print(&spelled(&format!("{value:#}\n"), Reader::Program)),
         Err(e) => Err(Failure::new(format_args!("the result cannot be written as JSON: {e}"))),
     }
 }
@@ -83,7 +84,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
 /// Says on standard error what the user should know beside the result.
 pub fn note(text: impl Display) {
     if !arguments().quiet {
-        complain(&format!("note: {text}\n"));
+        complain(&spelled(&format!("note: {text}\n"), Reader::Program));
     }
 }
 

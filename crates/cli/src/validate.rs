@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::LogSource;
-use rist::validation::{MOTION_CUTOFF, is_fitted};
+use rist::request::ValidateRequest;
+use rist::validation::is_fitted;
 use serde_json::json;
 
-use crate::artefact::{gains, read_estimate, series_text};
+use crate::artefact::{read_estimate, series_text};
 use crate::failure::Failure;
+use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
@@ -28,13 +30,8 @@ pub struct Arguments {
     #[arg(required = true)]
     logs: Vec<PathBuf>,
 
-    /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]
-    #[arg(long, value_name = "COORDINATE=GAIN", value_delimiter = ',')]
-    gain: Vec<String>,
-
-    /// Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate]
-    #[arg(long, value_name = "HZ")]
-    cutoff: Option<f64>,
+    #[command(flatten)]
+    request: Flags<ValidateRequest>,
 
     /// Write the validation as YAML
     #[arg(long, value_name = "FILE")]
@@ -66,10 +63,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let options = estimate.options.as_ref();
     if options.is_none() && arguments.series.is_some() {
-        return Err(Failure::new("--series: for an estimate from logs; this one is of experiments"));
+        return Err(Failure::new("[series]: for an estimate from logs; this one is of experiments"));
     }
-    if options.is_some() && (arguments.cutoff.is_some() || !arguments.gain.is_empty()) {
-        let message = "--cutoff and --gain: an estimate from samples brings those that it was made with";
+    if options.is_some() && arguments.request.names().next().is_some() {
+        let message = "[cutoff] and [gain]: an estimate from samples brings those that it was made with";
         return Err(Failure::new(message));
     }
     let open = |path: &PathBuf| {
@@ -82,9 +79,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let validation = match options {
         Some(_) => rist::validate(&model, &estimate, &logs)?,
         None => {
-            let gains = gains(&arguments.gain, &model)?;
-            let cutoff = arguments.cutoff.unwrap_or(MOTION_CUTOFF);
-            rist::validation::validate_experiments(&model, &estimate, &motions, &gains, cutoff)?
+            let request = arguments.request.read()?;
+            rist::validation::validate_experiments(&model, &estimate, &motions, &request)?
         }
     };
     let verdict = rist::verdict::validation_verdict(&model, &estimate, &logs, validation.total, fitted.is_empty())?;

@@ -2,6 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rist::request::spelling::{Reader, spelled};
 
 pyo3::create_exception!(
     rist,
@@ -11,9 +12,14 @@ pyo3::create_exception!(
      expected and what to do."
 );
 
-/// The exception with a message.
+/// The exception with a message, whose fields are spelled as keywords.
 pub fn error(message: impl std::fmt::Display) -> PyErr {
-    Error::new_err(message.to_string())
+    Error::new_err(spelled(&message.to_string(), Reader::Python))
+}
+
+/// Sentences whose fields are spelled as keywords.
+pub fn all_spelled(texts: &[String]) -> Vec<String> {
+    texts.iter().map(|text| spelled(text, Reader::Python)).collect()
 }
 
 /// Turns the errors of the library into the exception.

@@ -9,6 +9,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyTuple};
 use rist::page::{Origin, PageRequest};
+use rist::request::spelling::{Reader, spelled};
 use rist::samples::Bodies;
 use rist::verdict::Trust;
 use robot::LinkId;
@@ -16,7 +17,7 @@ use robot::LinkId;
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
 use crate::artefact::{read_text, save};
-use crate::error::{OrError, error};
+use crate::error::{OrError, all_spelled, error};
 use crate::experiments::ExperimentPlan;
 use crate::html;
 use crate::logs::{logs, open};
@@ -201,13 +202,13 @@ impl Estimate {
     /// Sentences on what the data cannot tell.
     #[getter]
     fn remarks(&self) -> Vec<String> {
-        self.inner.remarks.clone()
+        all_spelled(&self.inner.remarks)
     }
 
     /// What the logs have against the description (units, signs, columns), the worst first.
     #[getter]
     fn findings(&self) -> Vec<String> {
-        self.findings.clone()
+        all_spelled(&self.findings)
     }
 
     /// The load on the last link, as the program prints it; None without loaded logs.
@@ -327,6 +328,7 @@ impl Estimate {
             validation: validation.map(|v| &v.inner),
             verdict: Some(&self.verdict),
             origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
+            reader: Reader::Python,
             ..PageRequest::default()
         };
         save(&path, &rist::page::page(&request).0, &[])
@@ -352,7 +354,7 @@ impl Estimate {
     }
 
     fn __repr__(&self) -> String {
-        format!("{}\n{}", self.inner, self.verdict)
+        spelled(&format!("{}\n{}", self.inner, self.verdict), Reader::Python)
     }
 
     fn _repr_html_(&self) -> String {

@@ -2,27 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use experiments::excitation::criterion::Aim;
-use experiments::excitation::limits::LimitsFile;
-use experiments::motion::profile::Profile;
 use experiments::motion::record::Record;
 use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
-use experiments::plan::exchange::Criterion;
-use linear_model::friction::terms::FrictionTerm;
-use linear_model::known_load::KnownLoad;
 use logs::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::planning::PlanRequest;
-use rist::request::excite_request::{ExciteRequest, Family, FamilyWord};
+use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::simulation::{Motions, SimulateRequest};
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};
-use crate::error::{OrError, error};
+use crate::call::Call;
+use crate::error::{OrError, all_spelled, error};
 use crate::estimate::Estimate;
-use crate::keywords::Keywords;
 use crate::model::Model;
 use crate::work::work;
 
@@ -96,26 +89,6 @@ artefact! {
     }
 }
 
-/// Gains by coordinate, N m/A.
-pub fn gains(given: &Keywords<'_>, name: &str, model: &rist::Model) -> PyResult<Vec<(String, f64)>> {
-    let expected = "positive numbers by coordinate, {'q1': 2.393}, N m/A,";
-    let Some(gains) = given.get::<std::collections::BTreeMap<String, f64>>(name, expected)? else {
-        return Ok(Vec::new());
-    };
-    for (coordinate, gain) in &gains {
-        model.coordinate(coordinate).map_err(|e| error(format_args!("{name}: {e}")))?;
-        if !(gain.is_finite() && *gain > 0.0) {
-            return Err(error(format_args!("{name}: {coordinate}={gain}: {expected} is expected")));
-        }
-    }
-    Ok(gains.into_iter().collect())
-}
-
-/// Reads a known load.
-pub fn read_load(path: &Path) -> PyResult<KnownLoad> {
-    KnownLoad::from_yaml(&path.display().to_string(), &read_text(path)?).or_error()
-}
-
 fn make_directory(path: &Path) -> PyResult<()> {
     std::fs::create_dir_all(path).map_err(|e| error(format_args!("{}: {e}", path.display())))
 }
@@ -123,7 +96,7 @@ fn make_directory(path: &Path) -> PyResult<()> {
 /// Sentences as warnings.
 fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
     let warnings = py.import("warnings")?;
-    notes.iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(drop))
+    all_spelled(notes).iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(drop))
 }
 
 /// Chooses the experiments that identify a robot best by spectrum analysis.
@@ -134,36 +107,9 @@ fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
 pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
-    let known: &[&str] = &[
-        "experiments",
-        "criterion",
-        "profile",
-        "steps",
-        "configurations",
-        "duration",
-        "rate",
-        "starts",
-        "seed",
-        "nodes",
-        "progress",
-    ];
-    let (given, customary) = (Keywords::new("plan", known, options)?, PlanRequest::default());
-    let count = "a whole number";
-    let criteria = [("determinant", Criterion::Determinant), ("condition", Criterion::FrobeniusCondition)];
-    let profiles = [("bang-bang", Profile::BangBang), ("smooth", Profile::Smooth)];
-    let request = PlanRequest {
-        experiments: given.get("experiments", count)?.unwrap_or(customary.experiments),
-        criterion: given.word("criterion", &criteria)?.unwrap_or(customary.criterion),
-        profile: given.word("profile", &profiles)?.unwrap_or(customary.profile),
-        steps: given.get("steps", count)?.unwrap_or(customary.steps),
-        configurations: given.get("configurations", count)?.unwrap_or(customary.configurations),
-        duration: given.get("duration", "a number of s")?.unwrap_or(customary.duration),
-        rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
-        starts: given.get("starts", count)?.unwrap_or(customary.starts),
-        seed: given.get("seed", count)?.unwrap_or(customary.seed),
-        nodes: given.get("nodes", count)?.unwrap_or(customary.nodes),
-    };
-    let planned = work(py, given.any("progress"), |reporter| {
+    let call = Call::new("plan", &["progress"], options)?;
+    let request: PlanRequest = call.request()?;
+    let planned = work(py, call.own("progress"), |reporter| {
         rist::plan(&model.inner, &request, &|done, all, best| reporter.tell(done, all, &format!("best {best:.3}")))
     })?;
     warn(py, &planned.notes)?;
@@ -186,19 +132,19 @@ pub fn simulate<'py>(
     plan: &Bound<'py, PyAny>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<(Estimate, Bound<'py, PyDict>)> {
-    let known: &[&str] = &["out", "validation", "gain", "load", "feedforward", "seed", "noise_free", "progress"];
-    let given = Keywords::new("simulate", known, options)?;
+    let call = Call::new("simulate", &["out", "feedforward", "progress"], options)?;
     let inner = &model.get().inner;
     let motions = Played::of(plan, inner)?;
-    let request = simulate_request(&given, inner)?;
-    let out = given.get::<PathBuf>("out", "a path")?;
+    let mut request: SimulateRequest = call.request()?;
+    request.feedforward = estimate_of(&call, "feedforward")?;
+    let out = call.own("out").map(|out| out.extract::<PathBuf>()).transpose()?;
     if let Some(out) = &out {
         make_directory(out)?;
     }
     let effort = request.effort(inner);
     let planned = motions.count();
-    let all = planned * (1 + usize::from(request.load.is_some())) + request.validation_motions;
-    let (simulated, records) = work(py, given.any("progress"), |reporter| {
+    let all = planned * (1 + usize::from(request.load.is_some())) + request.validation;
+    let (simulated, records) = work(py, call.own("progress"), |reporter| {
         let mut records: Vec<(String, Record)> = Vec::new();
         let take = &mut |name: &str, record: &Record| {
             if let Some(out) = &out {
@@ -253,26 +199,13 @@ impl Played {
     }
 }
 
-/// An option of `function` that is an estimate.
-fn estimate_of(given: &Keywords<'_>, function: &str, name: &str) -> PyResult<Option<rist::Estimate>> {
-    let Some(estimate) = given.any(name) else { return Ok(None) };
+/// An argument that is an estimate.
+fn estimate_of(call: &Call<'_>, name: &str) -> PyResult<Option<rist::Estimate>> {
+    let Some(estimate) = call.own(name) else { return Ok(None) };
     match estimate.cast::<Estimate>() {
         Ok(estimate) => Ok(Some(estimate.get().inner.clone())),
-        Err(_) => Err(error(format_args!("{function}: {name} is an Estimate"))),
+        Err(_) => Err(error(format_args!("{}: {name} is an Estimate", call.function))),
     }
-}
-
-/// The options of a simulation.
-fn simulate_request(given: &Keywords<'_>, model: &rist::Model) -> PyResult<SimulateRequest> {
-    let customary = SimulateRequest::default();
-    Ok(SimulateRequest {
-        validation_motions: given.get("validation", "a whole number")?.unwrap_or(customary.validation_motions),
-        gains: gains(given, "gain", model)?,
-        load: given.get::<PathBuf>("load", "a path")?.map(|path| read_load(&path)).transpose()?,
-        feedforward: estimate_of(given, "simulate", "feedforward")?,
-        seed: given.get("seed", "a whole number")?.unwrap_or(customary.seed),
-        noise_free: given.get("noise_free", "True or False")?.unwrap_or(customary.noise_free),
-    })
 }
 
 /// Records as dicts of arrays, by name; their efforts are torques or currents.
@@ -304,78 +237,33 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 
 /// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits.
 ///
-/// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), blend (s), harmonics (5), spans (of a
-/// spline), repetitions (3), rate (200 Hz), limits (a path to YAML), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
+/// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), frequency (Hz, one over it), blend (s), harmonics (5), spans (of a
+/// spline), repetitions (3), rate (200 Hz), limits (a path to YAML, or its content as a dict), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
 /// (12), iterations (100), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
 /// called as starts end. A motion that is not proven says so:
 /// look at `.proven` before it is played.
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, blend=None, harmonics=None, spans=None, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, frequency=None, blend=None, harmonics=None, spans=None, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
 pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
-    let known: &[&str] = &[
-        "motion",
-        "period",
-        "blend",
-        "harmonics",
-        "spans",
-        "repetitions",
-        "rate",
-        "limits",
-        "effort_share",
-        "friction",
-        "criterion",
-        "noise",
-        "starts",
-        "iterations",
-        "seed",
-        "after",
-        "progress",
-    ];
-    let (given, customary) = (Keywords::new("excite", known, options)?, ExciteRequest::default());
-    let (count, seconds, number) = ("a whole number", "a number of s", "a number");
-    let limits = given.get::<PathBuf>("limits", "a path")?.as_deref().map(read_limits).transpose()?;
-    let friction: Option<Vec<FrictionTerm>> = crate::identify::friction(&given)?;
-    let request = ExciteRequest {
-        family: family(&given)?,
-        period: given.get("period", seconds)?,
-        repetitions: given.get("repetitions", count)?.unwrap_or(customary.repetitions),
-        rate: given.get("rate", "a number of Hz")?.unwrap_or(customary.rate),
-        limits: limits.unwrap_or(customary.limits),
-        effort_share: given.get("effort_share", number)?.unwrap_or(customary.effort_share),
-        friction: friction.unwrap_or(customary.friction),
-        aim: given
-            .word("criterion", &[("determinant", Aim::Determinant), ("condition", Aim::Condition)])?
-            .unwrap_or(customary.aim),
-        noise: given.get("noise", number)?.unwrap_or(customary.noise),
-        starts: given.get("starts", count)?.unwrap_or(customary.starts),
-        iterations: given.get("iterations", count)?.unwrap_or(customary.iterations),
-        seed: given.get("seed", count)?.unwrap_or(customary.seed),
-        after: estimate_of(&given, "excite", "after")?,
-    };
-    let inner = work(py, given.any("progress"), |reporter| {
+    let call = Call::new("excite", &["after", "progress"], options)?;
+    let request = ExciteRequest { after: estimate_of(&call, "after")?, ..call.request()? };
+    let inner = work(py, call.own("progress"), |reporter| {
         rist::excite(&model.inner, &request, &|done, all, text| reporter.tell(done, all, text))
     })?;
     Ok(ExcitingMotion { inner })
 }
 
-/// The family of the motion, as the options say.
-fn family(given: &Keywords<'_>) -> PyResult<Family> {
-    let words = [("fourier", FamilyWord::Fourier), ("spline", FamilyWord::Spline)];
-    let (word, count) = (given.word("motion", &words)?.unwrap_or(FamilyWord::Fourier), "a whole number");
-    let blend = given.get("blend", "a number of s")?;
-    Family::new(word, blend, given.get("harmonics", count)?, given.get("spans", count)?).or_error()
-}
-
-/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML, too; returns what speaks against it,
-/// nothing where every limit is proven.
+/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; returns
+/// what speaks against it, nothing where every limit is proven.
 #[pyfunction]
-#[pyo3(signature = (model, motion, *, limits=None))]
-pub fn check(py: Python<'_>, model: &Model, motion: &ExcitingMotion, limits: Option<PathBuf>) -> PyResult<Vec<String>> {
-    let asked = limits.as_deref().map(read_limits).transpose()?;
+#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None)")]
+pub fn check(
+    py: Python<'_>,
+    model: &Model,
+    motion: &ExcitingMotion,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Vec<String>> {
+    let asked = Call::new("check", &[], options)?.request::<CheckRequest>()?.limits;
     let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, asked.as_ref());
     Ok(py.detach(check).or_error()?.faults().map(ToString::to_string).collect())
-}
-
-fn read_limits(path: &Path) -> PyResult<LimitsFile> {
-    LimitsFile::from_yaml(&path.display().to_string(), &read_text(path)?).or_error()
 }

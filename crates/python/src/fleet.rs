@@ -5,13 +5,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use rist::fleet::SumsRequest;
 
 use crate::artefact::artefact;
+use crate::call::Call;
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
-use crate::experiments::gains;
-use crate::identify::{is_auto, options_of_samples};
-use crate::keywords::Keywords;
 use crate::logs::logs;
 use crate::model::Model;
 use crate::work::work;
@@ -31,8 +30,6 @@ pub struct Accumulator {
     sums: Mutex<rist::Accumulator>,
 }
 
-const OPTIONS: [&str; 8] = ["cutoff", "order", "decimate", "delay", "friction", "weights", "gain", "options"];
-
 impl Accumulator {
     /// The sums, even after a panic: an update is all or nothing, so a panic leaves them as they were.
     fn sums(&self) -> MutexGuard<'_, rist::Accumulator> {
@@ -50,20 +47,15 @@ impl Accumulator {
     #[new]
     #[pyo3(signature = (model, **options), text_signature = "(model, *, cutoff, order=None, decimate=None, delay=None, friction=None, weights=None, gain=None, options=None)")]
     fn new(model: &Bound<'_, Model>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Accumulator> {
-        let given = Keywords::new("Accumulator", &OPTIONS, options)?;
+        let request: SumsRequest = Call::new("Accumulator", &[], options)?.request()?;
         let inner = &model.get().inner;
-        if let Some(name) = ["delay", "friction"].into_iter().find(|name| is_auto(&given, name)) {
-            return Err(error(format_args!(
-                "Accumulator: {name}='auto' needs the rows twice: identify finds it on some of the logs"
-            )));
-        }
-        let options = options_of_samples(&given, inner)?;
-        if options.signal.order > 0 && options.signal.cutoff.is_none() {
+        let signal = request.rows.options().signal;
+        if signal.order > 0 && signal.cutoff.is_none() {
             return Err(error(
-                "Accumulator: cutoff= is missing: parts of a sum are filtered alike, so it does not follow from a log",
+                "Accumulator: [cutoff] is missing: parts of a sum are filtered alike, so it does not follow from a log",
             ));
         }
-        let sums = rist::fleet::accumulator(inner, &options, &gains(&given, "gain", inner)?).or_error()?;
+        let sums = rist::fleet::accumulator(inner, &request).or_error()?;
         Ok(Accumulator { model: model.clone().unbind(), sums: Mutex::new(sums) })
     }
 

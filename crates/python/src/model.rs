@@ -7,20 +7,17 @@ use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
-use rist::description::RotorInertias;
 use rist::evaluation::{Evaluation, ManyStates, Quantity};
+use rist::request::Request;
+use rist::request::spelling::{Reader, flags, spelled};
 use rist::source::Language;
-use robot::format::{Angles, Mimic};
 
 use crate::arrays::{Rows, States, array, empty};
 use crate::base_parameters::{BaseParameters, standard_names};
+use crate::call::{Call, object};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::html;
-use crate::keywords::Keywords;
-
-/// Options of a description, as of the program.
-const OPTIONS: [&str; 6] = ["value", "mimic", "angles", "rotor_inertia", "floating_base", "any_size"];
 
 /// States that are evaluated between two looks for signals.
 const TOGETHER: usize = 1 << 14;
@@ -53,33 +50,16 @@ impl Model {
         let model = py.detach(derived).or_error()?;
         let snapped = rist::description::snapping(&model.robot, &text, &path, &options);
         if let Some(sentence) = snapped {
-            py.import("warnings")?.call_method1("warn", (sentence,))?;
+            py.import("warnings")?.call_method1("warn", (spelled(&sentence, Reader::Python),))?;
         }
         Ok(Model { inner: Arc::new(model), text, options, evaluations: Default::default() })
     }
 
     /// Path, text and options of the description, of which a pickle is made.
     pub fn state<'py>(&self, py: Python<'py>) -> PyResult<(String, String, Bound<'py, PyDict>)> {
-        let (options, given) = (PyDict::new(py), &self.options);
-        if !given.values.is_empty() {
-            let value = PyDict::new(py);
-            given.values.iter().try_for_each(|(name, x)| value.set_item(name, x))?;
-            options.set_item("value", value)?;
-        }
-        if given.mimic == Mimic::Independent {
-            options.set_item("mimic", "independent")?;
-        }
-        if given.angles == Angles::AsGiven {
-            options.set_item("angles", "as-given")?;
-        }
-        if let Some((word, _)) = ROTORS.iter().find(|(_, joints)| Some(*joints) == given.rotor_inertias) {
-            options.set_item("rotor_inertia", word)?;
-        }
-        if given.floating_base {
-            options.set_item("floating_base", true)?;
-        }
-        if given.any_size {
-            options.set_item("any_size", true)?;
+        let options = PyDict::new(py);
+        for (name, value) in self.options.given() {
+            options.set_item(name, object(py, &value)?)?;
         }
         Ok((self.inner.path.display().to_string(), self.text.clone(), options))
     }
@@ -166,34 +146,9 @@ impl Model {
     }
 }
 
-const ROTORS: [(&str, RotorInertias); 3] =
-    [("none", RotorInertias::None), ("actuated", RotorInertias::Actuated), ("all", RotorInertias::All)];
-
 /// The options of a description out of keyword arguments.
 fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResult<ModelOptions> {
-    let given = Keywords::new(function, &OPTIONS, given)?;
-    let mut values = Vec::new();
-    if let Some(value) = given.any("value") {
-        let value =
-            value.cast::<PyDict>().map_err(|_| error(format_args!("{function}: value={{'D3': 0.45}} is expected")))?;
-        for (name, x) in value {
-            let x: f64 = x.extract()?;
-            if !x.is_finite() {
-                return Err(error(format_args!("{function}: value of {name}: a finite number is expected, not {x}")));
-            }
-            values.push((name.extract()?, x));
-        }
-    }
-    Ok(ModelOptions {
-        values,
-        mimic: given
-            .word("mimic", &[("constraint", Mimic::Constraint), ("independent", Mimic::Independent)])?
-            .unwrap_or_default(),
-        angles: given.word("angles", &[("meant", Angles::Meant), ("as-given", Angles::AsGiven)])?.unwrap_or_default(),
-        rotor_inertias: given.word("rotor_inertia", &ROTORS)?,
-        floating_base: given.get("floating_base", "True or False")?.unwrap_or(false),
-        any_size: given.get("any_size", "True or False")?.unwrap_or(false),
-    })
+    Call::new(function, &[], given)?.request()
 }
 
 #[pymethods]
@@ -343,7 +298,7 @@ impl Model {
         header: Option<String>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let path = self.inner.path.display();
-        let mut made_by = format!("rist generate {path}{}", self.options.flags());
+        let mut made_by = format!("rist generate {path}{}", flags(&self.options.given()));
         if !functions.is_empty() {
             made_by += &format!(" --functions {}", functions.join(","));
         }

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rist::validation::{MOTION_CUTOFF, is_fitted};
+use rist::request::Request;
+use rist::validation::{ValidateRequest, is_fitted};
 
 use crate::artefact::artefact;
+use crate::call::Call;
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
-use crate::experiments::gains;
-use crate::keywords::Keywords;
 use crate::logs::{logs, open};
 use crate::model::Model;
 use crate::verdict::Verdict;
@@ -57,12 +57,13 @@ pub fn validate(
     logs: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(Validation, Verdict)> {
-    let given = Keywords::new("validate", &["gain", "cutoff"], options)?;
+    let call = Call::new("validate", &[], options)?;
+    let request: ValidateRequest = call.request()?;
     let (model, estimate, logs) = (&model.inner, &estimate.inner, self::logs(logs)?);
     let are_new = !logs.iter().filter_map(|log| log.path()).any(|path| is_fitted(estimate, path.as_ref()));
     let (inner, verdict) = match &estimate.options {
         Some(options) => {
-            if !given.given(&["gain", "cutoff"]).is_empty() {
+            if !request.given().is_empty() {
                 return Err(error(
                     "validate: leave cutoff and gain out, since an estimate from samples holds those that it was made with",
                 ));
@@ -78,10 +79,8 @@ pub fn validate(
             let paths: Option<Vec<PathBuf>> = logs.iter().map(|log| log.path().map(Into::into)).collect();
             let paths = paths
                 .ok_or_else(|| error("validate: an estimate of experiments predicts motions in files: give paths"))?;
-            let cutoff = given.get("cutoff", "a number of Hz")?.unwrap_or(MOTION_CUTOFF);
-            let gains = gains(&given, "gain", model)?;
             work(py, None, |_| {
-                let validation = rist::validation::validate_experiments(model, estimate, &paths, &gains, cutoff)?;
+                let validation = rist::validation::validate_experiments(model, estimate, &paths, &request)?;
                 let verdict = rist::verdict::validation_verdict(model, estimate, &[], validation.total, are_new)?;
                 Ok((validation, verdict))
             })?

@@ -1,6 +1,9 @@
 //! `rist.Verdict`.
 
 use pyo3::prelude::*;
+use rist::request::spelling::{Reader, spelled};
+
+use crate::error::all_spelled;
 use rist::verdict::Trust;
 
 use crate::html;
@@ -32,17 +35,17 @@ impl Verdict {
     /// Why, the weightiest reason first.
     #[getter]
     fn reasons(&self) -> Vec<String> {
-        self.inner.reasons.clone()
+        all_spelled(&self.inner.reasons)
     }
 
     /// What to do now.
     #[getter]
-    fn next(&self) -> &str {
-        &self.inner.next
+    fn next(&self) -> String {
+        spelled(&self.inner.next, Reader::Python)
     }
 
     fn __repr__(&self) -> String {
-        self.inner.to_string()
+        spelled(&self.inner.to_string(), Reader::Python)
     }
 
     fn _repr_html_(&self) -> String {

@@ -80,23 +80,26 @@ def test_effects_that_cannot_be_are_refused(planar, experiments):
             rist.identify(planar, logs, method=method, plan=plan, **options)
         return str(raised.value)
 
-    assert message(ripple={"q9": 12}) == "identify: ripple: there is no coordinate `q9`; there are q1, q2"
-    assert message(elastic=["q9"]) == "identify: elastic: there is no coordinate `q9`; there are q1, q2"
-    assert message(play="q9") == "identify: play: there is no coordinate `q9`; there are q1, q2"
+    assert message(ripple={"q9": 12}) == "ripple=: there is no coordinate `q9`; there are q1, q2"
+    assert message(elastic=["q9"]) == "elastic=: there is no coordinate `q9`; there are q1, q2"
+    assert message(play="q9") == "play=: there is no coordinate `q9`; there are q1, q2"
     for wrong in (True, "12", {"q2": "12"}, {2: 12}, {"q2": True}):
-        assert "{'q2': 12} or {'q2': [6, 12]}, is expected" in message(ripple=wrong), wrong
-    for wrong in (0, -1, float("nan"), {"q2": [6, 0]}, 1e5):
+        assert 'expected is periods a turn of all joints, or of some, as {"q2": 12}' in message(ripple=wrong), wrong
+    for wrong in (0, -1, {"q2": [6, 0]}, 1e5):
         assert "a number above 0 and up to 10000 is expected" in message(ripple=wrong), wrong
     for wrong in (2, [1], {"q2": True}, [True]):
         for name in ("elastic", "play"):
             said = message(**{name: wrong})
-            assert said.startswith(f"identify: {name}=") and "True for all joints, or a list" in said, (wrong, said)
-    assert "a positive number of Hz is expected" in message(cutoff=-1.0)
+            assert said.startswith(f"identify: {name}= is ") and "true for all joints, or a list" in said, (wrong, said)
+    assert message(cutoff=-1.0) == "identify: cutoff= must be a positive number, not -1"
+    assert "expected is a number" in message(cutoff=float("nan"))
     assert "seconds between -1 and 1 are expected" in message(delay=2.0)
     for options in (dict(ripple=12), dict(elastic=True), dict(play=["q1"])):
-        assert message(method="rist", **options) == "identify: ripple, elastic and play are for method='rist-mh'"
+        [name] = options
+        said = f"identify: {name}=: method='{{}}' does not use that; method='rist-mh' does"
+        assert message(method="rist", **options) == said.format("rist")
         for method in ("ls", "essential"):
-            with pytest.raises(rist.Error, match="ripple, elastic and play are for method='rist-mh'"):
+            with pytest.raises(rist.Error, match=said.format(method)):
                 rist.identify(planar, logs / "e01.csv", method=method, **options)
 
 
@@ -120,6 +123,6 @@ def test_a_motion_is_proven(planar, program, tmp_path):
     second = rist.excite(planar, after=first, **options)
     # What is told of each parameter includes what the first motion told.
     assert second.proven and "identified:" in second.to_yaml() and "identified:" not in motion.to_yaml()
-    for wrong, said in [(dict(harmonics=0), "--harmonics"), (dict(start=3), "no option `start`; it has motion")]:
+    for wrong, said in [(dict(harmonics=0), "harmonics= is 0"), (dict(start=3), "no option `start`; is starts= meant")]:
         with pytest.raises(rist.Error, match=said):
             rist.excite(planar, **wrong)

@@ -52,7 +52,7 @@ def test_refusals(model, logs, ur5, tmp_path):
         rist.Accumulator(model)
     with pytest.raises(rist.Error, match="no option `cutof`"):
         rist.Accumulator(model, cutof=3)
-    with pytest.raises(rist.Error, match="needs the rows twice"):
+    with pytest.raises(rist.Error, match="sums have no rows"):
         rist.Accumulator(model, cutoff=10.0, friction="auto")
     sums = rist.Accumulator(model, cutoff=10.0).update(logs[0])
     with pytest.raises(rist.Error):

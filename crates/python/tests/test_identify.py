@@ -92,16 +92,16 @@ def test_errors_are_those_of_the_program(ur5, program, csv, tmp_path):
     for path in ("no/such.csv", tmp_path / "short.csv"):
         # The program shows the line at fault below.
         assert program("identify", MODELS / "ur5.urdf", path).stderr.splitlines()[0] == f"rist: {message(path)}"
-    assert "no option `cutof`; it has cutoff, order" in message(csv, cutof=3)
-    assert "a number of Hz is expected" in message(csv, cutoff="fast")
+    assert "no option `cutof`; is cutoff= meant? there are consistent, covariance, cutoff" in message(csv, cutof=3)
+    assert message(csv, cutoff="fast") == "identify: cutoff= is \"fast\"; expected is a number"
     assert "there is no friction term `stribek`; there are viscous" in message(csv, friction="stribek")
     assert "one of none, joint" in message(csv, weights="hubert")
     assert "auto and none stand alone" in message(csv, friction=["auto", "viscous"])
     assert "given twice" in message([csv, csv])
     assert "a log is a path, a dict of arrays" in message(3.5)
     assert "unknown field" in message(csv, options="signals: 3")
-    assert "need the plan" in message(csv, method="rist")
-    assert "for logs, not for the experiments" in message(csv, method="rist", weights="huber")
+    assert "needs the plan" in message(csv, method="rist")
+    assert "weights=: method='rist' does not use that; method='ls' or essential does" in message(csv, method="rist", weights="huber")
     words = {"t": np.arange(60.0), "q1": ["a"] * 60, "tau1": np.arange(60.0)}
     with pytest.raises(rist.Error, match="column `q1`: `a value of type list` is not a number"):
         rist.identify(rist.Model.read(MODELS / "planar2r.yaml"), words | {"q2": words["t"], "tau2": words["t"]})

@@ -4,12 +4,10 @@
 
 use std::path::PathBuf;
 
-use identification::spectrum::identify::SpectralMethod;
 use logs::Effort;
 use rist::experiments::ExperimentLogs;
-use rist::planning::PlanRequest;
-use rist::simulation::SimulateRequest;
-use rist::validation::{MOTION_CUTOFF, validate_experiments};
+use rist::request::{HarmonicRequest, PaperRequest, PlanRequest, SimulateRequest, ValidateRequest};
+use rist::validation::validate_experiments;
 use rist::{Error, Model, identify_experiments, plan, simulate};
 
 fn main() -> Result<(), Error> {
@@ -23,7 +21,7 @@ fn main() -> Result<(), Error> {
     let folder = std::env::temp_dir().join(format!("rist-plan-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(Error::new)?;
     let gains = vec![("q1".to_string(), 2.393), ("q2".to_string(), 0.870)];
-    let asked = SimulateRequest { validation_motions: 2, gains: gains.clone(), ..SimulateRequest::default() };
+    let asked = SimulateRequest { validation: 2, gain: gains.clone(), ..SimulateRequest::default() };
     let mut motions: Vec<PathBuf> = Vec::new();
     simulate(&model, &planned.plan, &asked, &mut |name, record| {
         let file = folder.join(format!("{name}.csv"));
@@ -33,17 +31,11 @@ fn main() -> Result<(), Error> {
         Ok(())
     })?;
 
-    let logs = ExperimentLogs {
-        directory: &folder,
-        plan: &planned.plan,
-        columns: Default::default(),
-        gains: vec![("q3".to_string(), 1.0)],
-        load: None,
-        options: Default::default(),
-    };
-    let estimate = identify_experiments(&model, &logs, SpectralMethod::Harmonic)?;
+    let logs = ExperimentLogs { directory: &folder, plan: &planned.plan };
+    let paper = PaperRequest { gain: vec![("q3".to_string(), 1.0)], ..PaperRequest::default() };
+    let estimate = identify_experiments(&model, logs, &HarmonicRequest { paper, ..HarmonicRequest::default() })?;
     println!("{estimate}");
-    let validation = validate_experiments(&model, &estimate, &motions, &[], MOTION_CUTOFF)?;
+    let validation = validate_experiments(&model, &estimate, &motions, &ValidateRequest::default())?;
     println!("{validation}");
     std::fs::remove_dir_all(&folder).map_err(Error::new)
 }

@@ -39,7 +39,7 @@ pub(crate) fn prior_rows(estimate: &Estimate, model: &LinearModel) -> (Vec<f64>,
     let inverse = Cholesky::new(correlation).map(|c| c.inverse()).and_then(Cholesky::new);
     let note = inverse.is_none().then(|| {
         "the earlier estimate has no covariance that can be used: its deviations are taken as independent, and what it \
-         says only about sums of parameters is lost (covariance: true in the --options of identify keeps it)"
+         says only about sums of parameters is lost (covariance: true in the [options] of identify keeps it)"
             .to_string()
     });
     let upper = inverse.map_or(DMatrix::identity(m, m), |c| c.l().transpose());

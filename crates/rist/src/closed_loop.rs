@@ -3,15 +3,12 @@
 //! The simulated controller is that of [`simulate`](crate::simulate): PD of 10 Hz, tuned to the robot that least
 //! squares finds. IV requires only that it follows the plan as the robot does. DIDIM requires that the loops are alike.
 
-use std::path::Path;
-
 use experiments::motion::record::Record;
 use experiments::motion::reference_motion::Reference;
 use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::closed_loop::identify_closed_loop;
 use identification::estimate::identify::Fit;
-use identification::estimate::options::Options;
 use identification::estimators::closed_loop::{ClosedLoop, Simulator};
 use identification::signals::preparation::{Preparation, states};
 use linear_model::friction::law::FrictionLaw;
@@ -21,21 +18,9 @@ use linear_model::states::States;
 use crate::Estimate;
 use crate::adapters::tape_dynamics::dynamics as dynamics_of;
 use crate::error::Error;
-use crate::experiments::Reader;
+use crate::experiments::{ExperimentLogs, Reader};
 use crate::model::Model;
-use crate::planning::ExperimentPlan;
-
-/// The logs of a plan, and how they become rows.
-pub struct ClosedLoopLogs<'a> {
-    /// Holds `e01.csv`, .. by the names of the experiments.
-    pub directory: &'a Path,
-    /// The plan that was run.
-    pub plan: &'a ExperimentPlan,
-    /// Gains of all drives, by coordinate, N m/A, where the logs hold currents and the description does not say.
-    pub gains: Vec<(String, f64)>,
-    /// Columns and signals; friction is viscous, Coulomb and an offset.
-    pub options: Options,
-}
+use crate::request::{ClosedLoopRequest, Request};
 
 /// Identifies the base parameters and the friction from the experiments of a plan, which are simulated again and again.
 ///
@@ -43,21 +28,19 @@ pub struct ClosedLoopLogs<'a> {
 /// friction is asked for, where a simulation breaks down and where the motion leaves parameters open.
 pub fn identify_experiments_in_loop(
     model: &Model,
-    logs: &ClosedLoopLogs,
+    logs: ExperimentLogs,
+    request: &ClosedLoopRequest,
     method: ClosedLoop,
 ) -> Result<Estimate, Error> {
-    if logs.options.friction != FrictionTerm::STANDARD {
-        return Err(Error::new(
-            "the simulated joints have viscous, Coulomb and offset friction alone: leave out --friction",
-        ));
-    }
+    request.check()?;
+    let mut options = request.options()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
-    let mut read = Reader { model, columns: &logs.options.columns, currents: false, files: Vec::new() };
+    let mut read = Reader { model, columns: &options.columns, currents: false, files: Vec::new() };
     let mut records: Vec<Record> = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
         records.push(read.record(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
     }
-    let gains = gains(model, read.currents, &logs.gains)?;
+    let gains = gains(model, read.currents, &request.gain)?;
 
     // The record and its simulation are both cut to the shorter of the two.
     let mut references: Vec<Reference> = trajectories.iter().map(|t| t.reference()).collect();
@@ -69,7 +52,6 @@ pub fn identify_experiments_in_loop(
         [&mut reference.q, &mut reference.dq, &mut reference.ddq].into_iter().flatten().for_each(|x| x.truncate(count));
         measured.push(record.to_log(file, coordinates, &gains));
     }
-    let mut options = logs.options.clone();
     options.model = model.robot.name.clone();
     let preparation = options.preparation().for_logs(&measured)?;
     let mut rows = Vec::new();
@@ -115,7 +97,7 @@ impl Simulator for PlanInLoop<'_> {
             if let Stop::NotPhysical { time } = stop {
                 return Err(logs::Error::new(format!(
                     "the simulation of an experiment breaks down at {time:.3} s: no robot has the parameters it starts \
-                     from, or it cannot follow the motion; identify by --method ls or rist-mh and look at the estimate"
+                     from, or it cannot follow the motion; identify by [method=ls] or rist-mh and look at the estimate"
                 )));
             }
             let log = record.to_log("simulation", regressor.coordinates(), &setup.drives.gain);
@@ -130,20 +112,20 @@ fn gains(model: &Model, currents: bool, given: &[(String, f64)]) -> Result<Vec<f
     let coordinates = model.regressor().coordinates();
     if !currents {
         return match given.first() {
-            Some((name, _)) => Err(Error::new(format_args!("--gain {name}: the logs hold torques, not currents"))),
+            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
             None => Ok(vec![1.0; coordinates.len()]),
         };
     }
     let mut known = model.drive_gains();
     for (coordinate, gain) in given {
-        known[model.coordinate(coordinate)?] = Some(*gain);
+        known[model.driven(coordinate, *gain)?] = Some(*gain);
     }
     let open = |(name, gain): (&String, &Option<f64>)| gain.is_none().then(|| name.clone());
     let open: Vec<String> = coordinates.iter().zip(&known).filter_map(open).collect();
     if !open.is_empty() {
         return Err(Error::new(format_args!(
-            "the logs hold currents, and the gains of {} are not known: give them with --gain {}=1.0, or have them estimated \
-             by --method rist-mh",
+            "the logs hold currents, and the gains of {} are not known: give them with [gain={}=1.0], or have them estimated \
+             by [method=rist-mh]",
             open.join(", "),
             open[0]
         )));

@@ -2,90 +2,26 @@
 
 use std::path::Path;
 
-use linear_model::description_options::DescriptionOptions;
 pub use linear_model::description_options::RotorInertias;
-use robot::format::{Angles, Mimic, ReadOptions};
+use robot::format::{Angles, ReadOptions};
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
 use crate::error::Error;
+pub use crate::request::ModelOptions;
 use crate::torque_difference::torque_difference;
-
-/// How a description is read; the default is as it stands.
-#[derive(Clone, Debug, Default)]
-pub struct ModelOptions {
-    /// Values of symbols, m or rad.
-    pub values: Vec<(String, f64)>,
-    /// How the mimic joints of a URDF are read.
-    pub mimic: Mimic,
-    /// Whether angles near a right angle are taken for what they were meant to be.
-    pub angles: Angles,
-    /// Which joints have a rotor inertia among their parameters; `None`: as the file says.
-    pub rotor_inertias: Option<RotorInertias>,
-    /// Six coordinates in front, and the base a link with parameters of its own.
-    pub floating_base: bool,
-    /// Derive the model however large it is.
-    pub any_size: bool,
-}
-
-impl ModelOptions {
-    /// The options that an artefact was made with.
-    pub fn of_description(description: &DescriptionOptions) -> ModelOptions {
-        ModelOptions {
-            values: description.values.iter().map(|(name, value)| (name.clone(), *value)).collect(),
-            mimic: if description.independent_mimic { Mimic::Independent } else { Mimic::Constraint },
-            angles: if description.angles_as_given { Angles::AsGiven } else { Angles::Meant },
-            rotor_inertias: description.rotor_inertia,
-            floating_base: description.floating_base,
-            any_size: false,
-        }
-    }
-
-    /// The flags of the program that give these options, each after a space.
-    pub fn flags(&self) -> String {
-        let mut text: String = self.values.iter().map(|(name, x)| format!(" --value {name}={x}")).collect();
-        if self.mimic == Mimic::Independent {
-            text += " --mimic independent";
-        }
-        if self.angles == Angles::AsGiven {
-            text += " --angles as-given";
-        }
-        match self.rotor_inertias {
-            None => {}
-            Some(RotorInertias::None) => text += " --rotor-inertia none",
-            Some(RotorInertias::Actuated) => text += " --rotor-inertia actuated",
-            Some(RotorInertias::All) => text += " --rotor-inertia all",
-        }
-        if self.floating_base {
-            text += " --floating-base";
-        }
-        text
-    }
-
-    /// The options for an artefact; `None` where the description is read as it stands.
-    pub fn description(&self) -> Option<DescriptionOptions> {
-        let description = DescriptionOptions {
-            values: self.values.iter().cloned().collect(),
-            independent_mimic: self.mimic == Mimic::Independent,
-            angles_as_given: self.angles == Angles::AsGiven,
-            rotor_inertia: self.rotor_inertias,
-            floating_base: self.floating_base,
-        };
-        (description != DescriptionOptions::default()).then_some(description)
-    }
-}
 
 /// A description as it stands in its file, with the options applied; nothing is derived.
 ///
-/// Fails with the place of what cannot be read, and where a symbol of `values` is not there.
+/// Fails with the place of what cannot be read, and where a symbol of `value` is not there.
 pub fn read_robot(path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
     parse_robot(&robot::format::text_of(path)?, path, options)
 }
 
 /// As [`read_robot`] of a text; the extension of `path` tells its format, and no file is opened.
 pub fn parse_robot(text: &str, path: &Path, options: &ModelOptions) -> Result<Robot, Error> {
-    let ModelOptions { mimic, angles, floating_base, ref values, .. } = *options;
+    let ModelOptions { mimic, angles, floating_base, value: ref values, .. } = *options;
     let mut robot = robot::format::parse_with(text, path, ReadOptions { mimic, angles, floating_base, values })?;
-    if let Some(rotors) = options.rotor_inertias {
+    if let Some(rotors) = options.rotor_inertia {
         set_rotor_inertias(&mut robot, rotors);
     }
     Ok(if options.floating_base { robot.floating() } else { robot })
@@ -110,7 +46,7 @@ pub fn snapping(robot: &Robot, text: &str, path: &Path, options: &ModelOptions) 
         None => "what that does to the torque is not known".into(),
     };
     Some(format!(
-        "{}: angles are taken for what was meant ({}); {change}; --angles as-given keeps them",
+        "{}: angles are taken for what was meant ({}); {change}; [angles=as-given] keeps them",
         path.display(),
         taken.join("; ")
     ))
@@ -122,7 +58,7 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
     match missing.first() {
         None => Ok(()),
         Some(first) => Err(Error::new(format_args!(
-            "{}: no value for {}: figures need one (--value {first}=0.45, or `(* Value {first} = 0.45 *)` in the file)",
+            "{}: no value for {}: figures need one ([value={first}=0.45], or `(* Value {first} = 0.45 *)` in the file)",
             path.display(),
             missing.join(", ")
         ))),

@@ -7,6 +7,8 @@ use logs::{Effort, LogSource};
 
 pub use identification::estimate::passport::Passport;
 
+pub use crate::request::DoctorRequest;
+
 use crate::error::Error;
 use crate::model::Model;
 
@@ -29,6 +31,23 @@ pub fn examine(model: &Model, logs: &[LogSource], options: &Options) -> Result<P
         found.efforts_are_currents();
     }
     Ok(found)
+}
+
+impl DoctorRequest {
+    /// The options with which logs are looked at.
+    ///
+    /// Fails where a gain is of no coordinate.
+    pub fn options(&self, model: &Model) -> Result<Options, Error> {
+        let mut options = self.options.clone().unwrap_or_default();
+        if !self.gain.is_empty() {
+            let mut all: Vec<f64> = model.drive_gains().into_iter().map(|gain| gain.unwrap_or(1.0)).collect();
+            for (name, gain) in &self.gain {
+                all[model.driven(name, *gain)?] = *gain;
+            }
+            options.transmission.drive_gains = Some(all);
+        }
+        Ok(options)
+    }
 }
 
 /// The passport of logs and their records. `gains`: the drive gains by which currents became torques, where they are

@@ -23,6 +23,12 @@ impl Error {
         Error { message: message.to_string(), is_verdict: true, place: None }
     }
 
+    /// The same error, told to be about a field; a message that names its field, or a file, stays.
+    pub(crate) fn about(self, field: &str) -> Error {
+        let names_it = self.place.is_some() || self.message.contains(&format!("[{field}"));
+        if names_it { self } else { Error { message: format!("[{field}]: {}", self.message), ..self } }
+    }
+
     /// The line of a file that is at fault, where one is; it stands in the message too.
     pub fn place(&self) -> Option<&Place> {
         self.place.as_ref()

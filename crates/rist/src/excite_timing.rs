@@ -7,7 +7,7 @@ use experiments::excitation::quintic_spline::QuinticSpline;
 use experiments::motion::sample_count::check_samples;
 
 use crate::error::Error;
-use crate::request::excite_request::{ExciteRequest, Family, HARMONICS};
+use crate::request::{ExciteRequest, Family, HARMONICS};
 
 /// Instants a period, for each harmonic. They are enough to distinguish products of three harmonics.
 const INSTANTS: usize = 30;
@@ -54,9 +54,9 @@ fn default_blend(limits: &[CoordinateLimits]) -> f64 {
 pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Result<(Shape, usize), Error> {
     let tenths = |x: f64| (10.0 * x).ceil() / 10.0;
     let whole = |x: f64| (x * request.rate).round().max(1.0) / request.rate;
-    let or_default = |harmonics| whole(request.period.unwrap_or_else(|| tenths(default_period(limits, harmonics))));
+    let or_default = |harmonics| whole(request.seconds().unwrap_or_else(|| tenths(default_period(limits, harmonics))));
     // (shape, instants, name of the fastest part, its frequency in Hz).
-    let (shape, samples, quickest, highest) = match request.family {
+    let (shape, samples, quickest, highest) = match request.family()? {
         Family::Fourier { blend, harmonics } => {
             let period = or_default(harmonics);
             let blend = whole(blend.unwrap_or_else(|| tenths(default_blend(limits))));
@@ -74,15 +74,15 @@ pub(crate) fn timing(request: &ExciteRequest, limits: &[CoordinateLimits]) -> Re
     };
     if highest > 0.1 * request.rate {
         return Err(Error::new(format_args!(
-            "{quickest}, {highest:.3} Hz, needs ten samples a period: raise --rate ({} Hz) or --period ({} s)",
+            "{quickest}, {highest:.3} Hz, needs ten samples a period: raise [rate] ({} Hz) or [period] ({} s)",
             request.rate,
             shape.period()
         )));
     }
     check_samples((2.0 * shape.blend() + request.repetitions as f64 * shape.period()) * request.rate).map_err(|what| {
         Error::new(format_args!(
-            "{what}; a period takes {:.4e} s and a blend {:.4e} s (by the limits of velocity and acceleration where --period \
-             and --blend do not say it): lower --rate, --period, --blend or --repetitions",
+            "{what}; a period takes {:.4e} s and a blend {:.4e} s (by the limits of velocity and acceleration where [period] \
+             and [blend] do not say it): lower [rate], [period], [blend] or [repetitions]",
             shape.period(),
             shape.blend()
         ))

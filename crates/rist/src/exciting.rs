@@ -36,7 +36,7 @@ use crate::described::{described_friction, described_values, torque_noise, torqu
 use crate::error::Error;
 use crate::excite_timing::timing;
 use crate::model::Model;
-use crate::request::excite_request::{ExciteRequest, check_request};
+use crate::request::ExciteRequest;
 
 pub use crate::excite_timing::default_period;
 
@@ -49,7 +49,7 @@ pub type ExciteProgress<'a> = dyn Fn(usize, usize, &str) + Sync + 'a;
 /// Fails where a number of the request makes no motion, and where the limits leave none. If it is interrupted during
 /// the search, it goes on with the best motion found; if during the proof, it fails.
 pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress) -> Result<ExcitingMotion, Error> {
-    check_request(request)?;
+    let friction = request.check_motion()?;
     let regressor = RegressorSlope::new(model)?;
     let names = regressor.coordinates().to_vec();
     let (limits, mut notes) = limits_and_notes(model, &regressor, request)?;
@@ -69,7 +69,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     notes.extend_from_slice(surroundings.notes());
 
     // The search.
-    let linear = LinearModel::new(&regressor, &request.friction, &[]);
+    let linear = LinearModel::new(&regressor, &friction, &[]);
     let columns = visible_columns(&linear, &limits);
     let (prior, note) = request.after.as_ref().map_or((vec![], None), |estimate| prior_rows(estimate, &linear));
     notes.extend(note);
@@ -77,10 +77,10 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let prior_of_a_sample: Vec<f64> = prior.iter().map(|x| x / played.sqrt()).collect();
     let problem = Problem {
         regressor: &regressor,
-        friction: &request.friction,
+        friction: &friction,
         limits: &limits,
         noise: &noise,
-        aim: request.aim,
+        aim: request.criterion,
         torque: wall.as_ref(),
         columns: &columns,
         shape,
@@ -89,7 +89,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
         prior: &prior_of_a_sample,
     };
     let report = |done: usize, found: Option<&Found>| {
-        progress(done, request.starts, &progress_text(found, request.aim, &names, surroundings.gaps()))
+        progress(done, request.starts, &progress_text(found, request.criterion, &names, surroundings.gaps()))
     };
     let found = search(&problem, &request.search(), &report);
     notes.extend(cut_short(found.as_ref().map_or(0, Vec::len), request.starts)?);
@@ -141,7 +141,7 @@ fn artefact(
         effort_share: request.effort_share,
         identified,
         space: request.space(),
-        aim: request.aim,
+        aim: request.criterion,
         determinant: seen.determinant,
         condition_number: seen.condition_number,
         torque_noise: noise.torque,
@@ -161,7 +161,7 @@ fn limits_and_notes(
 ) -> Result<(Vec<CoordinateLimits>, Vec<String>), Error> {
     let described: Vec<robot::Limits> = model.robot.coordinates.iter().map(|c| c.limits).collect();
     let is_prismatic = |k: usize| regressor.is_prismatic(k);
-    motion_limits(regressor.coordinates(), is_prismatic, &described, &request.limits)
+    motion_limits(regressor.coordinates(), is_prismatic, &described, &request.limits.clone().unwrap_or_default())
         .map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))
 }
 
@@ -198,7 +198,7 @@ impl<'a> KnownTorque<'a> {
         limited.map_or(Ok(()), |(name, _)| {
             Err(format!(
                 "the limit of power of {name} needs the torque, which the description does not tell: give it inertial \
-                 parameters, or an estimate (--after), or leave that limit out"
+                 parameters, or an estimate ([after]), or leave that limit out"
             ))
         })
     }
@@ -316,7 +316,7 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
             let unit = |kind: LimitKind| kind.unit(slides);
             Error::new(format_args!(
                 "{path}: no motion found tells the parameters apart: {}, the slowest, swings by {swing:.1e} {} with {speed:.1e} \
-                 {} at most; nearest is its limit of {limit}: raise it, choose another --period, or lock the coordinate",
+                 {} at most; nearest is its limit of {limit}: raise it, choose another [period], or lock the coordinate",
                 names[coordinate],
                 unit(LimitKind::Position),
                 unit(LimitKind::Velocity)
@@ -324,7 +324,7 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
         }
         NoMotion::TooWeak { coordinate, limit, share } => Error::new(format_args!(
             "{path}: no motion keeps the {limit} limit of {}: even a tiny one takes {:.0} % of what is allowed; the \
-             limits of position leave no pose that is light enough, the {limit} limit or --effort-share is too small, \
+             limits of position leave no pose that is light enough, the {limit} limit or [effort_share] is too small, \
              or the inertial parameters are too great",
             names[coordinate],
             100.0 * share

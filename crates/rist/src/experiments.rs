@@ -1,6 +1,6 @@
 //! Identifies parameters from the logs of a plan: by the paper's rows of Sp, or by RIST-MH.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use experiments::motion::record::Record;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -8,42 +8,56 @@ use identification::estimators::drive_gains::likelihood::Gain;
 use identification::spectrum::experiment::SpectralExperiment;
 use identification::spectrum::identify::{SpectralMethod, identify_spectrum};
 use identification::spectrum::rist_mh::data::HarmonicOptions;
-use linear_model::known_load::KnownLoad;
 use logs::{ColumnNames, Effort, Log};
 
 use crate::Estimate;
 use crate::error::Error;
 use crate::model::Model;
 use crate::planning::ExperimentPlan;
+use crate::request::{HarmonicRequest, PaperRequest, Request};
 
-/// The logs of a plan, and what is known of the scale of their currents.
+/// The logs of a plan that was run.
+#[derive(Clone, Copy)]
 pub struct ExperimentLogs<'a> {
     /// Holds `e01.csv`, .. by the names of the experiments, and `e01_loaded.csv`, .. of those done again with a load.
     pub directory: &'a Path,
     /// The plan that was run.
     pub plan: &'a ExperimentPlan,
-    /// Which column of a log is which signal.
-    pub columns: ColumnNames,
-    /// Gains of drives that are known, by coordinate, N m/A; the others are estimated.
-    pub gains: Vec<(String, f64)>,
-    /// A known load and the file it was read from.
-    pub load: Option<(PathBuf, KnownLoad)>,
-    /// Band and effects of RIST-MH; the paper's rows heed neither.
-    pub options: HarmonicOptions,
 }
 
-/// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan.
+/// Identifies the base parameters, and the drive gains that are not known, from the experiments of a plan, by all
+/// harmonics and with friction.
 ///
 /// Fails where a log is missing or is not that of its experiment, and where nothing tells the scale of currents.
-pub fn identify_experiments(model: &Model, logs: &ExperimentLogs, method: SpectralMethod) -> Result<Estimate, Error> {
+pub fn identify_experiments(model: &Model, logs: ExperimentLogs, request: &HarmonicRequest) -> Result<Estimate, Error> {
+    let options = request.options(model)?;
+    identify_by(model, logs, &request.paper, SpectralMethod::Harmonic, &options)
+}
+
+/// The same by the paper's rows, which have no friction.
+///
+/// Fails as [`identify_experiments`] does.
+pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
+    request.check()?;
+    identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
+}
+
+fn identify_by(
+    model: &Model,
+    logs: ExperimentLogs,
+    request: &PaperRequest,
+    method: SpectralMethod,
+    options: &HarmonicOptions,
+) -> Result<Estimate, Error> {
+    let columns = request.columns()?;
     let trajectories = logs.plan.trajectories(&logs.directory.display().to_string())?;
-    let mut read = Reader { model, columns: &logs.columns, currents: false, files: Vec::new() };
+    let mut read = Reader { model, columns: &columns, currents: false, files: Vec::new() };
     let mut experiments = Vec::new();
     for (e, trajectory) in logs.plan.experiments.iter().zip(&trajectories) {
         experiments.push(read.experiment(&logs.directory.join(format!("{}.csv", e.name)), trajectory)?);
     }
     let mut remark = None;
-    if let Some((file, load)) = &logs.load {
+    if let Some((file, load)) = &request.load {
         let added = model.added_by(load).map_err(|e| Error::new(format_args!("{}: {e}", file.display())))?;
         remark = Some(format!("the load of {}: {} kg on {}", file.display(), load.mass, load.link));
         let unloaded = experiments.len();
@@ -60,9 +74,9 @@ pub fn identify_experiments(model: &Model, logs: &ExperimentLogs, method: Spectr
             )));
         }
     }
-    let gains = gains(model, read.currents, logs)?;
+    let gains = gains(model, read.currents, request)?;
     let regressor = model.regressor();
-    let mut estimate = identify_spectrum(&model.reference, regressor, &experiments, method, &gains, &logs.options)?;
+    let mut estimate = identify_spectrum(&model.reference, regressor, &experiments, method, &gains, options)?;
     estimate.remarks.extend(read.files.iter().zip(&experiments).filter_map(|(file, e)| unlike(model, file, e)));
     estimate.logs = read.files;
     estimate.description = model.description.clone();
@@ -131,24 +145,24 @@ impl Reader<'_> {
 const SAME_CLOCK: f64 = 1e-3;
 
 /// The drive gains: none for torques. Currents need the gains of all drives, or of some, or a load.
-fn gains(model: &Model, currents: bool, logs: &ExperimentLogs) -> Result<Vec<Gain>, Error> {
+fn gains(model: &Model, currents: bool, request: &PaperRequest) -> Result<Vec<Gain>, Error> {
     let coordinates = model.regressor().coordinates();
     let n = coordinates.len();
     if !currents {
-        return match logs.gains.first() {
-            Some((name, _)) => Err(Error::new(format_args!("--gain {name}: the logs hold torques, not currents"))),
+        return match request.gain.first() {
+            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
             None => Ok(vec![Gain::Known(1.0); n]),
         };
     }
-    let of_file = logs.gains.is_empty() && logs.load.is_none();
+    let of_file = request.gain.is_empty() && request.load.is_none();
     let mut known = if of_file { model.drive_gains() } else { vec![None; n] };
-    for (coordinate, gain) in &logs.gains {
-        known[model.coordinate(coordinate)?] = Some(*gain);
+    for (coordinate, gain) in &request.gain {
+        known[model.driven(coordinate, *gain)?] = Some(*gain);
     }
-    if logs.load.is_none() && known.iter().all(Option::is_none) {
+    if request.load.is_none() && known.iter().all(Option::is_none) {
         return Err(Error::new(format_args!(
-            "the logs hold currents and no gain of the {n} drives is known; give one with --gain {}=1.0 (the others \
-             follow from it), all of them, or a known load with --load",
+            "the logs hold currents and no gain of the {n} drives is known; give one with [gain={}=1.0] (the others \
+             follow from it), all of them, or a known load with [load]",
             coordinates.last().map_or("q1", |c| c.as_str())
         )));
     }

@@ -1,6 +1,5 @@
 //! Logs of a fleet: each is read once and becomes a few triangles, which are merged, solved and compared without it.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use identification::estimate::fleet::replicate::Replicate;
@@ -20,32 +19,21 @@ pub use identification::estimate::fleet::comparison::{Comparison, compare};
 
 use crate::error::Error;
 use crate::model::Model;
-
-/// The request for the sums over logs. By default it has the options of an identification, and a log that fails ends
-/// it.
-#[derive(Clone, Debug, Default)]
-pub struct AccumulateRequest {
-    /// Columns, transmission, signals, friction, weights. Without a cut-off all logs are read twice, because it follows
-    /// from the motion of all of them, as in an identification.
-    pub options: Options,
-    /// Gains of drives by coordinate, over those of the description, N m/A.
-    pub gains: Vec<(String, f64)>,
-    /// Note a log that cannot be used, and go on with the others.
-    pub skip_broken: bool,
-    /// Take logs in that do not belong to the description.
-    pub anyway: bool,
-    /// Logs that are read at a time; `None`: as many as the processor has threads.
-    pub threads: Option<NonZeroUsize>,
-}
+use crate::request::Request;
+pub use crate::request::{AccumulateRequest, SumsRequest};
 
 /// Sums over no logs yet.
 ///
 /// Fails where the options need the rows twice, and where a gain is of no coordinate.
-pub fn accumulator(model: &Model, options: &Options, gains: &[(String, f64)]) -> Result<Accumulator, Error> {
-    let mut options = options.clone();
+pub fn accumulator(model: &Model, request: &SumsRequest) -> Result<Accumulator, Error> {
+    request.check()?;
+    accumulator_with(model, request.rows.options_of_sums()?, &request.gain)
+}
+
+fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]) -> Result<Accumulator, Error> {
     let mut known = model.drive_gains();
     for (coordinate, gain) in gains {
-        known[model.coordinate(coordinate)?] = Some(*gain);
+        known[model.driven(coordinate, *gain)?] = Some(*gain);
     }
     if options.transmission.drive_gains.is_none() || !gains.is_empty() {
         options.transmission.drive_gains = known.into_iter().collect();
@@ -80,16 +68,29 @@ pub fn check_sums(model: &Model, sums: &Accumulator) -> Result<(), Error> {
 ///
 /// Fails with the first log that cannot be used, or where none can.
 pub fn accumulate(model: &Model, logs: &[PathBuf], request: &AccumulateRequest) -> Result<Accumulator, Error> {
-    let mut options = request.options.clone();
+    request.check()?;
+    accumulate_like(model, logs, request, request.sums.rows.options_of_sums()?)
+}
+
+/// The same with the settings of other sums in place of those of the request.
+///
+/// Fails as [`accumulate`] does.
+pub fn accumulate_like(
+    model: &Model,
+    logs: &[PathBuf],
+    request: &AccumulateRequest,
+    mut options: Options,
+) -> Result<Accumulator, Error> {
     // A single log gets its cut-off when it is read.
     if logs.len() > 1 && options.signal.order > 0 && options.signal.cutoff.is_none() {
         options.signal.cutoff = common_cutoff(model, logs, &options);
     }
-    let mut all = accumulator(model, &options, &request.gains)?;
+    let mut all = accumulator_with(model, options, &request.sums.gain)?;
     let options = all.settings().options.clone();
     // Logs are merged in batches, because each merge goes through all logs that are there.
     let mut batch = Accumulator::new(all.settings().clone());
-    let threads = request.threads.or(std::thread::available_parallelism().ok()).map_or(1, usize::from);
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = request.threads.unwrap_or_else(processors);
     let read = |_: usize, path: &PathBuf| {
         let (log, _) = model.open_log(path, &options.columns)?;
         replicate(model, &options, &log, request.anyway)
@@ -124,7 +125,7 @@ const BATCH: usize = 64;
 fn named(name: &str, e: &Error) -> Error {
     let text = e.to_string();
     let text = if text.starts_with(name) { text } else { format!("{name}: {text}") };
-    Error::new(format_args!("{text} (--skip-broken leaves such logs out, and says so)"))
+    Error::new(format_args!("{text} ([skip_broken=true] leaves such logs out, and says so)"))
 }
 
 /// The cut-off that follows from the motion of all logs that can be read; the others are refused where they are used.
@@ -146,7 +147,7 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
     if log.effort_is() == Effort::Current && options.transmission.drive_gains.is_none() {
         return Err(Error::new(format_args!(
             "{name}: it holds motor currents, and gains that are not known are found from all logs at once: give the gain \
-             of every drive (--gain {}=11.5,..), or identify these logs in one go",
+             of every drive ([gain={}=11.5,..]), or identify these logs in one go",
             model.regressor().coordinates().first().map_or("q1", String::as_str)
         )));
     }
@@ -157,7 +158,9 @@ fn replicate(model: &Model, options: &Options, log: &LogSource, anyway: bool) ->
         // Short logs are accepted, because sums are made for them.
         found.findings.retain(|f| f.fault.is_gross() && !matches!(f.fault, Fault::Short(_)));
         if let Some(finding) = found.findings.first() {
-            return Err(Error::new(format_args!("{name}: {finding} (rist doctor says more; --anyway takes it in)")));
+            return Err(Error::new(format_args!(
+                "{name}: {finding} (rist doctor says more; [anyway=true] takes it in)"
+            )));
         }
     }
     let couplings = options.transmission.coupled();

@@ -75,7 +75,7 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     if let Some(wanted) = link {
         let carries = |id: &LinkId| name(id) == wanted || robot.link(*id).parts.iter().any(|p| p.name == wanted);
         return ids.iter().position(carries).ok_or_else(|| {
-            Error::new(format_args!("--loaded-link: there is no link `{wanted}`; there are {}", listed(&ids)))
+            Error::new(format_args!("[loaded_link]: there is no link `{wanted}`; there are {}", listed(&ids)))
         });
     }
     let is_last = |id: &LinkId| robot.links.iter().all(|other| other.antecedent != Some(*id));
@@ -83,7 +83,7 @@ fn body(model: &Model, link: Option<&str>) -> Result<usize, Error> {
     match ends.as_slice() {
         [end] => Ok(ids.iter().position(|id| id == end).unwrap_or(0)),
         _ => Err(Error::new(format_args!(
-            "which link carries the load? the robot ends in {}; name one with --loaded-link, of {}",
+            "which link carries the load? the robot ends in {}; name one with [loaded_link], of {}",
             listed(&ends),
             listed(&ids)
         ))),

@@ -76,7 +76,7 @@ impl Model {
     pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
         let size = Size::of(&robot);
         if size.is_large() && !any_size {
-            return Err(Error::new(format_args!("{}: {size}; --any-size derives it all the same", path.display())));
+            return Err(Error::new(format_args!("{}: {size}; [any_size] derives it all the same", path.display())));
         }
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
         let mut derivation = Derivation::new(&robot).map_err(|e| refused(e.into()))?;
@@ -198,6 +198,13 @@ impl Model {
             .ok_or_else(|| Error::new(format_args!("there is no coordinate `{name}`; there are {}", names.join(", "))))
     }
 
+    /// The index of the coordinate whose drive has a given gain.
+    ///
+    /// Fails with the names there are.
+    pub(crate) fn driven(&self, name: &str, gain: f64) -> Result<usize, Error> {
+        self.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}={gain}]: {e}")))
+    }
+
     /// The base parameters of an estimate that predict torques, in the order of the regressor.
     ///
     /// Fails where one is missing.
@@ -230,7 +237,7 @@ impl Model {
         }
         Err(Error::new(format_args!(
             "{}: made with `{}` ({}), but this model is `{}` ({}): its geometry or joints have changed, or it was read with \
-             other options (--rotor-inertia, --value, --mimic, --floating-base), or by another version of rist",
+             other options ([rotor_inertia], [value], [mimic], [floating_base]), or by another version of rist",
             file.display(),
             made_with.name,
             made_with.fingerprint,

@@ -8,6 +8,7 @@ use crate::Estimate;
 use crate::model::Model;
 use crate::motion_portrait::ShownMotion;
 use crate::planning::ExperimentPlan;
+use crate::request::spelling::{Reader, spelled};
 use crate::validation::{Portrait, Validation};
 use crate::verdict::Verdict;
 
@@ -30,6 +31,8 @@ pub struct PageRequest<'a> {
     pub verdict: Option<&'a Verdict>,
     /// Date, version and command.
     pub origin: Origin<'a>,
+    /// Who reads it: fields in its sentences are spelled so.
+    pub reader: Reader,
 }
 
 /// The page, and its charts as files of SVG by name.
@@ -44,5 +47,5 @@ pub fn page(request: &PageRequest) -> (String, Vec<(String, String)>) {
     let PageRequest { plan, motion, estimate, portrait, validation, verdict, origin, .. } = *request;
     let origin = Origin { model: path.as_deref(), ..origin };
     let page = Page { subject, plan, motion, estimate, portrait, validation, verdict, origin };
-    (page.html(), page.pictures())
+    (spelled(&page.html(), request.reader), page.pictures())
 }

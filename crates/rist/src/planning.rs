@@ -1,9 +1,8 @@
 //! From a model to the experiments that identify it best.
 
-use experiments::motion::profile::Profile;
 use experiments::motion::sample_count::check_samples;
 use experiments::plan::candidates::{Candidate, CandidateGrid, candidates};
-use experiments::plan::exchange::{Criterion, Search};
+use experiments::plan::exchange::Search;
 use experiments::plan::ranges::check_limits;
 use experiments::simulate::dynamics::RegressorDynamics;
 use experiments::simulate::setup::{SimulationSetup, motion_limits};
@@ -11,50 +10,11 @@ use numerics::interruption::Interruption;
 
 pub use experiments::plan::experiment_plan::ExperimentPlan;
 
+pub use crate::request::PlanRequest;
+
 use crate::error::Error;
 use crate::model::Model;
-
-/// The request for a plan.
-#[derive(Clone, Debug)]
-pub struct PlanRequest {
-    /// Number of experiments.
-    pub experiments: usize,
-    /// Criterion by which plans are compared.
-    pub criterion: Criterion,
-    /// How swings change their velocity.
-    pub profile: Profile,
-    /// Configurations a coordinate.
-    pub steps: usize,
-    /// At most this many configurations a kind of motion.
-    pub configurations: usize,
-    /// s recorded in one experiment.
-    pub duration: f64,
-    /// Hz, of the controller.
-    pub rate: f64,
-    /// Starts of the search.
-    pub starts: usize,
-    /// Seed of the random starts.
-    pub seed: u64,
-    /// Nodes of the branch and bound that proves how good the plan is, at most; 0: none.
-    pub nodes: usize,
-}
-
-impl Default for PlanRequest {
-    fn default() -> PlanRequest {
-        PlanRequest {
-            experiments: 8,
-            criterion: Criterion::Determinant,
-            profile: Profile::BangBang,
-            steps: 5,
-            configurations: 60,
-            duration: 4.0,
-            rate: 1000.0,
-            starts: 12,
-            seed: 1,
-            nodes: 0,
-        }
-    }
-}
+use crate::request::Request;
 
 /// A plan, and the assumptions behind it.
 pub struct Planned {
@@ -133,31 +93,15 @@ fn candidates_of(model: &Model, request: &PlanRequest) -> Result<Candidates, Err
     let candidates = candidates(&grid, &limits, model.regressor(), &noise);
     Interruption::check()?;
     if candidates.is_empty() {
-        return Err(Error::new("the limits leave no motion: widen them in the model, or raise --steps"));
+        return Err(Error::new("the limits leave no motion: widen them in the model, or raise [steps]"));
     }
     Ok(Candidates { candidates, notes, noise })
 }
 
 /// Refuses more experiments than anybody runs, and more candidates than a machine holds.
 fn check(request: &PlanRequest) -> Result<(), Error> {
-    for (what, x, range) in [("--rate", request.rate, 1.0..=2e4), ("--duration", request.duration, 0.1..=3600.0)] {
-        if !range.contains(&x) {
-            let (from, to) = range.into_inner();
-            return Err(Error::new(format_args!("{what} is {x:?}; expected is a number from {from:?} to {to:?}")));
-        }
-    }
-    for (what, x, most) in [
-        ("--experiments", request.experiments, 1000),
-        ("--steps", request.steps, 1000),
-        ("--configurations", request.configurations, 100_000),
-        ("--starts", request.starts, 10_000),
-        ("--nodes", request.nodes.max(1), 1_000_000),
-    ] {
-        if !(1..=most).contains(&x) {
-            return Err(Error::new(format_args!("{what} is {x}; expected is a number from 1 to {most}")));
-        }
-    }
-    check_samples(request.rate * request.duration).map_err(|e| Error::new(format_args!("--rate and --duration: {e}")))
+    request.check()?;
+    check_samples(request.rate * request.duration).map_err(|e| Error::new(format_args!("[rate] and [duration]: {e}")))
 }
 
 #[cfg(test)]
@@ -169,11 +113,12 @@ mod tests {
     fn numbers_out_of_range_are_refused() {
         check(&PlanRequest::default()).unwrap();
         for (request, said) in [
-            (PlanRequest { rate: 1e300, ..PlanRequest::default() }, "--rate"),
-            (PlanRequest { rate: f64::NAN, ..PlanRequest::default() }, "--rate"),
-            (PlanRequest { duration: 0.0, ..PlanRequest::default() }, "--duration"),
-            (PlanRequest { experiments: usize::MAX, ..PlanRequest::default() }, "--experiments"),
-            (PlanRequest { steps: 0, ..PlanRequest::default() }, "--steps"),
+            (PlanRequest { rate: 1e300, ..PlanRequest::default() }, "[rate]"),
+            (PlanRequest { rate: f64::NAN, ..PlanRequest::default() }, "[rate]"),
+            (PlanRequest { duration: 0.0, ..PlanRequest::default() }, "[duration]"),
+            (PlanRequest { experiments: usize::MAX, ..PlanRequest::default() }, "[experiments]"),
+            (PlanRequest { steps: 0, ..PlanRequest::default() }, "[steps]"),
+            (PlanRequest { nodes: 1_000_001, ..PlanRequest::default() }, "[nodes]"),
             (PlanRequest { rate: 2e4, duration: 3000.0, ..PlanRequest::default() }, "samples"),
         ] {
             let refused = check(&request).unwrap_err().to_string();

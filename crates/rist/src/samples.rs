@@ -28,29 +28,8 @@ use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
-
-/// The request for an identification from logs; the default is weighted least squares with viscous and Coulomb
-/// friction and an offset.
-#[derive(Default)]
-pub struct IdentifyRequest<'a> {
-    /// Columns, transmission, signals, friction, weights.
-    pub options: Options,
-    /// Knowledge of the drive gains where the logs hold currents, by coordinate. Empty: the gains of the options, or else
-    /// those of the description.
-    pub gains: Vec<(String, Gain)>,
-    /// Find the delay of the torques instead of taking that of the options.
-    pub find_delay: bool,
-    /// Choose the friction model by its prediction of data that were left out.
-    pub find_friction: bool,
-    /// Keep only the parameters that the data need; the others are zero. Excludes `consistent`, whose bodies have all.
-    pub essential: bool,
-    /// Only bodies that can exist. Where the logs do not determine them, the description does.
-    pub consistent: bool,
-    /// Logs of the same robot with a load, and the link that carries it (the last, without a name).
-    pub loaded: &'a [LogSource],
-    /// The link that carries the load; `None`: the last.
-    pub loaded_link: Option<String>,
-}
+use crate::request::Request;
+pub use crate::request::{IdentifyRequest, SamplesRequest};
 
 /// The outcome of an identification.
 pub struct Identification {
@@ -105,9 +84,6 @@ pub struct Bodies {
     pub refusal: Option<String>,
 }
 
-const ESSENTIAL_BODIES: &str =
-    "ask for essential parameters or for bodies that can exist, not both: a body needs all of its parameters";
-
 /// The fit, and, where the model has no rotor inertias, the rows that could determine them too.
 fn fit_of(
     model: &Model,
@@ -127,43 +103,89 @@ fn fit_of(
     Ok((fit, with_rotors))
 }
 
+/// Which parameters are kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kept {
+    /// All.
+    All,
+    /// Those that the data need; the others are zero.
+    Essential,
+    /// All, of bodies that can exist. Where the logs do not determine them, the description does.
+    Consistent,
+}
+
 /// Identifies the base parameters and the friction of a robot from its logs.
 ///
-/// Fails where the logs do not fit the robot, where essential parameters and bodies are both asked for, and with a
-/// verdict where the data leave a gain or the delay open. A parameter that the data do not determine is no failure: its
-/// status says so.
+/// Fails where the logs do not fit the robot, and with a verdict where the data leave a gain or the delay open. A
+/// parameter that the data do not determine is no failure: its status says so.
 pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) -> Result<Identification, Error> {
-    if request.essential && request.consistent {
-        return Err(Error::new(ESSENTIAL_BODIES));
-    }
+    identify_loaded(model, logs, &[], request)
+}
+
+/// As [`identify`], with the load of logs of the same robot.
+///
+/// Fails as [`identify`] does, and where the load is on no link.
+pub fn identify_loaded(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &IdentifyRequest,
+) -> Result<Identification, Error> {
+    request.check()?;
+    let kept = if request.consistent { Kept::Consistent } else { Kept::All };
+    identify_kept(model, logs, loaded, &request.samples, kept)
+}
+
+/// As [`identify_loaded`], with only the parameters that the data need; the others are zero. Bodies need all of theirs, so
+/// there are none.
+///
+/// Fails as [`identify`] does.
+pub fn identify_essential(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &SamplesRequest,
+) -> Result<Identification, Error> {
+    request.check()?;
+    identify_kept(model, logs, loaded, request, Kept::Essential)
+}
+
+fn identify_kept(
+    model: &Model,
+    logs: &[LogSource],
+    loaded: &[LogSource],
+    request: &SamplesRequest,
+    kept: Kept,
+) -> Result<Identification, Error> {
     let regressor = model.regressor();
-    let mut options = request.options.clone();
-    options.model = model.robot.name.clone();
+    let mut options = Options { model: model.robot.name.clone(), ..request.options() };
 
     // Convert currents to torques, and correct the delay of the torques.
-    let gains = drive_gains(model, logs, &request.gains, &mut options)?;
-    let delay = request.find_delay.then(|| found_delay(model, logs, &mut options)).transpose()?;
+    let gains = drive_gains(model, logs, &request.gain, &mut options)?;
+    let delay = request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?;
 
     // The rows, read once more for each friction model where one is to be chosen.
-    let friction = request.find_friction.then(|| found_friction(model, logs, &mut options)).transpose()?;
+    let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
     let (mut fit, with_rotors) = fit_of(model, logs, &records, &options)?;
-    let load = match request.loaded {
+    let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
     let rotors = with_rotors.and_then(|rows| rows.remark(regressor, fit.estimate.cross_validation?, &options));
 
     let described = described.map(|x| described_error(model, &fit, &options, &x));
-    if request.essential {
+    if kept == Kept::Essential {
         keep_essential(regressor, &mut fit, &options);
     }
     let held_out = fit.estimate.cross_validation;
-    let found = match request.consistent {
-        true => existing_bodies(model, fit, &options)?,
-        false => FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() },
+    let found = match kept {
+        Kept::Consistent => existing_bodies(model, fit, &options)?,
+        Kept::All | Kept::Essential => {
+            FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() }
+        }
     };
 
     // The remarks, and the gains that the estimate stands on.
@@ -171,7 +193,7 @@ pub fn identify(model: &Model, logs: &[LogSource], request: &IdentifyRequest) ->
     estimate.fingerprint = model.reference.fingerprint.clone();
     estimate.description = model.description.clone();
     if let Some(found) = gains {
-        estimate.remarks.push(gain_remark(model, &request.gains, &found));
+        estimate.remarks.push(gain_remark(model, &request.gain, &found));
         widen(&mut estimate, &found);
     }
     estimate.remarks.extend(rotors);
@@ -262,7 +284,7 @@ fn drive_gains(
 ) -> Result<Option<DriveGains>, Error> {
     if !logs.iter().any(|log| log.effort_is() == Effort::Current) {
         return match given.first() {
-            Some((name, _)) => Err(Error::new(format_args!("--gain {name}: the logs hold torques, not currents"))),
+            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
             None => Ok(None),
         };
     }
@@ -279,7 +301,7 @@ fn drive_gains(
     if known.iter().all(|g| *g == Gain::Free) {
         return Err(Error::new(format_args!(
             "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
-             others are then estimated): --gain {}=11.5",
+             others are then estimated): [gain={}=11.5]",
             coordinates.first().map_or("q1", String::as_str)
         )));
     }
@@ -291,7 +313,7 @@ fn drive_gains(
     if !open.is_empty() {
         return Err(Error::verdict(format_args!(
             "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
-             them with its deviation, as --gain {}=11+-2",
+             them with its deviation, as [gain={}=11+-2]",
             open.join(", "),
             open[0]
         )));
@@ -308,9 +330,13 @@ fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Err
     let described = model.drive_gains();
     let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
     for (coordinate, gain) in given {
-        known[model.coordinate(coordinate)?] = *gain;
+        known[known_coordinate(model, coordinate)?] = *gain;
     }
     Ok(known)
+}
+
+fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
+    model.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}]: {e}")))
 }
 
 fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> String {

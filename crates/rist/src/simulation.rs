@@ -12,7 +12,6 @@ use experiments::simulate::closed_loop::Stop;
 use experiments::simulate::dynamics::{Dynamics, inverse_dynamics};
 use experiments::simulate::setup::{self, SimulationSetup};
 use identification::estimate::identified::Identified;
-use linear_model::known_load::KnownLoad;
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use logs::Effort;
 use numerics::in_order::in_order;
@@ -21,10 +20,13 @@ use numerics::random::Random;
 
 use crate::Estimate;
 use crate::adapters::tape_dynamics::dynamics as dynamics_of;
+pub use crate::request::SimulateRequest;
+
 use crate::error::Error;
 use crate::exciting::ExcitingMotion;
 use crate::model::Model;
 use crate::planning::ExperimentPlan;
+use crate::request::Request;
 
 /// What is simulated.
 #[derive(Clone, Copy, Debug)]
@@ -72,36 +74,12 @@ impl Motions<'_> {
     }
 }
 
-/// How motions are simulated.
-#[derive(Clone, Debug)]
-pub struct SimulateRequest {
-    /// Number of motions for validation, simulated in addition to the others.
-    pub validation_motions: usize,
-    /// Drive gains, by coordinate, N m/A; others as the description says, or 1.
-    pub gains: Vec<(String, f64)>,
-    /// Every experiment is done again with this load.
-    pub load: Option<KnownLoad>,
-    /// An estimate whose torques the controller adds.
-    pub feedforward: Option<Estimate>,
-    /// Seed of the noise.
-    pub seed: u64,
-    /// Neither noise nor rounding of the sensors.
-    pub noise_free: bool,
-}
-
 impl SimulateRequest {
     /// Whether the logs hold torques or currents. They hold torques where neither the description nor the request knows
     /// a drive gain, so that they can be identified as they are.
     pub fn effort(&self, model: &Model) -> Effort {
-        let is_without_gains = self.gains.is_empty() && model.drive_gains().iter().all(Option::is_none);
+        let is_without_gains = self.gain.is_empty() && model.drive_gains().iter().all(Option::is_none);
         if is_without_gains { Effort::Torque } else { Effort::Current }
-    }
-}
-
-impl Default for SimulateRequest {
-    fn default() -> SimulateRequest {
-        let (gains, load, feedforward) = (Vec::new(), None, None);
-        SimulateRequest { validation_motions: 10, gains, load, feedforward, seed: 1, noise_free: false }
     }
 }
 
@@ -124,6 +102,7 @@ pub fn simulate<'a>(
     request: &SimulateRequest,
     take: &mut dyn FnMut(&str, &Record) -> Result<(), Error>,
 ) -> Result<Simulated, Error> {
+    request.check()?;
     let motions = motions.into();
     let (ways, sample_time) = (motions.ways()?, motions.sample_time());
     let Some(truth) = model.described_parameters() else {
@@ -136,18 +115,18 @@ pub fn simulate<'a>(
     let mut setup = SimulationSetup::for_robot(&model.robot, dynamics.as_ref());
     let refused = |e: String| Error::new(format_args!("{}: {e}", model.path.display()));
     check_limits(model.regressor().coordinates(), &setup.limits).map_err(refused)?;
-    check_validation(&setup.limits, sample_time, request.validation_motions).map_err(refused)?;
-    for (coordinate, gain) in &request.gains {
-        setup.drives.gain[model.coordinate(coordinate)?] = *gain;
+    check_validation(&setup.limits, sample_time, request.validation).map_err(refused)?;
+    for (coordinate, gain) in &request.gain {
+        setup.drives.gain[model.driven(coordinate, *gain)?] = *gain;
     }
     let feedforward = request.feedforward.as_ref().map(|e| Feedforward::new(model, e, &setup.drives.gain));
     let feedforward = feedforward.transpose()?;
-    let validations: Vec<Way> = (0..request.validation_motions).map(Way::Validation).collect();
+    let validations: Vec<Way> = (0..request.validation).map(Way::Validation).collect();
     let motion = |name: String, way, is_loaded| Motion { name, way, is_loaded };
     let mut motions: Vec<Motion> = ways.iter().map(|(name, way)| motion(name.to_string(), way, false)).collect();
     motions.extend(validations.iter().enumerate().map(|(k, way)| motion(format!("v{:02}", k + 1), way, false)));
     let mut loaded = None;
-    if let Some(load) = &request.load {
+    if let Some((_, load)) = &request.load {
         let added = model.added_by(load)?;
         let plus = |x: &[f64]| x.iter().zip(&added).map(|(x, l)| x + l).collect::<Vec<f64>>();
         // The load is known, so the feedforward includes it.
@@ -177,26 +156,20 @@ pub fn simulate<'a>(
 /// The assumptions on the drive gains.
 fn effort_notes(model: &Model, request: &SimulateRequest) -> Vec<String> {
     if request.effort(model) == Effort::Torque {
-        return vec!["no drive gain is known: the logs hold torques (--gain makes currents of them)".into()];
+        return vec!["no drive gain is known: the logs hold torques ([gain] makes currents of them)".into()];
     }
     let names = model.regressor().coordinates().iter().zip(model.drive_gains());
-    let assumed = names.filter(|(c, gain)| gain.is_none() && request.gains.iter().all(|(name, _)| name != *c));
+    let assumed = names.filter(|(c, gain)| gain.is_none() && request.gain.iter().all(|(name, _)| name != *c));
     assumed.map(|(c, _)| format!("{c}: no drive gain in the file, 1 N m/A assumed")).collect()
 }
 
-/// Motions for validation are at most this many.
-const MOST_MOTIONS: usize = 1000;
-
-/// Refuses motions for validation that are too many or too long.
+/// Refuses motions for validation that are too long.
 fn check_validation(limits: &[MotionLimits], sample_time: f64, motions: usize) -> Result<(), String> {
-    if motions > MOST_MOTIONS {
-        return Err(format!("{motions} motions for validation are asked for, at most {MOST_MOTIONS} are made"));
-    }
     let motion = ValidationMotion::default();
     let longest = |l: &MotionLimits| motion.seconds(l.position.1 - l.position.0, l.velocity, l.acceleration);
     let longest = limits.iter().map(longest).fold(0.0, f64::max);
     let samples = motion.moves as f64 * longest / sample_time;
-    let of = |e: String| format!("a motion for validation within these limits: {e} (--validation 0 makes none)");
+    let of = |e: String| format!("a motion for validation within these limits: {e} ([validation=0] makes none)");
     if motions > 0 { check_samples(samples).map_err(of) } else { Ok(()) }
 }
 

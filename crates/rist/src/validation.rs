@@ -20,6 +20,8 @@ pub use identification::portrait::series::{TorqueSeries, series_to_csv, series_t
 use crate::Estimate;
 use crate::error::Error;
 use crate::model::{Model, predicts};
+use crate::request::Request;
+pub use crate::request::ValidateRequest;
 
 /// Hz: default low-pass on position and torque of motions of a plan. It is twice the cut-off of the equations, up to
 /// where the paper's figure 2 looks.
@@ -107,16 +109,17 @@ pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Resul
 }
 
 /// Predicts motions with an estimate of experiments. Friction is fitted to the motions, since the paper's rows estimate
-/// none. `gains`: of drives, by coordinate, N m/A; they replace those of the estimate. `cutoff`: Hz.
+/// none. The gains of the request replace those of the estimate.
 ///
 /// Fails where a log cannot be read, or is too short or too slow for the low-pass.
 pub fn validate_experiments(
     model: &Model,
     estimate: &Estimate,
     motions: &[PathBuf],
-    gains: &[(String, f64)],
-    cutoff: f64,
+    request: &ValidateRequest,
 ) -> Result<Validation, Error> {
+    request.check()?;
+    let cutoff = request.cutoff.unwrap_or(MOTION_CUTOFF);
     let regressor = model.regressor();
     let mut records = Vec::new();
     let mut currents = false;
@@ -129,8 +132,8 @@ pub fn validate_experiments(
     if currents {
         let found = model.estimated_gains(estimate).into_iter().zip(model.drive_gains());
         gain = found.map(|(estimated, of_file)| estimated.or(of_file).unwrap_or(1.0)).collect();
-        for (coordinate, given) in gains {
-            gain[model.coordinate(coordinate)?] = *given;
+        for (coordinate, given) in &request.gain {
+            gain[model.driven(coordinate, *given)?] = *given;
         }
     }
     let parameters = model.values(estimate)?;

@@ -3,79 +3,71 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use identification::estimate::options::Options;
 use identification::estimate::residuals::Residuals;
-use identification::estimators::drive_gains::likelihood::Gain;
-use linear_model::friction::terms::FrictionTerm;
 use logs::{ColumnNames, LogSource};
+use rist::judged::Judged;
 use rist::load::Load;
-use rist::request::harmonic_request::Delay;
-use rist::samples::Identification;
-use rist::verdict::{Trust, Verdict};
-use rist::{IdentifyRequest, Model, Validation};
+use rist::request::{BodiesFiles, IdentifyRequest, Method};
+use rist::samples::{Identification, identify_essential, identify_loaded};
+use rist::verdict::Verdict;
+use rist::{Model, Validation};
 use robot::Inertial;
 use serde_json::{Value, json};
 
-use super::arguments::{Arguments, Friction, Method};
-use crate::artefact::{check_outputs, gain, read_text, series_text};
+use super::arguments::Arguments;
+use crate::artefact::{check_outputs, read_text, series_text};
 use crate::doctor::findings;
 use crate::failure::Failure;
+use crate::flags::Given;
 use crate::report::page_of;
 use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
 use rist::output::{is_same, write_file};
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (asked, given) = (&arguments.asked, &arguments.asked.given);
+    let files: BodiesFiles = given.read()?;
+    needs(given, "date", "report")?;
+    needs(given, "into", "write_mjcf")?;
+    needs(given, "loaded_link", "loaded")?;
     let model = arguments.model.derive()?;
-    let options = options(arguments, &model)?;
-    check_paths(arguments)?;
+    let mut request: IdentifyRequest = given.read()?;
+    let writes = files.write_urdf.is_some() || files.write_mjcf.is_some();
+    request.consistent |= writes;
+    let columns = request.samples.options().columns;
+    check_paths(arguments, &files)?;
     let mut text = String::new();
-    let mut opened = Opened { columns: &options.columns, before: String::new() };
+    let mut opened = Opened { columns: &columns, before: String::new() };
     let logs = opened.logs(&model, &arguments.logs, &mut text)?;
-    let loaded = opened.logs(&model, &arguments.loaded, &mut text)?;
-    let others = opened.logs(&model, &arguments.validate, &mut text)?;
-    let writes = arguments.write_urdf.is_some() || arguments.write_mjcf.is_some();
-    let request = IdentifyRequest {
-        gains: arguments.gain.iter().map(|text| expected_gain(text)).collect::<Result<_, _>>()?,
-        find_delay: arguments.delay == Some(Delay::Auto),
-        find_friction: arguments.friction.as_ref().is_some_and(|words| words.contains(&Friction::Auto)),
-        essential: arguments.method == Method::Essential,
-        consistent: arguments.consistent || writes,
-        loaded: &loaded,
-        loaded_link: arguments.loaded_link.clone(),
-        options: options.clone(),
-    };
+    let loaded = opened.logs(&model, &files.samples.loaded, &mut text)?;
+    let others = opened.logs(&model, &files.samples.validate, &mut text)?;
     at_work("identifying");
-    let mut found = rist::identify(&model, &logs, &request)?;
+    let mut found = match asked.method {
+        Method::Essential => identify_essential(&model, &logs, &loaded, &request.samples)?,
+        _ => identify_loaded(&model, &logs, &loaded, &request)?,
+    };
 
     text.push_str(&chosen(&found));
     at_work("predicting what was not fitted");
-    let predictions = rist::validation::predictions(&model, &found.estimate, &others)?;
-    let verdict = found.judge(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
+    let Judged { predictions, validation, verdict, is_withheld } = found.judged(&model, &others, files.anyway)?;
     text.push_str(&judged(&predictions, &found, &verdict));
-    if let Some(bodies) = found.bodies.as_mut().filter(|_| arguments.anyway) {
-        bodies.refusal = None;
-    }
-    let is_withheld = verdict.trust == Trust::No && !arguments.anyway;
-    let simulators = if is_withheld { Vec::new() } else { for_simulators(arguments, &model, &found)? };
-    let (reference, estimate) = (model.reference.clone(), &found.estimate);
-    let validation = (!predictions.is_empty())
-        .then(|| Validation::of_logs(reference, &estimate.method, estimate.cutoff, model.regressor(), &predictions));
+    let simulators = if is_withheld { Vec::new() } else { for_simulators(&files, &model, arguments, &found)? };
+    let estimate = &found.estimate;
     print_result(text, || as_json(&found, validation.as_ref(), &verdict))?;
 
     at_work("writing");
-    let read = inputs(arguments);
+    let read = inputs(arguments, &files);
     for (out, text) in simulators {
         write_file(out, text, &read)?;
     }
     if let Some(out) = &arguments.out {
         write_file(out, estimate.to_yaml()?, &read)?;
     }
-    if let Some(out) = &arguments.report {
-        let page = page_of(&model, estimate, &logs, validation.as_ref(), &verdict, arguments.date.as_deref())?;
+    if let Some(out) = &files.samples.report {
+        let page = page_of(&model, estimate, &logs, validation.as_ref(), &verdict, files.samples.date.as_deref())?;
         write_file(out, page, &read)?;
     }
-    if let Some(out) = &arguments.series {
+    if let Some(out) = &files.samples.series {
         let series = rist::validation::predicted_torques(&model, estimate, &logs)?;
         write_file(out, series_text(out, &series, model.regressor().coordinates())?, &read)?;
     }
@@ -138,14 +130,15 @@ fn load_as_json(load: &Load) -> Value {
 
 /// The texts for simulators that the flags ask for, with their files; prints what a format cannot hold.
 fn for_simulators<'a>(
-    arguments: &'a Arguments,
+    files: &'a BodiesFiles,
     model: &Model,
+    arguments: &Arguments,
     found: &Identification,
 ) -> Result<Vec<(&'a PathBuf, String)>, Failure> {
     let mut written = Vec::new();
     let Some(bodies) = &found.bodies else { return Ok(written) };
-    if let Some(out) = &arguments.write_mjcf {
-        let into = match &arguments.into {
+    if let Some(out) = &files.write_mjcf {
+        let into = match &files.into {
             Some(file) => Some((file.display().to_string(), read_text(file)?)),
             None => None,
         };
@@ -154,7 +147,7 @@ fn for_simulators<'a>(
         mjcf.notes.iter().for_each(note);
         written.push((out, mjcf.text));
     }
-    if let Some(out) = &arguments.write_urdf {
+    if let Some(out) = &files.write_urdf {
         let urdf = rist::write_urdf(model, &read_text(&arguments.model.model)?, bodies, &found.estimate)?;
         urdf.notes.iter().for_each(note);
         written.push((out, urdf.text));
@@ -187,68 +180,31 @@ impl Opened<'_> {
     }
 }
 
-/// `q1=2.393`, or `q5=11+-2`: near 11.
-fn expected_gain(text: &str) -> Result<(String, Gain), Failure> {
-    let (value, deviation) = text.split_once("+-").map_or((text, None), |(g, d)| (g, Some(d)));
-    let (name, value) = gain(value).map_err(Failure::new)?;
-    match deviation.map(str::parse::<f64>) {
-        None => Ok((name, Gain::Known(value))),
-        Some(Ok(deviation)) if deviation > 0.0 && deviation.is_finite() => Ok((name, Gain::Expected(value, deviation))),
-        Some(_) => Err(Failure::new(format_args!("`{text}`: a positive deviation is expected behind +-"))),
+/// Refuses a flag that says something of another that is not given.
+fn needs(given: &Given, name: &str, of: &str) -> Result<(), Failure> {
+    let is_given = |wanted: &str| given.names().any(|name| name == wanted);
+    match is_given(name) && !is_given(of) {
+        true => Err(Failure::new(format_args!("[{name}] says something of [{of}], which is not asked for"))),
+        false => Ok(()),
     }
 }
 
 /// What is read.
-fn inputs(arguments: &Arguments) -> Vec<&Path> {
-    let logs = [&arguments.logs, &arguments.validate, &arguments.loaded].into_iter().flatten();
-    logs.chain([&arguments.model.model])
-        .chain(&arguments.options)
-        .chain(&arguments.into)
-        .map(PathBuf::as_path)
-        .collect()
+fn inputs<'a>(arguments: &'a Arguments, files: &'a BodiesFiles) -> Vec<&'a Path> {
+    let logs = [&arguments.logs, &files.samples.validate, &files.samples.loaded].into_iter().flatten();
+    let read = logs.chain([&arguments.model.model]).chain(&files.into).map(PathBuf::as_path);
+    read.chain(arguments.asked.given.files()).collect()
 }
 
 /// Refuses outputs over inputs or over each other, and a log in two roles.
-fn check_paths(arguments: &Arguments) -> Result<(), Failure> {
-    let read = inputs(arguments);
+fn check_paths(arguments: &Arguments, files: &BodiesFiles) -> Result<(), Failure> {
+    let read = inputs(arguments, files);
     for (i, log) in read.iter().enumerate() {
         if read[..i].iter().any(|other| is_same(log, other)) {
             return Err(Failure::new(format_args!("{}: given twice; a log counts once, in one role", log.display())));
         }
     }
-    let outputs = [&arguments.out, &arguments.write_urdf, &arguments.write_mjcf, &arguments.report, &arguments.series];
+    let samples = &files.samples;
+    let outputs = [&arguments.out, &files.write_urdf, &files.write_mjcf, &samples.report, &samples.series];
     check_outputs(outputs.into_iter().flatten(), &read)
-}
-
-/// The options of the file, and the flags over them.
-pub(super) fn options(arguments: &Arguments, model: &Model) -> Result<Options, Failure> {
-    let mut options = match &arguments.options {
-        Some(path) => Options::read(path)?,
-        None => Options::default(),
-    };
-    options.model = model.robot.name.clone();
-    let signal = &mut options.signal;
-    signal.cutoff = arguments.cutoff.or(signal.cutoff);
-    signal.order = arguments.order.unwrap_or(signal.order);
-    signal.decimate = arguments.decimate.or(signal.decimate);
-    if let Some(Delay::Seconds(delay)) = arguments.delay {
-        signal.delay = delay;
-    }
-    options.weights = arguments.weights.unwrap_or(options.weights);
-    if let Some(words) = &arguments.friction {
-        if words.len() > 1 && words.iter().any(|w| matches!(w, Friction::Auto | Friction::None)) {
-            return Err(Failure::new("--friction: auto and none stand alone"));
-        }
-        let term = |word: &Friction| match word {
-            Friction::Term(term) => Some(*term),
-            Friction::Auto | Friction::None => None,
-        };
-        if let Some(i) = (1..words.len()).find(|&i| words[..i].contains(&words[i])) {
-            return Err(Failure::new(format_args!("--friction: word {} stands there twice", i + 1)));
-        }
-        if words.as_slice() != [Friction::Auto] {
-            options.friction = words.iter().filter_map(term).collect::<Vec<FrictionTerm>>();
-        }
-    }
-    Ok(options)
 }

@@ -145,7 +145,7 @@ pub fn alone_text(rows: &[HeldLimit], of_space: &[&str]) -> Option<String> {
     let all: Vec<String> = kinds.chain(of_space.iter().map(|what| what.to_string())).collect();
     (!all.is_empty()).then(|| {
         format!(
-            "{}: held to what the motion's own file says, and a limit that was loosened there is not noticed; --limits FILE \
+            "{}: held to what the motion's own file says, and a limit that was loosened there is not noticed; [limits=FILE] \
              holds the motion to a file of yours",
             all.join(", ")
         )

@@ -61,7 +61,7 @@ impl WithRotors {
         let with = cross_validate(&model, &self.observation, options.weights).total;
         (with < WORTH * without && without > NOTHING_LEFT).then(|| {
             format!(
-                "the model has no rotor inertias; with them (--rotor-inertia actuated) the error on tenths left out is \
+                "the model has no rotor inertias; with them ([rotor_inertia=actuated]) the error on tenths left out is \
                  {with:.4} instead of {without:.4}"
             )
         })

@@ -288,22 +288,22 @@ fn next(evidence: &Evidence, trust: Trust) -> String {
     let open = evidence.estimate.parameters.iter().any(|p| is_open(p.status));
     match trust {
         Trust::No => {
-            "rist doctor says what the log and the description have to do with each other; --delay auto looks for late \
+            "rist doctor says what the log and the description have to do with each other; [delay=auto] looks for late \
              torques"
                 .into()
         }
         Trust::WithCare if open => {
-            "move the joints that the remarks name, or hold the rest by bodies (--consistent)".into()
+            "move the joints that the remarks name, or hold the rest by bodies ([consistent=true])".into()
         }
-        Trust::WithCare => "log a longer and richer motion (rist plan), or try --friction auto".into(),
+        Trust::WithCare => "log a longer and richer motion (rist plan), or try [friction=auto]".into(),
         Trust::Yes if evidence.predicted.is_none() => {
             "predict a log that was not fitted: rist validate MODEL ESTIMATE LOG".into()
         }
         Trust::Yes if evidence.estimate.options.is_none() => {
-            "use it (rist report draws it, rist simulate --feedforward tries it)".into()
+            "use it (rist report draws it, rist simulate [feedforward] tries it)".into()
         }
         Trust::Yes => {
-            "use it (rist identify --write-urdf or --write-mjcf for simulators, rist generate --estimate for code)"
+            "use it (rist identify [write_urdf] or [write_mjcf] for simulators, rist generate [estimate] for code)"
                 .into()
         }
     }

@@ -62,18 +62,18 @@ fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
     let name = |joint: usize| regressor.coordinates().get(joint).map_or("", String::as_str);
     let mut words: Vec<String> = Vec::new();
     for size in &cause.effects {
-        let (flag, word) = match size.effect {
-            Effect::Delay => ("--delay", "auto".to_string()),
-            Effect::Ripple { joint, periods } => ("--ripple", format!("{}={periods}", name(joint))),
-            Effect::Elastic { joint } => ("--elastic", name(joint).to_string()),
-            Effect::Play { joint } => ("--play", name(joint).to_string()),
+        let (field, word) = match size.effect {
+            Effect::Delay => ("delay", "auto".to_string()),
+            Effect::Ripple { joint, periods } => ("ripple", format!("{}={periods}", name(joint))),
+            Effect::Elastic { joint } => ("elastic", name(joint).to_string()),
+            Effect::Play { joint } => ("play", name(joint).to_string()),
         };
         match words.first_mut() {
             Some(first) => first.push_str(&format!(",{word}")),
-            None => words.push(format!("{flag} {word}")),
+            None => words.push(format!("[{field}={word}")),
         }
     }
-    words.concat()
+    if words.is_empty() { String::new() } else { words.concat() + "]" }
 }
 
 /// What the model lacks, and the option that gives it.

@@ -73,7 +73,7 @@ impl Columns {
                     let unit = written(source.unit);
                     Error::new(format!(
                         "column `{}` is in {unit}, and joint {name} slides: m, m/s, m/s^2 or N are expected; check the \
-                         order of the columns, or name them in --options: columns",
+                         order of the columns, or name them in [options.columns]",
                         source.header
                     ))
                 })?;
@@ -193,7 +193,7 @@ impl Finder<'_> {
             _ => ("joint torques or motor currents", "tau1.., effort_<joint>, i1.., actual_current_0.."),
         };
         self.error(format!(
-            "no columns hold the {what} (looked for {examples}, also with units); other names go into --options: columns"
+            "no columns hold the {what} (looked for {examples}, also with units); other names go into [options.columns]"
         ))
     }
 

@@ -153,8 +153,8 @@ pub enum UnclearRank {
         /// Names of those that only the field keeps.
         only_exact: Vec<String>,
     },
-    /// The columns that the field chooses hardly stand out of the span of the others at these numbers, although there are as
-    /// many as the numbers keep.
+    /// Some columns that the field chooses hardly stand out of the span of the others at these numbers, or others do that it
+    /// does not choose, although there are as many as the numbers keep.
     Weak {
         /// Their names, with their relative distances.
         weak: Vec<(String, f64)>,
@@ -223,11 +223,11 @@ impl fmt::Display for UnclearRank {
                 listed(only_exact)
             ),
             UnclearRank::Weak { weak, largest_dropped } => {
-                write!(f, "the base parameters hardly show at these numbers:")?;
-                for (name, distance) in weak {
+                write!(f, "rounding hides whether these stand out of the span of the others:")?;
+                for (name, distance) in weak.iter().take(LISTED) {
                     write!(f, " {name} ({distance:.1e})")?;
                 }
-                write!(f, " stand out of the others no more than a dropped one ({largest_dropped:.1e}). {REMEDY}")
+                write!(f, "; a dropped one stands out by {largest_dropped:.1e}. {REMEDY}")
             }
             UnclearRank::Disagreement { dropped, kept, exact, numeric } => write!(
                 f,
@@ -286,16 +286,29 @@ pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> 
     }
 }
 
-/// A chosen column that stands out less than this, relative to its norm, has coefficients of no digits: rounding is 1e-16,
-/// and [`ROUNDING`] of a coefficient is looked at.
-const STANDS_OUT: f64 = 1e-9;
+/// Rounding of a column of unit norm in a scan, before weak columns amplify it.
+const SCAN_ROUNDING: f64 = 1e-14;
 
-/// Refuses chosen columns that do not stand out of the span of the others. `scan` is the one that keeps them.
+/// Refuses chosen columns that do not stand out of the span of the others, and others that do. `scan` is the one that keeps
+/// the chosen.
+///
+/// A kept column that stands out by d has a direction with an error of rounding / d, which all columns behind it see.
 pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
-    let largest_dropped = Rank::of(scan).largest_dropped;
-    let least = STANDS_OUT.max(CLEAR_GAP * largest_dropped);
-    let weak: Vec<(String, f64)> =
-        chosen.iter().filter(|&&c| scan.distance[c] < least).map(|&c| (name(c), scan.distance[c])).collect();
+    let (mut weak, mut smallest, mut largest_dropped) = (Vec::new(), 1.0_f64, 0.0_f64);
+    for (c, &distance) in scan.distance.iter().enumerate() {
+        let least = CLEAR_GAP * SCAN_ROUNDING / smallest;
+        if chosen.binary_search(&c).is_ok() {
+            if distance < least {
+                weak.push((name(c), distance));
+            }
+            smallest = smallest.min(distance.max(SCAN_ROUNDING));
+        } else {
+            largest_dropped = largest_dropped.max(distance);
+            if distance > least {
+                weak.push((name(c), distance));
+            }
+        }
+    }
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
 }
 

@@ -244,7 +244,7 @@ class Accumulator:
         friction: str | Sequence[str] | None = None,
         weights: str | None = None,
         gain: Mapping[str, float] | None = None,
-        options: Path | None = None,
+        options: Path | Mapping[str, Any] | None = None,
     ) -> None: ...
     def update(self, log: Logs, anyway: bool = False) -> Accumulator: ...
     def merge(self, other: Accumulator) -> Accumulator: ...
@@ -292,10 +292,10 @@ def identify(
     loaded: Logs = (),
     loaded_link: str | None = None,
     validate: Logs = (),
-    options: Path | None = None,
-    method: Literal["ls", "essential", "rist", "rist-mh"] = "ls",
+    options: Path | Mapping[str, Any] | None = None,
+    method: Literal["ls", "essential", "rist", "rist-mh", "iv", "didim"] = "ls",
     plan: ExperimentPlan | Path | None = None,
-    load: Path | None = None,
+    load: Path | Mapping[str, Any] | None = None,
     ripple: float | Sequence[float] | Mapping[str, float | Sequence[float]] | None = None,
     elastic: bool | str | Sequence[str] = False,
     play: bool | str | Sequence[str] = False,
@@ -308,7 +308,13 @@ def validate(
     gain: Mapping[str, float] | None = None,
     cutoff: float | None = None,
 ) -> tuple[Validation, Verdict]: ...
-def doctor(model: Model, logs: Logs, *, options: Path | None = None) -> Passport: ...
+def doctor(
+    model: Model,
+    logs: Logs,
+    *,
+    options: Path | Mapping[str, Any] | None = None,
+    gain: Mapping[str, float] | None = None,
+) -> Passport: ...
 def plan(
     model: Model,
     *,
@@ -331,7 +337,7 @@ def simulate(
     out: Path | None = None,
     validation: int = 10,
     gain: Mapping[str, float] | None = None,
-    load: Path | None = None,
+    load: Path | Mapping[str, Any] | None = None,
     feedforward: Estimate | None = None,
     seed: int = 1,
     noise_free: bool = False,
@@ -342,12 +348,13 @@ def excite(
     *,
     motion: Literal["fourier", "spline"] = "fourier",
     period: float | None = None,
+    frequency: float | None = None,
     blend: float | None = None,
     harmonics: int | None = None,
     spans: int | None = None,
     repetitions: int = 3,
     rate: float = 200.0,
-    limits: Path | None = None,
+    limits: Path | Mapping[str, Any] | None = None,
     effort_share: float = 0.9,
     friction: str | Sequence[str] | None = None,
     criterion: Literal["determinant", "condition"] = "determinant",
@@ -358,5 +365,5 @@ def excite(
     after: Estimate | None = None,
     progress: Progress | None = None,
 ) -> ExcitingMotion: ...
-def check(model: Model, motion: ExcitingMotion, *, limits: Path | None = None) -> list[str]: ...
+def check(model: Model, motion: ExcitingMotion, *, limits: Path | Mapping[str, Any] | None = None) -> list[str]: ...
 def compare(reference: Accumulator, robots: Mapping[str, Accumulator], fdr: float = 0.05) -> Comparison: ...

@@ -1,4 +1,117 @@
-//! What a step is asked for.
+//! What is asked of a step: each request is one struct, whose fields are told here and nowhere else.
+//!
+//! A field stands once, with its doc, type, default and range:
+//!
+//! ```text
+//! /// Sample rate of the controller, Hz
+//! rate: f64 = 1000.0, range(1.0..=2e4), value_name("HZ");
+//! ```
+//!
+//! | made from it | by |
+//! |---|---|
+//! | the field of the struct and its default | `request!` |
+//! | `--rate <HZ>` and its help | the program, from [`Request::fields`] |
+//! | `rate=1000.0` of Python, its stub and docstring | crates/python, `cargo xtask stubs` |
+//! | the JSON schema | `rist schema` |
+//! | the refusal of a rate of 0 | [`Request::check`] |
+//!
+//! A text names a field in brackets, `[rate]`, with a value where one is meant, `[delay=auto]`; whoever shows the text
+//! spells it ([`spelling`]). No text of a library has a flag in it.
+//!
+//! Not here: what needs a model, such as whether there is a coordinate of a name.
 
-pub mod excite_request;
-pub mod harmonic_request;
+mod effect;
+mod examine;
+mod excite;
+mod field;
+mod file;
+mod files;
+mod friction;
+mod gains;
+mod identify;
+mod method;
+mod model;
+mod plan;
+mod range;
+mod shape;
+mod simulate;
+pub mod spelling;
+mod table;
+mod types;
+mod words;
+
+pub use effect::{Delay, Whose};
+pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest};
+pub(crate) use excite::HARMONICS;
+pub use excite::{ExciteRequest, Family, Series};
+pub use field::Field;
+pub use files::{BodiesFiles, PlanFiles, SamplesFiles};
+pub use friction::FrictionChoice;
+pub use identify::{
+    AccumulateRequest, ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, RowsRequest, SamplesRequest,
+    SignalRequest, SumsRequest,
+};
+pub use method::{Method, MethodRequest};
+pub use model::ModelOptions;
+pub use plan::PlanRequest;
+pub use range::{Range, number};
+pub use shape::{Flag, Shape};
+pub use simulate::SimulateRequest;
+pub use table::{Request, of_values, unknown};
+pub(crate) use table::{has, in_range, request, value_of};
+pub use types::FieldType;
+pub use words::Words;
+
+/// The fields of all requests, which is what a text may name.
+pub fn all_fields() -> Vec<Field> {
+    let model = ModelOptions::fields();
+    let motions = [PlanRequest::fields(), ExciteRequest::fields(), SimulateRequest::fields()].concat();
+    let methods: Vec<Field> = Method::all().flat_map(|method| [method.fields(), method.files()].concat()).collect();
+    let logs = [
+        DoctorRequest::fields(),
+        ValidateRequest::fields(),
+        CheckRequest::fields(),
+        CompareRequest::fields(),
+        MethodRequest::fields(),
+        methods,
+        AccumulateRequest::fields(),
+    ]
+    .concat();
+    [model, motions, logs].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    #[test]
+    fn a_request_is_read_by_names_and_refuses_others() {
+        let request: PlanRequest = of_values([("steps", &json!(3)), ("criterion", &json!("condition"))]).unwrap();
+        assert_eq!(request.steps, 3);
+        assert_eq!(request.given(), [("criterion", json!("condition")), ("steps", json!(3))]);
+        let refused = |name: &str, value: Value| of_values::<PlanRequest>([(name, &value)]).unwrap_err().to_string();
+        assert!(
+            refused("step", json!(3))
+                .starts_with("there is no option `step`; is [steps] meant? there are experiments, ")
+        );
+        assert!(refused("colour", json!(3)).starts_with("there is no option `colour`; there are experiments, "));
+        assert_eq!(refused("steps", json!("3")), "[steps] is \"3\"; expected is a whole number");
+        assert_eq!(refused("steps", json!(-3)), "[steps] is -3; expected is a whole number");
+        assert_eq!(refused("steps", json!(0)), "[steps] is 0; expected is a number from 1 to 1000");
+        assert_eq!(
+            refused("criterion", json!("best")),
+            "[criterion] is \"best\"; expected is one of determinant, condition"
+        );
+    }
+
+    /// A default is in its own range, and every field says something.
+    #[test]
+    fn the_table_agrees_with_itself() {
+        PlanRequest::default().check().unwrap();
+        for field in all_fields() {
+            assert!(field.doc.len() > 8, "{}", field.name);
+            assert!(!field.doc.contains("--"), "{}: {}", field.name, field.doc);
+        }
+    }
+}

@@ -27,7 +27,7 @@ use crate::write_back::body::{self, JointDynamics};
 pub fn mjcf(robot: &Robot, bodies: &[(LinkId, Ten)], joints: &[JointDynamics]) -> Result<String, Error> {
     if robot.massless > 0 || !robot.loops.is_empty() || !robot.passive.is_empty() {
         return Err(Error::new(
-            "no MJCF is written of a robot that floats or has loops; --into MODEL.xml puts the figures into yours",
+            "no MJCF is written of a robot that floats or has loops; [into=MODEL.xml] puts the figures into yours",
         ));
     }
     let [gx, gy, gz] = robot.gravity_number();

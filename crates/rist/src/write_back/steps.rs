@@ -20,7 +20,7 @@ use crate::samples::Bodies;
 pub fn write_urdf(model: &Model, urdf: &str, bodies: &Bodies, estimate: &Estimate) -> Result<WrittenBack, Error> {
     let file = model.path.display().to_string();
     if !urdf.trim_start().starts_with('<') {
-        return Err(Error::new(format_args!("{file}: --write-urdf needs a model that is a URDF")));
+        return Err(Error::new(format_args!("{file}: [write_urdf] needs a model that is a URDF")));
     }
     usable(bodies)?;
     let dynamics = joint_dynamics(model, bodies, estimate).unwrap_or_default();
@@ -43,7 +43,7 @@ pub fn write_mjcf(
 ) -> Result<WrittenBack, Error> {
     usable(bodies)?;
     let Some(joints) = joint_dynamics(model, bodies, estimate) else {
-        return Err(Error::new("--write-mjcf needs --friction viscous,coulomb or asymmetric"));
+        return Err(Error::new("[write_mjcf] needs [friction=viscous,coulomb] or asymmetric"));
     };
     let mut written = match into {
         Some((file, text)) => mjcf_into(text, file, &model.robot, &bodies.links, &joints)?,
@@ -89,7 +89,7 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
     let rotors: Vec<String> = rotors.map(|(c, a)| format!("{c} {a:.4}")).collect();
     if !rotors.is_empty() {
         notes.push(format!(
-            "a URDF has no rotor inertia; what the file lacks, kg m^2 (--write-mjcf writes it as armature): {}",
+            "a URDF has no rotor inertia; what the file lacks, kg m^2 ([write_mjcf] writes it as armature): {}",
             rotors.join(", ")
         ));
     }

@@ -117,8 +117,8 @@ impl Pair<'_> {
         let differences = a.settings().differences(b.settings());
         if !differences.is_empty() {
             return Err(Error::new(format!(
-                "{ours} and {theirs} cannot be compared: {}; make both with the same settings (rist accumulate --like \
-                 {theirs})",
+                "{ours} and {theirs} cannot be compared: {}; make both with the same settings (rist accumulate \
+                 [like={theirs}])",
                 differences.join("; ")
             )));
         }
@@ -195,7 +195,7 @@ impl fmt::Display for Comparison {
             robot.fmt(f)?;
         }
         if are_many {
-            writeln!(f, "\nnothing moved in the other {} (--out names them)", all - changed)?;
+            writeln!(f, "\nnothing moved in the other {} ([out] names them)", all - changed)?;
         }
         Ok(())
     }

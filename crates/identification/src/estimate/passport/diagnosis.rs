@@ -194,8 +194,8 @@ impl Look<'_> {
             joints,
             evidence,
             remedy: format!(
-                "name the columns as currents (i1, ..) and give the torque per ampere, by the description about --gain {}; \
-                 or the ratios of the gears (--options: transmission: ratios)",
+                "name the columns as currents (i1, ..) and give the torque per ampere, by the description about [gain={}]; \
+                 or the ratios of the gears ([options.transmission.ratios])",
                 gains.collect::<Vec<_>>().join(",")
             ),
         }
@@ -265,7 +265,7 @@ fn late(lag: &Lag) -> Finding {
         fault: Fault::Delay(lag.seconds),
         joints: Vec::new(),
         evidence: format!("it explains {:.0} % of what the model leaves of the torques", 100.0 * lag.share),
-        remedy: format!("--delay auto, which is exact; --delay {:.4} is right to a third", lag.seconds),
+        remedy: format!("[delay=auto], which is exact; [delay={:.4}] is right to a third", lag.seconds),
     }
 }
 

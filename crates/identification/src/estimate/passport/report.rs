@@ -74,7 +74,7 @@ impl Passport {
                 joints: Vec::new(),
                 evidence: format!("slopes of the description {}", texts.join(" ")),
                 remedy: format!(
-                    "by the description about --gain {}, as far as its masses are right",
+                    "by the description about [gain={}], as far as its masses are right",
                     implied.join(",")
                 ),
             });

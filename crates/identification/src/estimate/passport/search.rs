@@ -270,34 +270,34 @@ impl Suspicion {
                     Turned(k, angle) => Some((k, (1e4 * angle).round() / 1e4)),
                     _ => None,
                 };
-                format!("in the file of --options: transmission: {{offsets: {}}}", list(&zero, 0.0))
+                format!("in the file of [options]: transmission: {{offsets: {}}}", list(&zero, 0.0))
             }
             Opposed(_) => {
                 let opposed = |change| if let Opposed(k) = change { Some((k, -1.0)) } else { None };
                 format!(
-                    "in the file of --options: transmission: {{ratios: {}, joint_side_positions: true}}",
+                    "in the file of [options]: transmission: {{ratios: {}, joint_side_positions: true}}",
                     list(&opposed, 1.0)
                 )
             }
             Reversed(_) => {
                 let reversed = |change| if let Reversed(k) = change { Some((k, -1.0)) } else { None };
-                format!("in the file of --options: transmission: {{ratios: {}}}", list(&reversed, 1.0))
+                format!("in the file of [options]: transmission: {{ratios: {}}}", list(&reversed, 1.0))
             }
             Mirrored(_) => "change the sign of its position and velocity columns".into(),
             SwappedJoints(..) => {
-                "in the file of --options: columns: {position: [..], velocity: [..], torque: [..]} in the order of the \
+                "in the file of [options]: columns: {position: [..], velocity: [..], torque: [..]} in the order of the \
                                   joints"
                     .into()
             }
             SwappedMotions(..) | SwappedPositions(..) => {
-                "in the file of --options: columns: {position: [..], velocity: [..]} in the \
+                "in the file of [options]: columns: {position: [..], velocity: [..]} in the \
                                                           order of the joints"
                     .into()
             }
             SwappedVelocities(..) => {
-                "in the file of --options: columns: {velocity: [..]} in the order of the joints".into()
+                "in the file of [options]: columns: {velocity: [..]} in the order of the joints".into()
             }
-            SwappedTorques(..) => "in the file of --options: columns: {torque: [..]} in the order of the joints".into(),
+            SwappedTorques(..) => "in the file of [options]: columns: {torque: [..]} in the order of the joints".into(),
             Weightless => "log the torques before gravity is taken out of them".into(),
             Degrees => "say the unit in the headers (q1_deg, dq1_deg_s)".into(),
         }

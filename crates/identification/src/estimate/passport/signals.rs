@@ -37,8 +37,7 @@ impl Look<'_> {
                 fault: Fault::DeadTorque,
                 joints: dead.iter().map(|s| s.coordinate.clone()).collect(),
                 evidence: dead.first().map(value).unwrap_or_default(),
-                remedy: "log the measured torques or currents, or name their columns (--options: columns: torque)"
-                    .into(),
+                remedy: "log the measured torques or currents, or name their columns ([options.columns.torque])".into(),
             });
         }
         for suspect in self.suspects {
@@ -100,11 +99,11 @@ impl Look<'_> {
                         "it agrees with the slope of its own position to {own:.2}, with that of {} to {alike:.2}",
                         self.name(l)
                     ),
-                    "exchange the columns (--options: columns: velocity, position)".into(),
+                    "exchange the columns ([options.columns]: velocity, position)".into(),
                 ),
                 None => (
                     format!("it agrees with the slope of its position to {own:.2} only"),
-                    "name the columns (--options: columns), or use positions alone (signal: velocity: differentiated)"
+                    "name the columns ([options.columns]), or use positions alone (signal: velocity: differentiated)"
                         .into(),
                 ),
             };
@@ -135,7 +134,7 @@ impl Look<'_> {
             joints: vec![j.coordinate.clone()],
             evidence: evidence(friction.brakes),
             remedy: "change the sign of that column, or, where motor and joint turn in opposite ways, give a negative \
-                     ratio (--options: transmission: ratios)"
+                     ratio ([options.transmission.ratios])"
                 .into(),
         };
         drives.iter().map(finding).collect()

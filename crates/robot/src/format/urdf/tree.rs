@@ -84,7 +84,7 @@ pub(super) fn moving_links(
         return Err(source.place(mark(checked, &model.joints[j]).map_or((0, 0), |m| m.at), message));
     }
     if moving.is_empty() && !floating {
-        return Err(source.place(checked.at, "no joint of the robot moves; its base may float: --floating-base"));
+        return Err(source.place(checked.at, "no joint of the robot moves; its base may float: [floating_base=true]"));
     }
     for carried in moving.iter_mut().map(|link| &mut link.carried).chain([&mut rooted]) {
         carried.sort_by_key(|c| c.0);

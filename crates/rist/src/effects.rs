@@ -1,5 +1,4 @@
-//! The effects that RIST-MH is to estimate besides the parameters, by names of coordinates. The program and Python use
-//! it.
+//! The effects that a request names, as options of RIST-MH: coordinates by their indices, each effect once.
 
 use identification::signals::signal_options::possible_delay;
 use identification::spectrum::rist_mh::data::HarmonicOptions;
@@ -7,58 +6,19 @@ use identification::spectrum::rist_mh::effects::Effect;
 
 use crate::error::Error;
 use crate::model::Model;
+use crate::request::{Delay, HarmonicRequest, Request, Whose};
 
 /// Largest number of periods a turn that is accepted as ripple: a hundred times that of a motor with a hundred poles.
 const MOST_PERIODS: f64 = 1e4;
 
-/// The coordinates that an effect is meant for.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Whose {
-    /// That of every coordinate.
-    All,
-    /// That of the coordinate of this name.
-    Coordinate(String),
-}
-
-/// By how much torques lag positions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Delay {
-    /// It is to be found.
-    Auto,
-    /// It is known, s.
-    Seconds(f64),
-}
-
-/// Band and effects of RIST-MH. A part that is not asked for has its default.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct HarmonicRequest {
-    /// Highest frequency of the equations, Hz.
-    pub cutoff: Option<f64>,
-    /// Delay of the torques.
-    pub delay: Option<Delay>,
-    /// Ripple, with so many periods a turn.
-    pub ripple: Vec<(Whose, f64)>,
-    /// Springs behind the motors.
-    pub elastic: Vec<Whose>,
-    /// Gaps behind the motors.
-    pub play: Vec<Whose>,
-}
-
 impl HarmonicRequest {
-    /// Whether an effect of single joints is asked for.
-    pub fn has_joint_effects(&self) -> bool {
-        !(self.ripple.is_empty() && self.elastic.is_empty() && self.play.is_empty())
-    }
-
     /// The options of the estimate.
     ///
     /// Fails where there is no such coordinate, and where a number is out of range.
     pub fn options(&self, model: &Model) -> Result<HarmonicOptions, Error> {
         let mut options = HarmonicOptions::default().with_effects(self.joint_effects(model)?);
+        self.check()?;
         if let Some(hz) = self.cutoff {
-            if !(hz.is_finite() && hz > 0.0) {
-                return Err(Error::new(format_args!("a cutoff of {hz} Hz: a positive number of Hz is expected")));
-            }
             options.band.equations = hz;
             options.band.motion = options.band.motion.max(2.0 * hz);
         }
@@ -77,12 +37,12 @@ impl HarmonicRequest {
             Whose::All => Ok(0..n),
             Whose::Coordinate(name) => model.coordinate(name).map(|k| k..k + 1),
         };
-        let of = |what: &str, whose: &Whose| joints(whose).map_err(|e| Error::new(format_args!("{what}: {e}")));
+        let of = |what: &str, whose: &Whose| joints(whose).map_err(|e| Error::new(format_args!("[{what}]: {e}")));
         let mut found = Vec::new();
         for (whose, periods) in &self.ripple {
             if !(*periods > 0.0 && *periods <= MOST_PERIODS) {
                 return Err(Error::new(format_args!(
-                    "ripple with {periods} periods a turn: a number above 0 and up to {MOST_PERIODS} is expected"
+                    "[ripple] of {periods} periods a turn: a number above 0 and up to {MOST_PERIODS} is expected"
                 )));
             }
             found.extend(of("ripple", whose)?.map(|joint| Effect::Ripple { joint, periods: *periods }));
@@ -137,7 +97,7 @@ mod tests {
         let message = |request: HarmonicRequest| request.options(&planar()).unwrap_err().to_string();
         let plain = HarmonicRequest::default;
         let unknown = message(HarmonicRequest { play: vec![named("q9")], ..plain() });
-        assert_eq!(unknown, "play: there is no coordinate `q9`; there are q1, q2");
+        assert_eq!(unknown, "[play]: there is no coordinate `q9`; there are q1, q2");
         for periods in [0.0, -3.0, f64::NAN, f64::INFINITY] {
             let said = message(HarmonicRequest { ripple: vec![(Whose::All, periods)], ..plain() });
             assert!(said.contains("above 0 and up to 10000 is expected"), "{said}");
@@ -146,6 +106,8 @@ mod tests {
             let said = message(HarmonicRequest { delay: Some(Delay::Seconds(seconds)), ..plain() });
             assert!(said.contains("seconds between -1 and 1 are expected"), "{said}");
         }
-        assert!(message(HarmonicRequest { cutoff: Some(0.0), ..plain() }).contains("a positive number of Hz"));
+        assert!(
+            message(HarmonicRequest { cutoff: Some(0.0), ..plain() }).starts_with("[cutoff] must be a positive number")
+        );
     }
 }

@@ -1,0 +1,60 @@
+//! `rist identify --method rist|rist-mh|iv|didim`: the logs of a plan -> parameters.
+
+use std::path::{Path, PathBuf};
+
+use identification::estimators::closed_loop::ClosedLoop;
+use rist::closed_loop::identify_experiments_in_loop;
+use rist::experiments::{ExperimentLogs, identify_experiments, identify_paper_rows};
+use rist::output::{check_output, write_file};
+use rist::request::Method;
+use serde_json::json;
+
+use super::arguments::Arguments;
+use crate::artefact::read_plan;
+use crate::failure::Failure;
+use crate::terminal::{at_work, print_result};
+use crate::verdict::{as_json, refused};
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (asked, given) = (&arguments.asked, &arguments.asked.given);
+    let plan_file = asked.plan()?;
+    let [directory] = arguments.logs.as_slice() else {
+        return Err(Failure::new("[plan] takes one directory of logs"));
+    };
+    let of_user = [arguments.model.model.as_path(), plan_file].into_iter();
+    let mut inputs: Vec<&Path> = of_user.chain(given.files()).collect();
+    arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
+    let model = arguments.model.derive()?;
+    let plan = read_plan(plan_file, &model)?;
+    let logs = ExperimentLogs { directory, plan: &plan };
+    let at = || at_work(format_args!("identifying from {}", directory.display()));
+    let in_loop = |method| {
+        let request = given.read()?;
+        at_work(format_args!("simulating and identifying {}", directory.display()));
+        Ok::<_, Failure>(identify_experiments_in_loop(&model, logs, &request, method)?)
+    };
+    let estimate = match asked.method {
+        Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
+        Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
+        Method::Rist => {
+            let request = given.read()?;
+            at();
+            identify_paper_rows(&model, logs, &request)?
+        }
+        Method::RistMh | Method::Ls | Method::Essential => {
+            let request = given.read()?;
+            at();
+            identify_experiments(&model, logs, &request)?
+        }
+    };
+    let verdict = rist::verdict::estimate_verdict(&estimate);
+    print_result(format_args!("{estimate}\n{verdict}"), || {
+        Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))
+    })?;
+    if let Some(out) = &arguments.out {
+        let read: Vec<PathBuf> = estimate.logs.iter().map(PathBuf::from).collect();
+        inputs.extend(read.iter().map(PathBuf::as_path));
+        write_file(out, &estimate.to_yaml()?, &inputs)?;
+    }
+    refused(&verdict, false)
+}

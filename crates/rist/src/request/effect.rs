@@ -1,0 +1,160 @@
+//! Delays, and the coordinates that an effect is meant for: values of the fields of an identification.
+
+use identification::signals::signal_options::possible_delay;
+use serde_json::{Value, json};
+
+use super::shape::{Flag, Shape};
+use super::types::{FieldType, last};
+use crate::error::Error;
+
+/// The coordinates that an effect is meant for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Whose {
+    /// That of every coordinate.
+    All,
+    /// That of the coordinate of this name.
+    Coordinate(String),
+}
+
+/// By how much torques lag positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Delay {
+    /// It is to be found.
+    Auto,
+    /// It is known, s.
+    Seconds(f64),
+}
+
+impl Delay {
+    fn of_text(text: &str) -> Result<Delay, String> {
+        match (text, text.parse::<f64>()) {
+            ("auto", _) => Ok(Delay::Auto),
+            (_, Ok(seconds)) => possible_delay(seconds).map(Delay::Seconds),
+            _ => Err("expected auto, or seconds".into()),
+        }
+    }
+}
+
+impl FieldType for Delay {
+    fn shape() -> Shape {
+        let json = json!({"anyOf": [{"type": "number"}, {"const": "auto"}]});
+        let python = "float | Literal[\"auto\"]";
+        Shape::plain("seconds, or auto", python, json, Flag::Number, |text| Delay::of_text(text).map(drop))
+    }
+
+    fn of_texts(texts: &[String]) -> Result<Delay, Error> {
+        Delay::of_text(last(texts)).map_err(Error::new)
+    }
+
+    fn of_value(value: &Value) -> Result<Option<Delay>, Error> {
+        match (value.as_f64(), value.as_str()) {
+            (Some(seconds), _) => Ok(Some(Delay::Seconds(possible_delay(seconds).map_err(Error::new)?))),
+            (_, Some("auto")) => Ok(Some(Delay::Auto)),
+            _ => Ok(None),
+        }
+    }
+
+    fn to_value(&self) -> Value {
+        match self {
+            Delay::Auto => json!("auto"),
+            Delay::Seconds(seconds) => json!(seconds),
+        }
+    }
+}
+
+/// `q2`, or `all`.
+fn whose(text: &str) -> Whose {
+    if text == "all" { Whose::All } else { Whose::Coordinate(text.into()) }
+}
+
+impl FieldType for Vec<Whose> {
+    fn shape() -> Shape {
+        let names = json!({"type": "array", "items": {"type": "string"}});
+        let json = json!({"anyOf": [{"type": "boolean"}, {"type": "string"}, names]});
+        Shape::plain(
+            "true for all joints, or a list of coordinates",
+            "bool | str | Sequence[str]",
+            json,
+            Flag::List,
+            |_| Ok(()),
+        )
+    }
+
+    fn of_texts(texts: &[String]) -> Result<Self, Error> {
+        Ok(texts.iter().map(|text| whose(text)).collect())
+    }
+
+    fn of_value(value: &Value) -> Result<Option<Self>, Error> {
+        Ok(match value {
+            Value::Bool(true) => Some(vec![Whose::All]),
+            Value::Bool(false) | Value::Null => Some(Vec::new()),
+            Value::String(name) => Some(vec![whose(name)]),
+            Value::Array(names) => names.iter().map(|name| name.as_str().map(whose)).collect(),
+            _ => None,
+        })
+    }
+
+    fn to_value(&self) -> Value {
+        let name = |whose: &Whose| match whose {
+            Whose::All => "all".to_string(),
+            Whose::Coordinate(name) => name.clone(),
+        };
+        if self.is_empty() { json!(false) } else { json!(self.iter().map(name).collect::<Vec<_>>()) }
+    }
+}
+
+/// `q2=12`, or `12` for all.
+fn ripple(text: &str) -> Result<(Whose, f64), String> {
+    let (name, number) = text.split_once('=').unwrap_or(("all", text));
+    let periods = number.parse().map_err(|_| format!("`{number}` is no number of periods a turn"))?;
+    Ok((whose(name), periods))
+}
+
+impl FieldType for Vec<(Whose, f64)> {
+    fn shape() -> Shape {
+        let one = json!({"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]});
+        let by_name = json!({"type": "object", "additionalProperties": one.clone()});
+        let json = json!({"anyOf": [one, by_name, {"type": "null"}]});
+        let expected = "periods a turn of all joints, or of some, as {\"q2\": 12} or {\"q2\": [6, 12]}";
+        let python = "float | Sequence[float] | Mapping[str, float | Sequence[float]] | None";
+        Shape::plain(expected, python, json, Flag::List, |text| ripple(text).map(drop))
+    }
+
+    fn of_texts(texts: &[String]) -> Result<Self, Error> {
+        texts.iter().map(|text| ripple(text).map_err(Error::new)).collect()
+    }
+
+    fn of_value(value: &Value) -> Result<Option<Self>, Error> {
+        // A number, or a list of numbers.
+        let periods = |x: &Value| match x.as_array() {
+            Some(list) => list.iter().map(Value::as_f64).collect::<Option<Vec<f64>>>(),
+            None => x.as_f64().map(|one| vec![one]),
+        };
+        let of = |whose: Whose, x: &Value| {
+            Some(periods(x)?.into_iter().map(|periods| (whose.clone(), periods)).collect::<Vec<_>>())
+        };
+        Ok(match value {
+            Value::Null => Some(Vec::new()),
+            Value::Object(by_name) => {
+                let all: Option<Vec<Vec<_>>> = by_name.iter().map(|(name, x)| of(whose(name), x)).collect();
+                all.map(|all| all.concat())
+            }
+            for_all => of(Whose::All, for_all),
+        })
+    }
+
+    fn to_value(&self) -> Value {
+        if self.is_empty() {
+            return Value::Null;
+        }
+        let mut by_name = serde_json::Map::new();
+        for (whose, periods) in self {
+            let name = if let Whose::Coordinate(name) = whose { name.as_str() } else { "all" };
+            let entry = by_name.entry(name).or_insert_with(|| json!([]));
+            if let Some(list) = entry.as_array_mut() {
+                list.push(json!(periods));
+            }
+        }
+        by_name.into()
+    }
+}

@@ -1,0 +1,44 @@
+//! What is asked of a look at logs, at an estimate, at a motion, at sums.
+
+use experiments::excitation::limits::LimitsFile;
+use identification::estimate::options::Options;
+
+use super::{Range, request};
+
+request! {
+    /// How logs are looked at before anything is fitted.
+    pub struct DoctorRequest {
+        /// YAML with any option of an identification.
+        options: Option<Options> = None, value_name("FILE");
+        /// Torque per unit of current of a drive, N m/A [default: as the file says].
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
+    }
+}
+
+request! {
+    /// How an estimate of experiments is held against motions; one from samples brings what it was made with.
+    pub struct ValidateRequest {
+        /// Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1].
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
+        /// Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate].
+        cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ");
+    }
+}
+
+request! {
+    /// What a motion is held to.
+    pub struct CheckRequest {
+        /// Limits of your own that the motion must keep too, as for `rist excite [limits]`; those that the file lacks are not
+        /// assumed.
+        limits: Option<LimitsFile> = None, value_name("FILE");
+    }
+}
+
+request! {
+    /// How sums are compared.
+    pub struct CompareRequest {
+        /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
+        /// parameters among those reported.
+        fdr: f64 = 0.05, value_name("RATE");
+    }
+}

@@ -1,0 +1,163 @@
+//! Which exciting motion is looked for.
+
+use experiments::excitation::criterion::Aim;
+use experiments::excitation::limits::LimitsFile;
+use experiments::excitation::motion::{Motion, Shape};
+use experiments::excitation::search::SearchOptions;
+use experiments::excitation::space_limits::SpaceLimits;
+use identification::estimate::artefact::Estimate;
+use linear_model::friction::terms::FrictionTerm;
+
+use super::words::words;
+use super::{FrictionChoice, Range, Request, request};
+use crate::error::Error;
+
+/// The functions that a motion is a sum of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Series {
+    /// A finite Fourier series between blends: its periods can be averaged, and their spectrum is known.
+    Fourier,
+    /// A quintic spline from rest to rest. It loses no time in blends, and its speed may vary along the motion.
+    Spline,
+}
+
+words! { Series:
+    Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
+    Spline = "spline" "From rest to rest: tells more in a short time, or within narrow limits; may be quick here and slow there",
+}
+
+request! {
+    /// Which motion is looked for.
+    pub struct ExciteRequest {
+        /// The form of the motion.
+        motion: Series = Series::Fourier;
+        /// Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20].
+        period: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
+        /// Base frequency, Hz: one over the period.
+        frequency: Option<f64> = None, range(Range::Positive), value_name("HZ");
+        /// Harmonics of the base frequency [default: 5].
+        harmonics: Option<usize> = None, range(1..=40);
+        /// Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30].
+        spans: Option<usize> = None, range(4..=80);
+        /// Whole periods between the blends; times that a spline is played.
+        repetitions: usize = 3, range(1..);
+        /// Seconds from rest to the series, and back to rest [default: by the limits].
+        blend: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
+        /// Sample rate of the file to play and of the log, Hz.
+        rate: f64 = 200.0, range(Range::Positive), value_name("HZ");
+        /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
+        /// power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the
+        /// bodies in the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high, links}], distance:
+        /// 0.01, own_links: true, ignored_pairs: [[A, B]]}`.
+        limits: Option<LimitsFile> = None, value_name("FILE");
+        /// Share of the limits of effort and power that the torque of the description may use.
+        effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");
+        /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
+        friction: Option<FrictionChoice> = None, value_name("TERMS");
+        /// What the motion makes best.
+        criterion: Aim = Aim::Determinant;
+        /// Noise of a torque sample, as a share of the effort limit.
+        noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
+        /// Starts of the search: a third are random, the others begin near the best so far.
+        starts: usize = 12, range(1..);
+        /// Maximum number of iterations of a start at each weight of the barrier.
+        iterations: usize = 100;
+        /// Seed of the random starts; the same seed gives the same motion.
+        seed: u64 = 1;
+        /// An earlier estimate of this model: the motion shows what it leaves open, and the torques follow from its
+        /// parameters. Best with its covariance (`covariance: true` in the [options] of `rist identify`).
+        after: Option<Estimate> = None, value_name("ESTIMATE");
+    }
+}
+
+/// The form of a motion with what is asked of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Family {
+    /// See [`Series::Fourier`].
+    Fourier {
+        /// s from rest to the series; none: by the limits.
+        blend: Option<f64>,
+        /// Number of harmonics.
+        harmonics: usize,
+    },
+    /// See [`Series::Spline`].
+    Spline {
+        /// Polynomials that a period is divided into; none: by the limits.
+        spans: Option<usize>,
+    },
+}
+
+/// Harmonics of a series if no number is asked for.
+pub(crate) const HARMONICS: usize = 5;
+
+impl ExciteRequest {
+    /// The form of the motion.
+    ///
+    /// Fails where an option is of the other form.
+    pub fn family(&self) -> Result<Family, Error> {
+        let stray = match self.motion {
+            Series::Fourier => [self.spans.map(|_| "spans"), None],
+            Series::Spline => [self.harmonics.map(|_| "harmonics"), self.blend.map(|_| "blend")],
+        };
+        match (stray.into_iter().flatten().next(), self.motion) {
+            (Some(field), Series::Fourier) => {
+                Err(Error::new(format_args!("[{field}] is of splines: add [motion=spline], or ask for [harmonics]")))
+            }
+            (Some(field), Series::Spline) => Err(Error::new(format_args!(
+                "[{field}] is of Fourier series: a spline starts and ends at rest, and [spans] says how free it is"
+            ))),
+            (None, Series::Fourier) => {
+                Ok(Family::Fourier { blend: self.blend, harmonics: self.harmonics.unwrap_or(HARMONICS) })
+            }
+            (None, Series::Spline) => Ok(Family::Spline { spans: self.spans }),
+        }
+    }
+
+    /// s; none: by the limits, see [`crate::exciting::default_period`].
+    pub fn seconds(&self) -> Option<f64> {
+        self.period.or(self.frequency.map(|hz| 1.0 / hz))
+    }
+
+    /// The columns of friction.
+    ///
+    /// Fails where they are to be chosen by a log, or stand on a measured torque.
+    pub fn friction_terms(&self) -> Result<Vec<FrictionTerm>, Error> {
+        match &self.friction {
+            None => Ok(FrictionTerm::STANDARD.to_vec()),
+            Some(FrictionChoice::Auto) => {
+                Err(Error::new("[friction]: name the terms, or none alone; auto needs a log"))
+            }
+            Some(FrictionChoice::Terms(terms)) if terms.contains(&FrictionTerm::Load) => {
+                Err(Error::new("[friction=load] needs a measured torque; a motion that is still to be run has none"))
+            }
+            Some(FrictionChoice::Terms(terms)) => Ok(terms.clone()),
+        }
+    }
+
+    /// The columns of friction, where the request makes a motion.
+    ///
+    /// Fails where a number is out of its range, and where options exclude each other.
+    pub(crate) fn check_motion(&self) -> Result<Vec<FrictionTerm>, Error> {
+        self.check()?;
+        match (self.period, self.frequency) {
+            (Some(_), Some(_)) => Err(Error::new("[frequency] is one over [period]: give one of them")),
+            _ => self.friction_terms(),
+        }
+    }
+
+    /// The options of the search.
+    pub(crate) fn search(&self) -> SearchOptions {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        SearchOptions { starts: self.starts, iterations: self.iterations, seed: self.seed, threads }
+    }
+
+    /// Where the bodies may be.
+    pub(crate) fn space(&self) -> SpaceLimits {
+        self.limits.as_ref().and_then(|limits| limits.space.clone()).unwrap_or_default()
+    }
+
+    /// The motion of these coefficients.
+    pub(crate) fn motion(&self, shape: Shape, joints: Vec<Vec<f64>>) -> Motion {
+        Motion { rate: self.rate, repetitions: self.repetitions, shape, joints }
+    }
+}

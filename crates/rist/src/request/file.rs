@@ -1,0 +1,103 @@
+//! Files that a field takes: a command line gives the path, Python the path or the content.
+
+use std::path::{Path, PathBuf};
+
+use experiments::excitation::limits::LimitsFile;
+use identification::estimate::artefact::Estimate;
+use identification::estimate::options::Options;
+use linear_model::known_load::KnownLoad;
+use serde_json::{Value, json};
+
+use super::shape::{Flag, Shape};
+use super::types::{FieldType, every_text, last};
+use crate::error::Error;
+
+/// What stands in a file of YAML.
+trait FileType: Sized {
+    /// Of its text; `file` stands in messages.
+    fn parse(file: &str, text: &str) -> Result<Self, Error>;
+
+    /// Of a file.
+    fn read(path: &Path) -> Result<Self, Error> {
+        Self::parse(&path.display().to_string(), &robot::format::read_text(path)?)
+    }
+}
+
+fn shape(what: &str) -> Shape {
+    let json = json!({"anyOf": [{"type": "string"}, {"type": "object"}, {"type": "null"}]});
+    let expected = format!("the path of {what}, or its content");
+    let shape = Shape::plain(&expected, "Path | Mapping[str, Any] | None", json, Flag::One, every_text);
+    Shape { is_file: true, ..shape }
+}
+
+/// Of a path, or of what the file would hold; a text with a colon or a line break is the content, as YAML.
+fn of_value<T: FileType>(name: &str, value: &Value) -> Result<Option<T>, Error> {
+    match value {
+        // JSON is YAML.
+        Value::Object(_) => T::parse(name, &value.to_string()).map(Some),
+        Value::String(text) if text.contains([':', '\n']) && !Path::new(text).exists() => {
+            T::parse(name, text).map(Some)
+        }
+        Value::String(path) => T::read(Path::new(path)).map(Some),
+        _ => Ok(None),
+    }
+}
+
+macro_rules! file_type {
+    ($type:ty, $what:literal, $parse:expr) => {
+        impl FileType for $type {
+            fn parse(file: &str, text: &str) -> Result<$type, Error> {
+                let parse: fn(&str, &str) -> Result<$type, logs::Error> = $parse;
+                Ok(parse(file, text)?)
+            }
+        }
+
+        impl FieldType for $type {
+            fn shape() -> Shape {
+                shape($what)
+            }
+
+            fn of_texts(texts: &[String]) -> Result<$type, Error> {
+                <$type as FileType>::read(Path::new(last(texts)))
+            }
+
+            fn of_value(value: &Value) -> Result<Option<$type>, Error> {
+                of_value($what, value)
+            }
+
+            fn to_value(&self) -> Value {
+                Value::Null
+            }
+        }
+    };
+}
+
+file_type!(LimitsFile, "limits", LimitsFile::from_yaml);
+file_type!(Options, "options", Options::parse);
+file_type!(Estimate, "an estimate", Estimate::from_yaml);
+
+/// A known load, with the file that it was read from.
+impl FieldType for (PathBuf, KnownLoad) {
+    fn shape() -> Shape {
+        shape("a load")
+    }
+
+    fn of_texts(texts: &[String]) -> Result<(PathBuf, KnownLoad), Error> {
+        Ok((last(texts).into(), KnownLoad::read(Path::new(last(texts)))?))
+    }
+
+    fn of_value(value: &Value) -> Result<Option<(PathBuf, KnownLoad)>, Error> {
+        let file = PathBuf::from(value.as_str().unwrap_or("load"));
+        Ok(of_value("load", value)?.map(|load| (file, load)))
+    }
+
+    fn to_value(&self) -> Value {
+        Value::Null
+    }
+}
+
+impl FileType for KnownLoad {
+    fn parse(file: &str, text: &str) -> Result<KnownLoad, Error> {
+        Ok(KnownLoad::from_yaml(file, text)?)
+    }
+}

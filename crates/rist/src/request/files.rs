@@ -1,0 +1,52 @@
+//! What the program reads and writes beside the logs of an identification, by method; in Python these are arguments and
+//! methods of the estimate.
+
+use std::path::PathBuf;
+
+use super::request;
+
+const METHOD: &str = "Method";
+const BODIES: &str = "Bodies and loads";
+const OUTPUTS: &str = "Outputs";
+
+request! {
+    /// Of the methods that take the logs of a plan.
+    pub struct PlanFiles {
+        /// The plan behind the logs.
+        plan: Option<PathBuf> = None, value_name("FILE"), heading(METHOD);
+    }
+}
+
+request! {
+    /// Of least squares on samples.
+    pub struct SamplesFiles {
+        /// Predict this log, which is not fitted; may be given several times.
+        validate: Vec<PathBuf> = Vec::new(), value_name("LOG"), heading(OUTPUTS);
+        /// Also identify the load that the last link carries in this log; may be given several times.
+        loaded: Vec<PathBuf> = Vec::new(), value_name("LOG"), heading(BODIES);
+        /// Write a page with verdict, torques, residuals, friction and parameters as HTML.
+        report: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
+        /// The date on that page, in any form.
+        date: Option<String> = None, heading(OUTPUTS);
+        /// Write measured and predicted torques, filtered as they were fitted, as CSV, or as Parquet (FILE.parquet).
+        series: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
+    }
+}
+
+request! {
+    /// Of least squares on samples where bodies are identified.
+    pub struct BodiesFiles {
+        /// Write the URDF with the identified inertials, joint damping and friction; implies [consistent].
+        write_urdf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
+        /// Write a MuJoCo model with the identified inertials, joint damping, friction loss and armature, without shapes;
+        /// implies [consistent].
+        write_mjcf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
+        /// The MuJoCo model whose inertials and joints [write_mjcf] replaces, with its shapes and all the rest.
+        into: Option<PathBuf> = None, value_name("MODEL.xml"), heading(OUTPUTS);
+        /// Write the URDF and the MuJoCo model even where the verdict is no.
+        anyway: bool = false, heading(OUTPUTS);
+        ..
+        /// Those of all estimates from samples.
+        samples: SamplesFiles;
+    }
+}

@@ -1,0 +1,95 @@
+//! The friction of a request: terms, or that they are to be chosen.
+
+use linear_model::friction::terms::FrictionTerm;
+use serde_json::{Value, json};
+
+use super::shape::{Flag, Shape};
+use super::types::FieldType;
+use crate::error::Error;
+
+/// Friction columns of every joint.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FrictionChoice {
+    /// The set that best predicts parts of the logs that were left out of the fit.
+    Auto,
+    /// These; none: no friction.
+    Terms(Vec<FrictionTerm>),
+}
+
+impl FrictionChoice {
+    /// Of the words: `viscous`, `stribeck=0.1`; `none` or `auto` alone.
+    fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<FrictionChoice, Error> {
+        let words: Vec<&str> = words.into_iter().map(str::trim).collect();
+        match words.as_slice() {
+            ["auto"] => return Ok(FrictionChoice::Auto),
+            ["none"] => return Ok(FrictionChoice::Terms(Vec::new())),
+            _ => {}
+        }
+        if words.iter().any(|word| ["auto", "none"].contains(word)) {
+            return Err(Error::new("auto and none stand alone"));
+        }
+        let terms: Vec<FrictionTerm> =
+            words.iter().map(|word| FrictionTerm::of_word(word).map_err(Error::new)).collect::<Result<_, _>>()?;
+        match (1..terms.len()).find(|&i| terms[..i].contains(&terms[i])) {
+            Some(i) => Err(Error::new(format_args!("word {} stands there twice", i + 1))),
+            None => Ok(FrictionChoice::Terms(terms)),
+        }
+    }
+
+    /// The terms; `None` where they are to be chosen.
+    pub fn terms(&self) -> Option<&[FrictionTerm]> {
+        match self {
+            FrictionChoice::Auto => None,
+            FrictionChoice::Terms(terms) => Some(terms),
+        }
+    }
+}
+
+impl FieldType for FrictionChoice {
+    fn shape() -> Shape {
+        let json = json!({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]});
+        let check: fn(&str) -> Result<(), String> = |text| match text {
+            "auto" | "none" => Ok(()),
+            _ => FrictionTerm::of_word(text).map(drop),
+        };
+        Shape::plain(
+            "words such as viscous,coulomb,offset, or a list of them",
+            "str | Sequence[str]",
+            json,
+            Flag::List,
+            check,
+        )
+    }
+
+    fn of_texts(texts: &[String]) -> Result<FrictionChoice, Error> {
+        FrictionChoice::of_words(texts.iter().map(String::as_str))
+    }
+
+    fn of_value(value: &Value) -> Result<Option<FrictionChoice>, Error> {
+        if let Some(text) = value.as_str() {
+            return FrictionChoice::of_words(text.split(',')).map(Some);
+        }
+        match value.as_array().and_then(|list| list.iter().map(Value::as_str).collect::<Option<Vec<_>>>()) {
+            Some(words) if words.is_empty() => Ok(Some(FrictionChoice::Terms(Vec::new()))),
+            Some(words) => FrictionChoice::of_words(words).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    fn to_value(&self) -> Value {
+        match self {
+            FrictionChoice::Auto => json!("auto"),
+            FrictionChoice::Terms(terms) if terms.is_empty() => json!("none"),
+            FrictionChoice::Terms(terms) => json!(terms.iter().map(word).collect::<Vec<_>>().join(",")),
+        }
+    }
+}
+
+/// The word of a term, with every digit of its speed.
+fn word(term: &FrictionTerm) -> String {
+    match term {
+        FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),
+        FrictionTerm::Stribeck(speed) => format!("stribeck={speed}"),
+        plain => plain.to_string(),
+    }
+}

@@ -1,0 +1,297 @@
+//! What is asked of an identification: one request a family of methods, which share what they have in common.
+//!
+//! | method | request |
+//! |---|---|
+//! | `ls` | [`IdentifyRequest`] |
+//! | `essential` | [`SamplesRequest`] |
+//! | `rist` | [`PaperRequest`] |
+//! | `rist-mh` | [`HarmonicRequest`] |
+//! | `iv`, `didim` | [`ClosedLoopRequest`] |
+//!
+//! A field that stands in the request of a method is an option of it, and of no other.
+
+use std::path::PathBuf;
+
+use identification::estimate::options::Options;
+use identification::estimators::drive_gains::likelihood::Gain;
+use identification::estimators::weighted::Weights;
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::known_load::KnownLoad;
+use logs::ColumnNames;
+
+use super::effect::{Delay, Whose};
+use super::{FrictionChoice, Range, request};
+use crate::error::Error;
+
+/// Headings of the help.
+const METHOD: &str = "Method";
+const SIGNALS: &str = "Signals";
+const BODIES: &str = "Bodies and loads";
+
+request! {
+    /// How signals become states.
+    pub struct SignalRequest {
+        /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs].
+        cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
+        /// Order of the Butterworth filter, 0 for none [default: 4].
+        order: Option<usize> = None, heading(SIGNALS);
+        /// Keep every N-th filtered sample [default: by the cut-off].
+        decimate: Option<usize> = None, range(1..), value_name("N"), heading(SIGNALS);
+        /// Seconds by which the torques lag the positions, negative where they come before [default: 0]; or auto: the delay,
+        /// up to a quarter of a second to both sides, with the smallest residual on rows away from reversals of their joint.
+        /// The residual of all rows may be larger with it than without.
+        delay: Option<Delay> = None, value_name("SECONDS"), heading(SIGNALS);
+        /// YAML with any option of an identification; other options override it.
+        options: Option<Options> = None, value_name("FILE"), heading(METHOD);
+    }
+}
+
+request! {
+    /// How logs become rows.
+    pub struct RowsRequest {
+        /// Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V, stribeck=V (V
+        /// in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit [default:
+        /// viscous,coulomb,offset].
+        friction: Option<FrictionChoice> = None, value_name("TERMS"), heading(METHOD);
+        /// What rows weigh [default: joint].
+        weights: Option<Weights> = None, heading(METHOD);
+        ..
+        /// How signals become states.
+        signals: SignalRequest;
+    }
+}
+
+request! {
+    /// What is asked of least squares on samples, with the parameters that the data need or with all.
+    pub struct SamplesRequest {
+        /// Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are given, the
+        /// others are estimated; q5=11+-2 expects a gain near 11.
+        gain: Vec<(String, Gain)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        /// Keep the covariance of the parameters in the estimate.
+        covariance: bool = false, heading(METHOD);
+        /// The link that carries the load of the logs with a load [default: the last].
+        loaded_link: Option<String> = None, value_name("LINK"), heading(BODIES);
+        ..
+        /// How logs become rows.
+        rows: RowsRequest;
+    }
+}
+
+request! {
+    /// What is asked of least squares on samples; the default is weighted by joint, with viscous and Coulomb friction and
+    /// an offset.
+    pub struct IdentifyRequest {
+        /// Physically consistent parameters: only bodies that can exist. Where the log says nothing, they stay near the
+        /// bodies of the description.
+        consistent: bool = false, heading(BODIES);
+        ..
+        /// What it has in common with an estimate of the parameters that the data need.
+        samples: SamplesRequest;
+    }
+}
+
+request! {
+    /// What is asked of sums over logs.
+    pub struct SumsRequest {
+        /// Torque per unit of current of every drive, N m/A [default: as the description says].
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        ..
+        /// How logs become rows; nothing in it may need them twice.
+        rows: RowsRequest;
+    }
+}
+
+request! {
+    /// What is asked of sums over logs that are read one after the other. By default a log that fails ends it.
+    pub struct AccumulateRequest {
+        /// Leave out logs that cannot be used or are not of this robot; the sums say which and why.
+        skip_broken: bool = false;
+        /// Take logs in that do not belong to the description (rist doctor).
+        anyway: bool = false;
+        /// Logs that are read at a time [default: as many as there are processors]; the sums are the same.
+        threads: Option<usize> = None, range(1..), value_name("N");
+        ..
+        /// What is asked of the sums.
+        sums: SumsRequest;
+    }
+}
+
+request! {
+    /// What is asked of the paper's equations, rows of the operator Sp.
+    pub struct PaperRequest {
+        /// Torque per unit of current of a drive, N m/A [default: as the file says; with [load], none]. Where only some
+        /// drives are given, the others are estimated.
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        /// A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2). The logs of the
+        /// experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known.
+        load: Option<(PathBuf, KnownLoad)> = None, value_name("FILE"), heading(METHOD);
+        /// YAML with the columns of the logs.
+        options: Option<Options> = None, value_name("FILE"), heading(METHOD);
+    }
+}
+
+request! {
+    /// What is asked of RIST-MH: all harmonics, with friction. A part that is not asked for has its default.
+    pub struct HarmonicRequest {
+        /// Highest frequency of the equations, Hz [default: 20].
+        cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
+        /// Seconds by which the torques lag the positions, or auto, which estimates the remaining delay with the
+        /// parameters [default: 0].
+        delay: Option<Delay> = None, value_name("SECONDS"), heading(SIGNALS);
+        /// Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all.
+        ripple: Vec<(Whose, f64)> = Vec::new(), value_name("[COORDINATE=]PERIODS"), heading(METHOD);
+        /// Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations end at 10 Hz
+        /// then, unless [cutoff] says otherwise.
+        elastic: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        /// Estimate the play of these joints, or of all, as [elastic] does springs.
+        play: Vec<Whose> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
+        ..
+        /// What it has in common with the paper's equations.
+        paper: PaperRequest;
+    }
+}
+
+request! {
+    /// What is asked of an identification in closed loop.
+    pub struct ClosedLoopRequest {
+        /// Torque per unit of current of every drive, N m/A [default: as the file says].
+        gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
+        ..
+        /// How signals become states.
+        signals: SignalRequest;
+    }
+}
+
+impl SignalRequest {
+    /// The options of the file, and the others over them.
+    pub fn options(&self) -> Options {
+        let mut options = self.options.clone().unwrap_or_default();
+        let signal = &mut options.signal;
+        signal.cutoff = self.cutoff.or(signal.cutoff);
+        signal.order = self.order.unwrap_or(signal.order);
+        signal.decimate = self.decimate.or(signal.decimate);
+        if let Some(Delay::Seconds(seconds)) = self.delay {
+            signal.delay = seconds;
+        }
+        options
+    }
+}
+
+impl RowsRequest {
+    fn of_options(options: Options) -> RowsRequest {
+        let signals = SignalRequest { options: Some(options), ..SignalRequest::default() };
+        RowsRequest { signals, ..RowsRequest::default() }
+    }
+
+    /// The options of the file, and the others over them; what is to be found keeps its default.
+    pub fn options(&self) -> Options {
+        let mut options = self.signals.options();
+        options.weights = self.weights.unwrap_or(options.weights);
+        if let Some(terms) = self.friction.as_ref().and_then(FrictionChoice::terms) {
+            options.friction = terms.to_vec();
+        }
+        options
+    }
+
+    /// The same for sums.
+    ///
+    /// Fails where the rows would be needed twice.
+    pub fn options_of_sums(&self) -> Result<Options, Error> {
+        if self.signals.delay == Some(Delay::Auto) {
+            return Err(Error::new(
+                "[delay=auto]: the search goes over the rows many times, and sums have no rows: let rist identify \
+                 [delay=auto] find it on some of the logs, and give it here",
+            ));
+        }
+        if self.friction == Some(FrictionChoice::Auto) {
+            return Err(Error::new(
+                "[friction=auto]: it goes over the rows once for each candidate, and sums have no rows; let rist identify \
+                 choose it on some of the logs, and give here what it chose",
+            ));
+        }
+        if let Some(weights) = self.weights.filter(|weights| !weights.losses().is_empty()) {
+            return Err(Error::new(format_args!(
+                "[weights={}]: these weights follow from the residual of each row, and sums have no rows: take joint or \
+                 none, or identify these logs in one go",
+                Weights::word(weights)
+            )));
+        }
+        Ok(self.options())
+    }
+}
+
+impl IdentifyRequest {
+    /// The request with these options.
+    pub fn of_options(options: Options) -> IdentifyRequest {
+        IdentifyRequest { samples: SamplesRequest::of_options(options), ..IdentifyRequest::default() }
+    }
+}
+
+impl SumsRequest {
+    /// The request with these options.
+    pub fn of_options(options: Options) -> SumsRequest {
+        SumsRequest { rows: RowsRequest::of_options(options), ..SumsRequest::default() }
+    }
+}
+
+impl SamplesRequest {
+    /// The request with these options.
+    pub fn of_options(options: Options) -> SamplesRequest {
+        SamplesRequest { rows: RowsRequest::of_options(options), ..SamplesRequest::default() }
+    }
+
+    /// The options of the file, and the others over them; what is to be found keeps its default.
+    pub fn options(&self) -> Options {
+        let mut options = self.rows.options();
+        options.covariance |= self.covariance;
+        options
+    }
+
+    /// Whether the delay is to be found.
+    pub fn finds_delay(&self) -> bool {
+        self.rows.signals.delay == Some(Delay::Auto)
+    }
+
+    /// Whether the friction is to be chosen.
+    pub fn finds_friction(&self) -> bool {
+        self.rows.friction == Some(FrictionChoice::Auto)
+    }
+}
+
+impl ClosedLoopRequest {
+    /// The options of the simulation and of the fit.
+    ///
+    /// Fails where the delay is to be found, and where another friction is asked for than the simulated joints have.
+    pub fn options(&self) -> Result<Options, Error> {
+        if self.signals.delay == Some(Delay::Auto) {
+            return Err(Error::new("[delay=auto]: for [method=ls] and rist-mh; give the seconds that they find"));
+        }
+        let options = self.signals.options();
+        match options.friction == FrictionTerm::STANDARD {
+            true => Ok(options),
+            false => Err(Error::new(
+                "the simulated joints have viscous, Coulomb and offset friction alone: leave another out of [options]",
+            )),
+        }
+    }
+}
+
+impl PaperRequest {
+    /// Which column of a log is which signal.
+    ///
+    /// Fails where the options have anything else: it would be passed over.
+    pub fn columns(&self) -> Result<ColumnNames, Error> {
+        let Some(given) = &self.options else { return Ok(ColumnNames::default()) };
+        match *given == (Options { columns: given.columns.clone(), ..Options::default() }) {
+            true => Ok(given.columns.clone()),
+            false => Err(Error::new("[options]: the experiments of a plan take no options but columns")),
+        }
+    }
+}
+
+impl HarmonicRequest {
+    /// Whether an effect of single joints is asked for.
+    pub fn has_joint_effects(&self) -> bool {
+        !(self.ripple.is_empty() && self.elastic.is_empty() && self.play.is_empty())
+    }
+}

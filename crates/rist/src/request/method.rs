@@ -1,0 +1,81 @@
+//! The methods of an identification, each with the request that it takes: what is not in it, the method refuses.
+
+use super::files::{BodiesFiles, PlanFiles, SamplesFiles};
+use super::identify::{ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, SamplesRequest};
+use super::words::{Words, words};
+use super::{Field, Request, request};
+use crate::error::Error;
+
+/// The equations of an identification.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Least squares on samples.
+    Ls,
+    /// The same with the parameters that the data need.
+    Essential,
+    /// The paper's.
+    Rist,
+    /// All harmonics of the experiments.
+    RistMh,
+    /// Instrumental variables.
+    Iv,
+    /// Direct and inverse dynamics.
+    Didim,
+}
+
+words! { Method:
+    Ls = "ls" "Least squares on filtered samples",
+    Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
+    Rist = "rist" "The paper's equations, rows of the operator Sp",
+    RistMh = "rist-mh" "All harmonics, with friction",
+    Iv = "iv" "Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples",
+    Didim = "didim" "Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop",
+}
+
+impl Method {
+    /// All of them, in the order of the help.
+    pub fn all() -> impl Iterator<Item = Method> {
+        Method::WORDS.iter().map(|(method, ..)| *method)
+    }
+
+    /// The fields of its request.
+    pub fn fields(self) -> Vec<Field> {
+        match self {
+            Method::Ls => IdentifyRequest::fields(),
+            Method::Essential => SamplesRequest::fields(),
+            Method::Rist => PaperRequest::fields(),
+            Method::RistMh => HarmonicRequest::fields(),
+            Method::Iv | Method::Didim => ClosedLoopRequest::fields(),
+        }
+    }
+
+    /// What the program reads and writes for it.
+    pub fn files(self) -> Vec<Field> {
+        match self {
+            Method::Ls => BodiesFiles::fields(),
+            Method::Essential => SamplesFiles::fields(),
+            Method::Rist | Method::RistMh | Method::Iv | Method::Didim => PlanFiles::fields(),
+        }
+    }
+
+    /// Why this method does not take an option; `None` where it does, or where no method has it.
+    pub fn refusal(self, name: &str) -> Option<Error> {
+        let takes = |method: Method| method.fields().iter().chain(&method.files()).any(|field| field.name == name);
+        let users: Vec<&str> = Method::all().filter(|method| takes(*method)).map(Method::word).collect();
+        if takes(self) {
+            return None;
+        }
+        let (first, others) = users.split_first()?;
+        let others: String = others.iter().map(|other| format!(" or {other}")).collect();
+        let own = self.word();
+        Some(Error::new(format_args!("[{name}]: [method={own}] does not use that; [method={first}]{others} does")))
+    }
+}
+
+request! {
+    /// The equations.
+    pub struct MethodRequest {
+        /// The equations to solve; all but ls and essential need the plan behind the logs.
+        method: Method = Method::Ls, heading("Method");
+    }
+}

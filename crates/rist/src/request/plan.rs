@@ -1,0 +1,33 @@
+//! What is asked of a plan.
+
+use experiments::motion::profile::Profile;
+use experiments::plan::exchange::Criterion;
+
+use super::request;
+
+request! {
+    /// The request for a plan.
+    pub struct PlanRequest {
+        /// Number of experiments.
+        experiments: usize = 8, range(1..=1000), short('n');
+        /// What the plan makes best.
+        criterion: Criterion = Criterion::Determinant;
+        /// Acceleration within a swing.
+        profile: Profile = Profile::BangBang;
+        /// Configurations of the grid per coordinate.
+        steps: usize = 5, range(1..=1000);
+        /// Maximum number of configurations per kind of motion.
+        configurations: usize = 60, range(1..=100_000);
+        /// Seconds recorded in one experiment.
+        duration: f64 = 4.0, range(0.1..=3600.0);
+        /// Sample rate of the controller, Hz.
+        rate: f64 = 1000.0, range(1.0..=2e4);
+        /// Starts of the search.
+        starts: usize = 12, range(1..=10_000);
+        /// Seed of the random starts; the same seed gives the same plan.
+        seed: u64 = 1;
+        /// Maximum number of nodes of a branch and bound, 0 for none. It improves the plan and proves how far from the best
+        /// it can be. It ends where the D-efficiency is within 0.001 of the best. The proof is written into the plan.
+        nodes: usize = 0, range(0..=1_000_000);
+    }
+}

@@ -1,0 +1,80 @@
+//! Where the numbers of a field may lie.
+
+use std::ops::{RangeFrom, RangeInclusive};
+
+use crate::error::Error;
+
+/// A range of numbers; it refuses NaN, and it says what it expects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Range {
+    /// Every number, or what is no number.
+    Any,
+    /// From the first to the second.
+    Between(f64, f64),
+    /// This number and larger ones.
+    From(f64),
+    /// Above zero.
+    Positive,
+    /// Above zero and at most one.
+    Share,
+}
+
+impl From<RangeInclusive<i32>> for Range {
+    fn from(range: RangeInclusive<i32>) -> Range {
+        Range::Between((*range.start()).into(), (*range.end()).into())
+    }
+}
+
+impl From<RangeInclusive<f64>> for Range {
+    fn from(range: RangeInclusive<f64>) -> Range {
+        Range::Between(*range.start(), *range.end())
+    }
+}
+
+impl From<RangeFrom<i32>> for Range {
+    fn from(range: RangeFrom<i32>) -> Range {
+        Range::From(range.start.into())
+    }
+}
+
+impl Range {
+    /// Whether a number lies in it.
+    pub fn holds(&self, x: f64) -> bool {
+        match *self {
+            Range::Any => true,
+            Range::Between(from, to) => (from..=to).contains(&x),
+            Range::From(from) => x >= from,
+            Range::Positive => x.is_finite() && x > 0.0,
+            Range::Share => x > 0.0 && x <= 1.0,
+        }
+    }
+
+    /// `a number from 1 to 40`; empty where every number will do.
+    pub fn text(&self) -> String {
+        match self {
+            Range::Any => String::new(),
+            Range::Between(from, to) => format!("a number from {} to {}", number(*from), number(*to)),
+            Range::From(from) => format!("a number from {} up", number(*from)),
+            Range::Positive => "a positive number".into(),
+            Range::Share => "a number above 0 and at most 1".into(),
+        }
+    }
+}
+
+/// A number as a person writes it: 5 and 0.1 and 1e300.
+pub fn number(x: f64) -> String {
+    let exact = format!("{x:?}");
+    if exact.contains('e') { exact } else { x.to_string() }
+}
+
+impl Range {
+    /// The refusal of a number.
+    pub(crate) fn refusal(&self, field: &str, x: f64) -> Error {
+        let x = number(x);
+        match self {
+            Range::Positive => Error::new(format_args!("[{field}] must be a positive number, not {x}")),
+            Range::Share => Error::new(format_args!("[{field}] is above 0 and at most 1, not {x}")),
+            _ => Error::new(format_args!("[{field}] is {x}; expected is {}", self.text())),
+        }
+    }
+}

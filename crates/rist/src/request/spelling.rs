@@ -1,0 +1,210 @@
+//! Fields in texts, as the reader of the text writes them.
+//!
+//! | text of a library | program | Python |
+//! |---|---|---|
+//! | `[effort_share]` | `--effort-share` | `effort_share=` |
+//! | `[delay=auto]` | `--delay auto` | `delay='auto'` |
+//! | `[validation=0]` | `--validation 0` | `validation=0` |
+//! | `[anyway=true]` | `--anyway` | `anyway=True` |
+//! | `[gain=q1=11.5]` | `--gain q1=11.5` | `gain={'q1': 11.5}` |
+//! | `[gain=q1=11+-2]` | `--gain q1=11+-2` | `gain={'q1': (11, 2)}` |
+//! | `[ripple=q1=6,12]` | `--ripple q1=6,12` | `ripple={'q1': [6, 12]}` |
+//! | `[options.columns.torque]` | `--options: columns: torque` | `options={'columns': {'torque': ..}}` |
+//!
+//! Only names of fields are spelled. Other brackets, such as `[-2, 2]`, stay.
+
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+use super::{all_fields, number};
+
+/// Who reads a text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reader {
+    /// A program in Rust: the text stays as it is.
+    #[default]
+    Library,
+    /// A person at a command line.
+    Program,
+    /// A person who writes Python.
+    Python,
+}
+
+/// What the program has beside the fields of requests: files that it reads and writes.
+const OF_FILES: [&str; 19] = [
+    "after",
+    "anyway",
+    "date",
+    "estimate",
+    "feedforward",
+    "into",
+    "like",
+    "limits",
+    "load",
+    "method",
+    "options",
+    "out",
+    "plan",
+    "play",
+    "report",
+    "series",
+    "validate",
+    "write_mjcf",
+    "write_urdf",
+];
+
+fn is_field(name: &str) -> bool {
+    static NAMES: OnceLock<BTreeSet<&'static str>> = OnceLock::new();
+    NAMES.get_or_init(|| all_fields().iter().map(|field| field.name).chain(OF_FILES).collect()).contains(name)
+}
+
+/// The text with its fields as `reader` writes them.
+pub fn spelled(text: &str, reader: Reader) -> String {
+    if reader == Reader::Library {
+        return text.into();
+    }
+    let mut spelled = String::new();
+    let mut rest = text;
+    while let Some((before, behind)) = rest.split_once('[') {
+        spelled.push_str(before);
+        match field(behind) {
+            Some((name, more, length)) => {
+                spelled.push_str(&written(name, more, reader));
+                rest = &behind[length..];
+            }
+            None => {
+                spelled.push('[');
+                rest = behind;
+            }
+        }
+    }
+    spelled + rest
+}
+
+/// The name of the field at the start of a text, what follows it, and the length up to behind the bracket.
+fn field(text: &str) -> Option<(&str, &str, usize)> {
+    let (inside, _) = text.split_once(']')?;
+    let end = inside.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(inside.len());
+    let (name, more) = inside.split_at(end);
+    (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more, inside.len() + 1))
+}
+
+fn written(name: &str, more: &str, reader: Reader) -> String {
+    let (value, keys) = (more.strip_prefix('='), more.strip_prefix('.'));
+    match reader {
+        Reader::Library => format!("[{name}{more}]"),
+        Reader::Program => {
+            let flag = format!("--{}", name.replace('_', "-"));
+            match (value, keys) {
+                (Some("true"), _) | (None, None) => flag,
+                (Some(value), _) => format!("{flag} {value}"),
+                (_, Some(keys)) => format!("{flag}: {}", keys.replace('.', ": ")),
+            }
+        }
+        Reader::Python => match (value, keys) {
+            (Some(value), _) => format!("{name}={}", literal(value)),
+            (_, Some(keys)) => {
+                let keys: Vec<&str> = keys.split('.').collect();
+                let open: String = keys.iter().map(|key| format!("{{'{key}': ")).collect();
+                format!("{name}={open}..{}", "}".repeat(keys.len()))
+            }
+            _ => format!("{name}="),
+        },
+    }
+}
+
+/// A value of a command line as a literal of Python.
+fn literal(value: &str) -> String {
+    let pieces: Vec<&str> = value.split(',').collect();
+    if value.contains('=') {
+        // q1=6,12,q2=3: a number without a name belongs to the name before it; `..` stands for the others.
+        let mut by_name: Vec<(&str, Vec<String>)> = Vec::new();
+        for piece in pieces {
+            match (piece.split_once('='), by_name.last_mut()) {
+                (Some((name, x)), Some((last, numbers))) if *last == name => numbers.push(plain(x)),
+                (Some((name, x)), _) => by_name.push((name, vec![plain(x)])),
+                (None, Some((_, numbers))) if piece != ".." => numbers.push(plain(piece)),
+                (None, _) => by_name.push(("", Vec::new())),
+            }
+        }
+        let one = |(name, numbers): &(&str, Vec<String>)| match numbers.as_slice() {
+            [] => "..".into(),
+            [one] => format!("'{name}': {one}"),
+            _ => format!("'{name}': [{}]", numbers.join(", ")),
+        };
+        return format!("{{{}}}", by_name.iter().map(one).collect::<Vec<String>>().join(", "));
+    }
+    match pieces.as_slice() {
+        [one] => plain(one),
+        _ => format!("[{}]", pieces.into_iter().map(plain).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// The same of a value without commas and names.
+fn plain(value: &str) -> String {
+    if let Some((number, deviation)) = value.split_once("+-") {
+        return format!("({number}, {deviation})");
+    }
+    match value {
+        "true" => "True".into(),
+        number if number.parse::<f64>().is_ok() => number.into(),
+        text => format!("'{text}'"),
+    }
+}
+
+/// What a command line says for these values of a request, each flag behind a blank.
+pub fn flags(given: &[(&'static str, Value)]) -> String {
+    let mut text = String::new();
+    for (name, value) in given {
+        let flag = format!(" --{}", name.replace('_', "-"));
+        let word = |value: &Value| match value {
+            Value::String(word) => word.clone(),
+            Value::Number(x) => number(x.as_f64().unwrap_or(f64::NAN)),
+            other => other.to_string(),
+        };
+        match value {
+            Value::Bool(_) | Value::Null => text += &flag,
+            Value::Object(by_name) => {
+                by_name.iter().for_each(|(name, x)| text += &format!("{flag} {name}={}", word(x)))
+            }
+            Value::Array(list) => {
+                text += &format!("{flag} {}", list.iter().map(word).collect::<Vec<String>>().join(","));
+            }
+            one => text += &format!("{flag} {}", word(one)),
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_spelled_as_their_reader_writes_them() {
+        for (text, program, python) in [
+            ("[rate] is 0", "--rate is 0", "rate= is 0"),
+            (
+                "try [options.columns.torque]",
+                "try --options: columns: torque",
+                "try options={'columns': {'torque': ..}}",
+            ),
+            ("([anyway=true] writes it)", "(--anyway writes it)", "(anyway=True writes it)"),
+            ("[steps=3], [method=iv]", "--steps 3, --method iv", "steps=3, method='iv'"),
+            ("[plan=q1=11+-2]", "--plan q1=11+-2", "plan={'q1': (11, 2)}"),
+            ("[plan=q1=6,12]", "--plan q1=6,12", "plan={'q1': [6, 12]}"),
+            (
+                "[gain=q1=6,12,q2=3]; [gain=q1=2,..]",
+                "--gain q1=6,12,q2=3; --gain q1=2,..",
+                "gain={'q1': [6, 12], 'q2': 3}; gain={'q1': 2, ..}",
+            ),
+            ("[play=q1,q2]", "--play q1,q2", "play=['q1', 'q2']"),
+            ("[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate"),
+        ] {
+            assert_eq!(spelled(text, Reader::Program), program);
+            assert_eq!(spelled(text, Reader::Python), python);
+        }
+    }
+}

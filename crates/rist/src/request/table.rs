@@ -1,0 +1,186 @@
+//! The table of a request: what `request!` makes of its fields, and how values are read into them.
+
+use serde_json::Value;
+
+use super::field::Field;
+use super::types::FieldType;
+use crate::error::Error;
+
+/// A request as all surfaces read it.
+pub trait Request: Default {
+    /// Its fields, in the order in which they are shown.
+    fn fields() -> Vec<Field>;
+
+    /// Sets a field by texts of a command line, those between commas one by one.
+    ///
+    /// Fails where there is no such field, and where the texts are not as its type expects.
+    fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), Error>;
+
+    /// Sets a field by a value: of Python, of JSON.
+    ///
+    /// Fails as [`Request::set_texts`] does, and where a number is out of the range of its field.
+    fn set_value(&mut self, name: &str, value: &Value) -> Result<(), Error>;
+
+    /// The values of its fields that are not the default.
+    fn given(&self) -> Vec<(&'static str, Value)>;
+
+    /// Refuses a number out of the range of its field.
+    fn check(&self) -> Result<(), Error>;
+}
+
+/// Reads a request from values by name.
+///
+/// Fails where there is no such field, and where a value is not as its field expects.
+pub fn of_values<'a, R: Request>(values: impl IntoIterator<Item = (&'a str, &'a Value)>) -> Result<R, Error> {
+    let mut request = R::default();
+    values.into_iter().try_for_each(|(name, value)| request.set_value(name, value))?;
+    Ok(request)
+}
+
+/// The error that there is no option of this name, with the one that was meant, and all that there are.
+pub fn unknown<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Error {
+    let known: Vec<&str> = known.into_iter().collect();
+    let nearest = known.iter().map(|known| (distance(name, known), known)).min();
+    let meant = match nearest {
+        Some((steps, known)) if steps <= 1 + name.chars().count() / 4 => format!("is [{known}] meant? "),
+        _ => String::new(),
+    };
+    Error::new(format_args!("there is no option `{name}`; {meant}there are {}", known.join(", ")))
+}
+
+/// Letters to put in, take out or exchange until the words are the same.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let exchanged = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = exchanged.min(row[j] + 1).min(row[j + 1] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// Whether a request has this field: one that stands in another as a part.
+pub(crate) fn has<R: Request>(name: &str) -> bool {
+    R::fields().iter().any(|field| field.name == name)
+}
+
+/// Refuses numbers of a field that are out of its range.
+pub(crate) fn in_range<T: FieldType>(field: &Field, value: &T) -> Result<(), Error> {
+    match value.numbers().into_iter().find(|x| !field.range.holds(*x)) {
+        Some(x) => Err(field.range.refusal(field.name, x)),
+        None => Ok(()),
+    }
+}
+
+/// The value of a field.
+///
+/// Fails where it is not as the type expects, or out of range.
+pub(crate) fn value_of<T: FieldType>(field: &Field, value: &Value) -> Result<T, Error> {
+    let found = T::of_value(value).map_err(|e| e.about(field.name))?;
+    let found = found
+        .ok_or_else(|| Error::new(format_args!("[{}] is {value}; expected is {}", field.name, field.shape.expected)))?;
+    in_range(field, &found)?;
+    Ok(found)
+}
+
+/// Writes a request: a struct, its default, and the table of its fields.
+macro_rules! request {
+    (
+        $(#[doc = $about:literal])*
+        pub struct $name:ident {
+            $(
+                $(#[doc = $doc:literal])*
+                $field:ident: $type:ty = $default:expr $(, $key:ident($($value:expr),*))*;
+            )*
+            $(.. $(#[doc = $part_doc:literal])* $part:ident: $part_type:ty;)?
+        }
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Clone, Debug)]
+        #[allow(rustdoc::broken_intra_doc_links)] // fields in brackets
+        pub struct $name {
+            $($(#[doc = $doc])* pub $field: $type,)*
+            $($(#[doc = $part_doc])* pub $part: $part_type,)?
+        }
+
+        impl Default for $name {
+            fn default() -> $name {
+                $name { $($field: $default,)* $($part: <$part_type>::default(),)? }
+            }
+        }
+
+        impl $crate::request::Request for $name {
+            fn fields() -> Vec<$crate::request::Field> {
+                let customary = $name::default();
+                let own = vec![$(
+                    $crate::request::Field::new(stringify!($field), &[$($doc),*], &customary.$field)
+                        $(.$key($($value),*))*,
+                )*];
+                [own, $(<$part_type as $crate::request::Request>::fields(),)?].concat()
+            }
+
+            fn set_texts(&mut self, name: &str, texts: &[String]) -> Result<(), $crate::Error> {
+                match name {
+                    $(stringify!($field) => {
+                        self.$field = $crate::request::FieldType::of_texts(texts).map_err(|e| e.about(name))?;
+                    })*
+                    $(_ if $crate::request::has::<$part_type>(name) => self.$part.set_texts(name, texts)?,)?
+                    _ => return Err($crate::request::unknown(name, Self::fields().iter().map(|field| field.name))),
+                }
+                Ok(())
+            }
+
+            fn set_value(&mut self, name: &str, value: &serde_json::Value) -> Result<(), $crate::Error> {
+                let fields = Self::fields();
+                let Some(field) = fields.iter().find(|field| field.name == name) else {
+                    return Err($crate::request::unknown(name, fields.iter().map(|field| field.name)));
+                };
+                match name {
+                    $(stringify!($field) => self.$field = $crate::request::value_of(field, value)?,)*
+                    $(_ if $crate::request::has::<$part_type>(name) => self.$part.set_value(name, value)?,)?
+                    _ => {}
+                }
+                Ok(())
+            }
+
+            fn given(&self) -> Vec<(&'static str, serde_json::Value)> {
+                let customary = $name::default();
+                let all = [$((
+                    stringify!($field),
+                    $crate::request::FieldType::to_value(&self.$field),
+                    $crate::request::FieldType::to_value(&customary.$field),
+                )),*];
+                let changed = all.into_iter().filter(|(_, value, default)| value != default);
+                let own: Vec<(&'static str, serde_json::Value)> =
+                    changed.map(|(name, value, _)| (name, value)).collect();
+                [own, $(self.$part.given(),)?].concat()
+            }
+
+            fn check(&self) -> Result<(), $crate::Error> {
+                let fields = Self::fields();
+                let mut fields = fields.iter();
+                $($crate::request::in_range(fields.next().expect("a field of the table"), &self.$field)?;)*
+                $(self.$part.check()?;)?
+                Ok(())
+            }
+        }
+    };
+}
+pub(crate) use request;
+
+#[cfg(test)]
+mod tests {
+    use super::distance;
+
+    #[test]
+    fn near_words_are_few_letters_apart() {
+        for (a, b, steps) in [("", "abc", 3), ("rate", "rate", 0), ("rat", "rate", 1), ("strats", "starts", 2)] {
+            assert_eq!((distance(a, b), distance(b, a)), (steps, steps), "{a} {b}");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The words for the choices of a field, each with its line of help.
+
+use experiments::excitation::criterion::Aim;
+use experiments::motion::profile::Profile;
+use experiments::plan::exchange::Criterion;
+use identification::estimators::weighted::Weights;
+use linear_model::description_options::RotorInertias;
+use robot::format::{Angles, Mimic};
+use serde_json::json;
+
+use super::shape::{Flag, Shape};
+use super::types::{every_text, last};
+use crate::error::Error;
+
+/// A choice among words.
+pub trait Words: Copy + PartialEq + 'static {
+    /// The choices, each with its word and a line of help.
+    const WORDS: &'static [(Self, &'static str, &'static str)];
+
+    /// The choice of a word.
+    fn of_word(word: &str) -> Option<Self> {
+        Self::WORDS.iter().find(|(_, known, _)| *known == word).map(|(choice, ..)| *choice)
+    }
+
+    /// The word of this choice.
+    fn word(self) -> &'static str {
+        Self::WORDS.iter().find(|(choice, ..)| *choice == self).map_or("", |(_, word, _)| word)
+    }
+}
+
+/// How a choice is written.
+pub(super) fn shape<T: Words>() -> Shape {
+    let words: Vec<&str> = T::WORDS.iter().map(|(_, word, _)| *word).collect();
+    let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+    Shape {
+        expected: format!("one of {}", words.join(", ")),
+        python: format!("Literal[{}]", quoted.join(", ")),
+        json: json!({"enum": words}),
+        flag: Flag::One,
+        words: T::WORDS.iter().map(|(_, word, help)| (*word, *help)).collect(),
+        is_file: false,
+        check: every_text,
+    }
+}
+
+/// Makes a type one of a field: its choices, their words and what they mean.
+macro_rules! words {
+    ($type:ty: $($choice:ident = $word:literal $help:expr),* $(,)?) => {
+        impl $crate::request::words::Words for $type {
+            const WORDS: &'static [($type, &'static str, &'static str)] = &[$((<$type>::$choice, $word, $help)),*];
+        }
+
+        impl $crate::request::FieldType for $type {
+            fn shape() -> $crate::request::Shape {
+                $crate::request::words::shape::<$type>()
+            }
+
+            fn of_texts(texts: &[String]) -> Result<$type, $crate::Error> {
+                $crate::request::words::of_texts(texts)
+            }
+
+            fn of_value(value: &serde_json::Value) -> Result<Option<$type>, $crate::Error> {
+                Ok(value.as_str().and_then(<$type as $crate::request::words::Words>::of_word))
+            }
+
+            fn to_value(&self) -> serde_json::Value {
+                $crate::request::words::Words::word(*self).into()
+            }
+        }
+    };
+}
+pub(crate) use words;
+
+pub(super) fn of_texts<T: Words>(texts: &[String]) -> Result<T, Error> {
+    let word = last(texts);
+    T::of_word(word).ok_or_else(|| Error::new(format_args!("`{word}`: expected is {}", shape::<T>().expected)))
+}
+
+words! { Criterion:
+    Determinant = "determinant" "The determinant of the information",
+    FrobeniusCondition = "condition" "The condition number of the information, by the Frobenius norm",
+}
+
+words! { Profile:
+    BangBang = "bang-bang" "Constant, as in the paper",
+    Smooth = "smooth" "Without jumps",
+}
+
+words! { Aim:
+    Determinant = "determinant" "The determinant of the information",
+    Condition = "condition" "The condition number of the columns, scaled to unit norm",
+}
+
+words! { Mimic:
+    Constraint = "constraint" "",
+    Independent = "independent" "",
+}
+
+words! { Angles:
+    Meant = "meant" "",
+    AsGiven = "as-given" "",
+}
+
+words! { RotorInertias:
+    None = "none" "",
+    Actuated = "actuated" "",
+    All = "all" "",
+}
+
+words! { Weights:
+    None = "none" "all alike (OLS)",
+    Joint = "joint" "by the residual of their joint (WLS)",
+    Huber = "huber" "as joint, and less where they do not fit",
+    Bisquare = "bisquare" "as huber, and nothing where they do not fit at all",
+}

@@ -1,0 +1,101 @@
+//! The texts of the libraries as data: none has a flag in it, and the fields that they name are spelled as the program
+//! and as Python write them.
+
+use std::path::{Path, PathBuf};
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use rist::request::all_fields;
+use rist::request::spelling::{Reader, spelled};
+use tests::snapshot::assert_snapshot;
+use tests::workspace;
+
+/// The packages that print for one kind of user, and so may name flags.
+const SURFACES: [&str; 2] = ["cli", "python"];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The texts between quotes, but for those of attributes (doc comments) and of tests.
+fn texts(tokens: TokenStream, found: &mut Vec<String>) {
+    let mut before: Vec<String> = Vec::new();
+    for token in tokens {
+        match &token {
+            TokenTree::Group(group) => {
+                let is_attribute = group.delimiter() == Delimiter::Bracket
+                    && (before.ends_with(&["#".into()]) || before.ends_with(&["#".into(), "!".into()]));
+                let is_test = before.ends_with(&["mod".into(), "tests".into()]);
+                if !is_attribute && !is_test {
+                    texts(group.stream(), found);
+                }
+            }
+            TokenTree::Literal(literal) => {
+                let text = literal.to_string();
+                if text.starts_with('"') || text.starts_with('r') {
+                    // A line that goes on in the next is one text.
+                    let lines: Vec<&str> = text.split("\\\n").collect();
+                    let joined =
+                        lines.iter().enumerate().map(|(i, line)| if i == 0 { line } else { line.trim_start() });
+                    found.push(joined.collect::<String>().trim_matches('"').to_string());
+                }
+            }
+            _ => {}
+        }
+        before.push(token.to_string());
+    }
+}
+
+/// The texts of the libraries, each once, in the order of their files.
+fn library_texts() -> Vec<(PathBuf, String)> {
+    let mut all = Vec::new();
+    for entry in std::fs::read_dir(workspace().join("crates")).unwrap() {
+        let package = entry.unwrap().path();
+        let name = package.file_name().unwrap().to_string_lossy().into_owned();
+        let mut files = Vec::new();
+        if !SURFACES.contains(&name.as_str()) {
+            sources(&package.join("src"), &mut files);
+        }
+        for file in files {
+            let mut found = Vec::new();
+            texts(std::fs::read_to_string(&file).unwrap().parse().unwrap(), &mut found);
+            let place = file.strip_prefix(workspace()).unwrap().to_path_buf();
+            all.extend(found.into_iter().map(|text| (place.clone(), text)));
+        }
+    }
+    all.sort();
+    all.dedup();
+    all
+}
+
+#[test]
+fn no_text_of_a_library_has_a_flag_in_it() {
+    let all = library_texts();
+    assert!(all.len() > 2000, "{} texts", all.len());
+    let has_flag = |text: &str| {
+        text.match_indices("--").any(|(at, _)| text[at + 2..].starts_with(|c: char| c.is_ascii_lowercase()))
+    };
+    let flags: Vec<_> = all.iter().filter(|(_, text)| has_flag(text)).collect();
+    assert!(flags.is_empty(), "write the field in brackets: [rate], [delay=auto]: {flags:#?}");
+    for field in all_fields() {
+        assert!(!has_flag(&field.doc), "{}: {}", field.name, field.doc);
+    }
+}
+
+#[test]
+fn fields_in_texts_are_spelled_as_they_were() {
+    let named = |text: &str| spelled(text, Reader::Program) != text;
+    let mut table = String::new();
+    for (_, text) in library_texts().iter().filter(|(file, text)| named(text) && !file.ends_with("spelling.rs")) {
+        table += &format!("{text}\n  {}\n  {}\n\n", spelled(text, Reader::Program), spelled(text, Reader::Python));
+    }
+    assert!(table.matches("\n\n").count() > 40, "{table}");
+    assert_snapshot("refusals/spelled.txt", &table);
+}

@@ -1,0 +1,40 @@
+//! The help of every command, as a whole: an option that is added, renamed or told in other words is seen in review.
+
+use std::path::Path;
+use std::process::Command;
+
+use tests::program::{program, run};
+use tests::snapshot::assert_snapshot;
+
+/// Help as a pipe gets it, whatever the terminal of the test.
+fn help(words: &[&str]) -> String {
+    let run = run(Command::new(program()).args(words).env_remove("COLUMNS").env_remove("LINES"));
+    assert_eq!((run.code, run.err.as_str()), (Some(0), ""), "{words:?}");
+    run.out
+}
+
+/// The names of the commands, from the help of the program.
+fn commands(program: &str) -> Vec<&str> {
+    let listed = program.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names = listed.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    names.filter_map(|line| line.split_whitespace().next()).collect()
+}
+
+#[test]
+fn the_help_of_every_command_is_as_it_was() {
+    let whole = help(&["--help"]);
+    assert_snapshot("help/rist.txt", &whole);
+    let commands: Vec<&str> = commands(&whole).into_iter().filter(|name| *name != "help").collect();
+    assert!(commands.len() > 15, "{commands:?}");
+    for command in &commands {
+        assert_snapshot(&format!("help/{command}.txt"), &help(&[command, "--help"]));
+        assert_snapshot(&format!("help/{command}.short.txt"), &help(&[command, "-h"]));
+    }
+    // A file of a command that is gone.
+    let folder = tests::workspace().join("tests/data/help");
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+        let of = name.trim_end_matches(".txt").trim_end_matches(".short");
+        assert!(of == "rist" || commands.contains(&of), "{}: no command has this help", Path::new(&name).display());
+    }
+}
