@@ -44,11 +44,11 @@ pub struct Work {
 }
 
 /// Newton steps at the root.
-const ROOT_STEPS: usize = 60;
+const MAX_ROOT_NEWTON_STEPS: usize = 60;
 /// Share of the tolerance. A relaxed design this near to the best one is not improved further.
-const ASCENT: f64 = 0.01;
+const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
 /// Nodes looked at between two changes of the tree, however many processors there are.
-const BATCH: usize = 16;
+const NODES_PER_BATCH: usize = 16;
 
 /// The state of a search.
 struct Search {
@@ -74,7 +74,7 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
     let mut search = Search::at_root(&blocks, chosen, work.tolerance * p as f64)?;
     let mut looked_at = 0;
     while looked_at < work.nodes && Interruption::check().is_ok() {
-        let batch = search.next(BATCH.min(work.nodes - looked_at));
+        let batch = search.next(NODES_PER_BATCH.min(work.nodes - looked_at));
         if batch.is_empty() {
             break;
         }
@@ -100,8 +100,8 @@ impl Search {
         let all = Choice::of(blocks, (0..blocks.len()).filter(is_kept).collect(), count);
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
-        let goal = (f64::NEG_INFINITY, ASCENT * tolerance);
-        let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, ROOT_STEPS)?;
+        let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
+        let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = PlanProof::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
@@ -144,7 +144,7 @@ impl Search {
     fn step(&mut self, batch: Vec<Open>) {
         let known = self.known();
         let mut looks = Vec::new();
-        let look = |_, open: &Open| self.choice.look(open, known, ASCENT * self.tolerance);
+        let look = |_, open: &Open| self.choice.look(open, known, ASCENT_TOLERANCE_SHARE * self.tolerance);
         let done: Result<(), std::convert::Infallible> = in_order(&batch, look, |_, look| {
             looks.push(look);
             Ok(())
