@@ -14,9 +14,9 @@ use crate::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_moti
 /// Rounds before a proof is given up.
 const MAX_PROOF_ROUNDS: usize = 16;
 /// Largest share of the swing that a round leaves where a torque is not proved.
-const MAX_TORQUE_SHRINKAGE: f64 = 0.996;
+const MAX_SWING_KEPT_FOR_TORQUE: f64 = 0.996;
 /// Share of the swing that a round leaves where a distance is not proved.
-const DISTANCE_SHRINKAGE: f64 = 0.97;
+const SWING_KEPT_FOR_DISTANCE: f64 = 0.97;
 
 /// What a motion has to keep.
 #[derive(Clone, Copy)]
@@ -59,7 +59,7 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
         }
         let gaps = obligations.surroundings.map_or(vec![], |s| prove_gaps(&motion, s));
         if !are_proven(&gaps) {
-            shrink(&mut motion, DISTANCE_SHRINKAGE);
+            shrink(&mut motion, SWING_KEPT_FOR_DISTANCE);
             continue;
         }
         let torque = obligations.torque;
@@ -69,7 +69,7 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
         }
         // Torques of accelerations and squared velocities; those of gravity hardly change.
         let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
-        shrink(&mut motion, excess.sqrt().recip().clamp(0.5, MAX_TORQUE_SHRINKAGE));
+        shrink(&mut motion, excess.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
     }
     let rows = obligations.certificate(&motion);
     (motion, rows)
