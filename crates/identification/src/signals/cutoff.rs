@@ -15,8 +15,7 @@
 //! The energy is summed over all records that are fitted together. So they get one cut-off, and a short record, or a
 //! joint that one record holds still, has no more weight than its share:
 //!
-//! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n, |X_j(f)|^2 >= 20 N_j, A_j = sum over f of (2 pi f)^2
-//! E_j(f)
+//! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
 //! X_j is the transform of n positions, h s apart. N_j is the mean of |X_j|^2 in the upper half of the band, where no
 //! robot moves: n times the variance of the noise of a position. White noise reaches 20 times its mean in two bins of a

@@ -7,10 +7,10 @@
 //! chi^2 has all of them.
 //!
 //! What is left then is no noise. Each experiment and joint counts as one draw of it (a cluster g):
-//! var x = a (G - 1) / G sum_g S_g S_g', S_g = (A - k A_g)^-1 W_g' rho_g [Liang, Zeger 1986; Bell, McCaffrey 2002] with
-//! A = sum_g A_g of the parameters and the friction. The unknowns of one experiment alone (drift, ends) are projected
-//! out of its rows first. k is 19/20, as for the parts of a log (`estimators::replicate_deviation`), so that a
-//! direction that one experiment alone shows keeps a value.
+//!   var x = a (G - 1) / G sum_g S_g S_g',   S_g = (A - k A_g)^-1 W_g' rho_g     [Liang, Zeger 1986; Bell, McCaffrey 2002]
+//! with A = sum_g A_g of the parameters and the friction. The unknowns of one experiment alone (drift, ends) are
+//! projected out of its rows first. k is 19/20, as for the parts of a log (`estimators::replicate_deviation`), so that
+//! a direction that one experiment alone shows keeps a value.
 //!
 //! a grows with chi^2 / freedom of the joint that lacks most. It is 0 at 1, where noise explains all, and 1 at
 //! [`LACKING_MODEL_CHI_SQUARE`], so that an interval does not jump where the model is said to lack something. Each
@@ -38,8 +38,8 @@ pub struct Misfit {
     pub chi_square: f64,
     /// Their degrees of freedom.
     pub freedom: f64,
-    /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few;
-    /// empty where every joint is within its noise.
+    /// Deviations of the parameters and of the friction by experiments as replicates, zero where there are too few; empty
+    /// where every joint is within its noise.
     pub by_experiment: Vec<f64>,
     /// The same of the drive gains that are estimated, N m per unit of current, one a joint; zero of known ones.
     pub gains_by_experiment: Vec<f64>,
