@@ -4,7 +4,7 @@
 //! units, signs and clock are right. Whole spans are compared and not samples, so that quantised positions do not
 //! matter.
 
-use logs::{Error, GAP};
+use logs::{Error, GAP_PERIODS};
 
 /// Number of spans of a log.
 const SPANS_PER_LOG: usize = 200;
@@ -32,7 +32,7 @@ pub fn check_velocity(
         let (mut aa, mut ab, mut bb, mut largest) = (0.0, 0.0, 0.0, 0.0f64);
         for start in (0..t.len().saturating_sub(length)).step_by(length) {
             let span = start..start + length;
-            if span.clone().any(|i| t[i + 1] - t[i] > GAP * period) {
+            if span.clone().any(|i| t[i + 1] - t[i] > GAP_PERIODS * period) {
                 continue;
             }
             let a = q[span.end] - q[span.start];
