@@ -39,7 +39,8 @@ pub struct Figure {
     pub svg: String,
 }
 
-const CLASSES: [&str; 4] = ["a", "b", "c", "d"];
+/// Classes of the style sheet, of the parts of a torque in their order.
+const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
 /// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
 pub fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
@@ -51,7 +52,7 @@ fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) 
     let sum: f64 = joint.part_rms.iter().sum();
     let share = |(k, rms): (usize, &f64)| Share {
         name: TORQUE_PART_NAMES[k],
-        class: CLASSES[k],
+        class: PART_CLASSES[k],
         percent: if sum > 0.0 { 100.0 * rms / sum } else { 0.0 },
         text: format!("{} {}", significant(*rms, 3), joint.unit),
     };
@@ -123,7 +124,7 @@ fn drawn<'a>(
     ];
     let mut split = over_time("Parts of the torque");
     for (k, part) in joint.parts.iter().enumerate() {
-        split = split.envelope(TORQUE_PART_NAMES[k], CLASSES[k], part);
+        split = split.envelope(TORQUE_PART_NAMES[k], PART_CLASSES[k], part);
     }
     charts.push(("parts", "What the torque is made of".into(), split));
     charts.push(("friction", friction_caption(joint), friction(joint, name, unit, speed)));
