@@ -13,7 +13,7 @@ use crate::format::options::ReadOptions;
 use crate::robot::Robot;
 
 /// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
-const MAX_BYTES: u64 = 16 << 20;
+const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
 /// YAML; `urdf`, `xml`: URDF; `par`: SYMORO, in UTF-8 or Latin-1).
@@ -35,7 +35,7 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
 /// Fails when the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
     let format = Format::of(path, text)?;
-    if text.len() as u64 > MAX_BYTES {
+    if text.len() as u64 > MAX_FILE_BYTES {
         return Err(whole_file(&path.display().to_string(), "the text is larger than 16 MiB".into()));
     }
     format.parse(text, path, options)
@@ -110,7 +110,7 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
 /// All of a source, or as much as shows that it is too large.
 fn begun(source: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    source.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    source.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -134,7 +134,7 @@ fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
         true => standard_input().map_err(fail)?.to_vec(),
         false => begun(File::open(path).map_err(fail)?).map_err(fail)?,
     };
-    if bytes.len() as u64 > MAX_BYTES {
+    if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
     }
     if may_be_latin && std::str::from_utf8(&bytes).is_err() {
