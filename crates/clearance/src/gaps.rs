@@ -32,7 +32,7 @@ pub struct Situation {
     pub moves: Vec<bool>,
 }
 
-/// m: bodies nearer than this at rest touch.
+/// Bodies nearer than this at rest touch, m.
 const TOUCHING_DISTANCE_M: f64 = 1e-6;
 /// Change of a gap, m a rad (m), below which the gap counts as constant.
 const CONSTANT_GAP_CHANGE: f64 = 1e-9;

@@ -10,7 +10,7 @@ use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// m: what six digits of an angle leave of a metre.
+/// Difference of lengths that count as one, m: what six digits of an angle leave of a metre.
 const LENGTH_AGREEMENT_M: f64 = 1e-7;
 /// A difference that is rounding of this program, and gets no note.
 const UNNOTED_DIFFERENCE: f64 = 1e-9;

@@ -14,15 +14,17 @@ use crate::robot::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
-/// rad: 3.1415 is 9.3e-5 away from pi, and 1.57 is 8e-4 away from pi/2, which is an angle of its own.
+/// Most that a cut decimal may leave of a multiple of pi/2, rad: 3.1415 is 9.3e-5 away from pi, and 1.57 is 8e-4 away
+/// from pi/2, which is an angle of its own.
 const LONGEST_CUT_RAD: f64 = 1e-4;
-/// rad, one arc second: 0.7854 is 1.8e-6 away from pi/4, and 3.67e-6 is what 1.5708 leaves of pi/2.
+/// Distance from a round angle that counts as none, one arc second, rad: 0.7854 is 1.8e-6 away from pi/4, and 3.67e-6
+/// is what 1.5708 leaves of pi/2.
 pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
 /// Sine of the angle between a given axis and the coordinate axis it is taken for.
 const AXIS_TOLERANCE_SINE: f64 = 1e-6;
-/// m: the rounding noise of exporters.
+/// The rounding noise of exporters, m.
 const LENGTH_NOISE_M: f64 = 1e-9;
-/// rad: a smaller difference is that of pi/2 as a double. It is removed without a note, even where angles stay as
+/// A smaller difference is that of pi/2 as a double, rad. It is removed without a note, even where angles stay as
 /// given.
 const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
 /// An entry of a rotation this near to a known value is set to it, because products of three sines or cosines carry an

@@ -344,7 +344,7 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
     Ok(true)
 }
 
-/// rad/rad: a slope this near to an integer is one. Differences of angles accurate to 1e-15 over a step of 0.01 leave
+/// A slope this near to an integer is one, rad/rad. Differences of angles accurate to 1e-15 over a step of 0.01 leave
 /// 1e-13. A slope that is no integer comes from lengths, and such slopes are not this close to an integer.
 const INTEGER_SLOPE_TOLERANCE: f64 = 1e-9;
 

@@ -14,7 +14,7 @@ use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, norm, plus, product, scaled, transposed, turn};
 
-/// m and rad: what rounding may leave between frames that coincide.
+/// What rounding may leave between frames that coincide, m and rad.
 pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]

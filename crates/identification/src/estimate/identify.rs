@@ -191,7 +191,7 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
 }
 
 /// Share of a joint's residual explained by another joint's motion, above which we say so. Measured robots whose
-/// transmission is known stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
+/// transmission is known stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
 const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
 /// Smaller residuals, relative to the joint's torque, get no sentence.
 const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;

@@ -63,7 +63,7 @@ pub struct Consistent {
     pub newton_steps: usize,
 }
 
-/// Share of the prior at which chi^2 is bounded; it costs a millionth of what the prior does.
+/// Share of the prior at which chi^2 is bounded. It costs a millionth of what the prior does.
 const BOUND_PRIOR_SHARE: f64 = 1e-6;
 /// Where bodies have outgrown their references, the bound may be wider than half of what the logarithms may cost. It is
 /// then taken at a smaller share, down to this one. Below it only the rounding of the Hessian is left.

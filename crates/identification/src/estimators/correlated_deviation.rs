@@ -13,7 +13,7 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Longest span, in samples; it bounds the memory.
+/// Longest span, in samples. It bounds the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
 
 /// The squares of the sums of `span` successive scores.

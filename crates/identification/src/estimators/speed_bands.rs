@@ -13,7 +13,7 @@ use numerics::row_block::RowBlock;
 use crate::estimators::clusters::Cluster;
 use crate::rows::residual_sums::ResidualSum;
 
-/// Upper ends of the bands of speed, as shares of the joint's largest speed; the last band has none.
+/// Upper ends of the bands of speed, as shares of the joint's largest speed. The last band has none.
 const SPEED_BAND_ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 
 /// Bands of a joint.

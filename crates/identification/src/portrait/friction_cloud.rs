@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use linear_model::friction::terms::{FrictionTerm, sign};
 use linear_model::linear_model::Model;
 
-/// Largest number of cells along each axis; at least half of them are used once the points fill them.
+/// Largest number of cells along each axis. At least half of them are used once the points fill them.
 const MAX_CELLS_PER_AXIS: i64 = 48;
 /// Points of the law on each side of rest.
 const LAW_POINTS_PER_SIDE: usize = 60;

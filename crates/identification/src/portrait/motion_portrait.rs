@@ -12,7 +12,7 @@ use robot::{Pose, Robot};
 
 use crate::portrait::envelope::Envelope;
 
-/// Samples of a period; a harmonic has dozens.
+/// Samples of a period. A harmonic has dozens.
 const SAMPLES_PER_PERIOD: usize = 240;
 /// The least number of samples of a motion.
 const MIN_SAMPLES_PER_MOTION: usize = 720;

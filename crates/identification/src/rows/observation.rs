@@ -24,7 +24,7 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Threads do not pay with fewer samples than this; a log of twenty thousand rows has as many left.
+/// Threads do not pay with fewer samples than this. A log of twenty thousand rows has as many left.
 const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
 /// One triangle per joint of the samples in a range.
@@ -82,7 +82,7 @@ pub struct Observation {
     pub cutoff: f64,
 }
 
-/// Largest number of parts; more are merged in pairs.
+/// Largest number of parts. More are merged in pairs.
 const MAX_PARTS: usize = 64;
 
 impl Observation {

@@ -47,7 +47,7 @@ const MOTION_ENERGY_SHARE: f64 = 0.95;
 /// A bin counts as motion from this multiple of the noise of a bin on.
 const MOTION_TO_NOISE_RATIO: f64 = 20.0;
 
-/// Share of the largest energy from which on a joint counts; it is a tenth of the speed.
+/// Share of the largest energy from which on a joint counts. It is a tenth of the speed.
 const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
 /// Energy of the noise at the cut-off, as a share of that of the acceleration.
@@ -57,7 +57,7 @@ const NOISE_ENERGY_SHARE: f64 = 1e-4;
 /// would cut the motion itself.
 const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
-/// Samples that are transformed at once; a power of two, about a minute at 1 kHz.
+/// Samples that are transformed at once. It is a power of two, about a minute at 1 kHz.
 const SAMPLES_PER_TRANSFORM: usize = 1 << 16;
 
 /// Samples of a piece from which its noise is estimated.
@@ -214,7 +214,7 @@ fn quantile(energy: &Energy, sum: f64) -> f64 {
     reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
 }
 
-/// Joints whose extremes are closer than this (rad, m) are at rest; what they show is noise.
+/// Joints whose extremes are closer than this (rad, m) are at rest. What they show is noise.
 const REST_RANGE: f64 = 1e-3;
 
 /// Joints whose extremes are closer than this many standard deviations of their noise are at rest too. The extremes of

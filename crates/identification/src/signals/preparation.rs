@@ -98,7 +98,7 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// Larger than any signal of a robot in any unit; the squares of far larger numbers would overflow.
+/// Larger than any signal of a robot in any unit. The squares of far larger numbers would overflow.
 const ABSURD_SIGNAL: f64 = 1e100;
 
 /// A thousand turns, rad. Cables stop a joint between links after a few turns, and a rotor before its gear turns some

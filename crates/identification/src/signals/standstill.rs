@@ -6,7 +6,7 @@
 /// Time for which a joint must stay within [`STANDSTILL_BAND`], s.
 const STANDSTILL_SPAN_S: f64 = 0.2;
 
-/// Width of the band, rad (m); it is 1e-3 rad/s over the span.
+/// Width of the band, rad (m). It is 1e-3 rad/s over the span.
 const STANDSTILL_BAND: f64 = 2e-4;
 
 /// Tells for each sample of a position whether it belongs to a span in which the position stays within the band.

@@ -56,10 +56,10 @@ pub const GAP_PERIODS: f64 = 10.0;
 /// If the clock runs backwards in a larger share of the rows, that is no jitter: the file holds two runs.
 const LARGEST_BACKWARD_SHARE: f64 = 0.01;
 
-/// s: a clock with a larger step is taken to be in another unit, unless its header says seconds.
+/// A clock with a larger step, s, is taken to be in another unit, unless its header says seconds.
 const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 
-/// s: a clock with a smaller step is in another unit, because no robot is sampled that fast.
+/// A clock with a smaller step, s, is in another unit, because no robot is sampled that fast.
 const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 
 /// Fewer samples than this cannot be filtered and differentiated.

@@ -33,12 +33,13 @@ pub const MAX_UNPACKED_BYTES: usize = 1 << 30;
 /// Nor may a block unfold to more than this many times its bytes, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers do
 /// not compress so far.
 const MAX_UNPACKING_RATIO: usize = 64;
-/// Every block may unfold to this many bytes more than its share.
+/// Bytes that every block may unfold to beside that.
 const UNPACKING_ALLOWANCE_BYTES: usize = 1 << 26;
 
-/// The largest ratios of the formats: a copy of 64 bytes takes 3, a run of 255 takes 1.
+/// The largest ratio of snappy: a copy of 64 bytes takes 3.
 #[cfg(feature = "parquet")]
 const MAX_SNAPPY_RATIO: usize = 64;
+/// The largest ratio of LZ4: a run of 255 takes 1.
 #[cfg(feature = "parquet")]
 const MAX_LZ4_RATIO: usize = 256;
 

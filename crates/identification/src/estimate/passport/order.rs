@@ -14,7 +14,7 @@ use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::search::{Search, Sum};
 use crate::estimate::passport::trials::Trials;
 
-/// Robots of at most so many joints are tried in all orders; seven joints have 5 040.
+/// Robots of at most so many joints are tried in all orders. Seven joints have 5 040.
 const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 
 /// Samples that rank the orders.

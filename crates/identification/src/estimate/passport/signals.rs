@@ -22,7 +22,7 @@ const SLOPE_CORRELATION: f64 = 0.8;
 /// Squared correlation up to which a velocity is not the slope of a position.
 const NO_SLOPE_CORRELATION: f64 = 0.5;
 
-/// Share of the rows at a limit above which a torque is saturated; quantised currents reach 1 % by chance.
+/// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
 const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl Look<'_> {

@@ -11,7 +11,7 @@ use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 
-/// Steps of the evidence iteration, which contracts by about half each time; the last steps change nothing.
+/// Steps of the evidence iteration, which contracts by about half each time. The last steps change nothing.
 const DRIFT_ITERATIONS: usize = 12;
 /// A relative spread below this is no drift.
 const SMALLEST_DRIFT_SPREAD: f64 = 2e-3;

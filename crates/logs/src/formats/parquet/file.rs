@@ -22,6 +22,7 @@ use crate::formats::parquet::pages::UnpackedPages;
 use crate::formats::parquet::schema_guard;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
 
+/// The last bytes of a parquet file.
 const PARQUET_MAGIC: &[u8] = b"PAR1";
 
 /// Rows decoded at a time.

@@ -12,7 +12,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::formats::rosbag::joint_state::JointState;
 use crate::table::{MAX_CELLS, Table};
 
-const QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
+/// The quantities of a JointState, in the order of its fields.
+const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
 /// More joints than this are not one robot.
 const MAX_JOINTS: usize = 500;
@@ -113,7 +114,7 @@ impl JointTable {
         table.header.push("time".into());
         table.columns.push(time);
         let mut rare = BTreeSet::new();
-        for (k, quantity) in QUANTITIES.iter().enumerate() {
+        for (k, quantity) in JOINT_STATE_QUANTITIES.iter().enumerate() {
             let mut without = Vec::new();
             for (joint, series) in self.joints.iter().zip(&mut self.series) {
                 let series = std::mem::take(&mut series[k]);

@@ -20,7 +20,7 @@ use crate::formats::compression::Compression;
 use crate::formats::content::Content;
 use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
-/// Bytes of one message; 500 joints take 30 000.
+/// Bytes of one message. 500 joints take 30 000.
 const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 
 /// SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.

@@ -162,6 +162,7 @@ struct Frames {
     n_joints: usize,
 }
 
+/// The lists with the geometry of a frame.
 const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
 /// The own variables of the joints, in the order of q.

@@ -16,6 +16,7 @@ enum Per {
     Sixteen,
 }
 
+/// The lists of a description, and what each has an entry for.
 const LIST_KEYS: [(&str, Per); 39] = {
     use Per::*;
     [
@@ -61,6 +62,7 @@ const LIST_KEYS: [(&str, Per); 39] = {
     ]
 };
 
+/// The keys with one value.
 const SCALAR_KEYS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
 
 /// More links than this are no robot.

@@ -40,14 +40,14 @@ const COINCIDENT_DISTANCE_M: f64 = 1e-11;
 /// through the chain of a robot's rotations.
 const PERPENDICULAR_COSINE: f64 = 1e-12;
 
-/// rad: axes between [`PARALLEL_SINE`] and this meet their common normal far away. Frames are then placed where the
-/// file has its joints, and gamma, b and r lead there.
+/// Axes between [`PARALLEL_SINE`] and this angle, rad, meet their common normal far away. Frames are then placed where
+/// the file has its joints, and gamma, b and r lead there.
 pub(super) const NEARLY_PARALLEL_RAD: f64 = 0.01;
-/// rad: axes nearer to parallel than this are taken as parallel. An axis written with five digits is off by as much;
-/// one of four digits or a calibrated one is kept.
+/// Axes nearer to parallel than this, rad, are taken as parallel. An axis written with five digits is off by as much.
+/// One of four digits or a calibrated one is kept.
 const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
-/// rad: the same where angles are to be kept as given. The common normal lies 1e7 m away for every metre between
-/// the axes, and a frame placed by way of it loses 1e-9 m.
+/// The same where angles are to be kept as given, rad. The common normal lies 1e7 m away for every metre between the
+/// axes, and a frame placed by way of it loses 1e-9 m.
 const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 
 /// An axis that was turned to be parallel to the one before it.

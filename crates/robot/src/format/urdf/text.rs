@@ -22,6 +22,7 @@ use crate::format::suggestion::{did_you_mean, nearest};
 /// whether it is required.
 type Element = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
+/// The elements that are read, with their children and their attributes.
 const KNOWN_ELEMENTS: [Element; 13] = [
     ("robot", &["link", "joint"], &[("name", 0, false)]),
     ("link", &["inertial"], &[("name", 0, true)]),

@@ -201,7 +201,7 @@ fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Po
     Pose { rotation: angle_snap::rotation(&rpy), position }
 }
 
-/// rad: a smaller correction is rounding and gets no note.
+/// A smaller correction, rad, is rounding and gets no note.
 const UNNOTED_CORRECTION_RAD: f64 = 1e-9;
 
 /// `-3*pi/4`, as a user would write it.

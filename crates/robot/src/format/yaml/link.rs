@@ -9,6 +9,7 @@ use crate::robot::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, Passi
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
+/// The keys of a link.
 const LINK_KEYS: [&str; 16] = [
     "link",
     "name",

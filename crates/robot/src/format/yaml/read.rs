@@ -23,6 +23,7 @@ use crate::passive;
 use crate::robot::{Base, Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 
+/// The keys of the robot.
 const ROOT_KEYS: [&str; 10] = [
     "convention",
     "name",
