@@ -36,7 +36,7 @@ const SMALLEST_STEP_FRACTION: f64 = 1e-3;
 /// coordinates at zero, passive ones, from the `n`-th on, where the search for them starts.
 pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n: usize) -> Linkage {
     let size = polygon.sides.iter().map(|s| s.vector[0].hypot(s.vector[1])).fold(0.0, f64::max);
-    let search = Search { polygon, size, unknown: unknown(polygon, n) };
+    let search = PolygonSearch { polygon, size, unknown: unknown(polygon, n) };
     let is_given = search.unknown.iter().any(|&k| start[k] != 0.0);
     let mut x = start.to_vec();
     if !is_given && norm(&search.gap(&x)) > CLOSED_GAP {
@@ -65,13 +65,13 @@ fn unknown(polygon: &Polygon, n: usize) -> Vec<usize> {
     (n..polygon.turn.len()).filter(moves).collect()
 }
 
-struct Search<'a> {
+struct PolygonSearch<'a> {
     polygon: &'a Polygon,
     size: f64,
     unknown: Vec<usize>,
 }
 
-impl Search<'_> {
+impl PolygonSearch<'_> {
     /// The open end of the polygon in lengths of the longest side, and the angle between the ends, rad.
     fn gap(&self, x: &[f64]) -> [f64; 3] {
         let angle = wrapped(dot(&self.polygon.turn, x) - self.polygon.angle);

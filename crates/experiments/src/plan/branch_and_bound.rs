@@ -51,7 +51,7 @@ const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
 const NODES_PER_BATCH: usize = 16;
 
 /// The state of a search.
-struct Search {
+struct TreeSearch {
     choice: Choice,
     best: (f64, Vec<usize>),
     /// Tolerance of log det F.
@@ -71,7 +71,7 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
     let scale = scales(p, blocks.iter());
     let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
     let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
-    let mut search = Search::at_root(&blocks, chosen, work.tolerance * p as f64)?;
+    let mut search = TreeSearch::at_root(&blocks, chosen, work.tolerance * p as f64)?;
     let mut looked_at = 0;
     while looked_at < work.nodes && Interruption::check().is_ok() {
         let batch = search.next(NODES_PER_BATCH.min(work.nodes - looked_at));
@@ -89,9 +89,9 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
     Some(ProvenPlan { chosen, value: value - log_scale, proof })
 }
 
-impl Search {
+impl TreeSearch {
     /// The search at its root. Equal candidates count as one, and those that no good plan runs are left out.
-    fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<Search> {
+    fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
@@ -122,7 +122,7 @@ impl Search {
             x: Arc::new(of(&root.x)),
         };
         let choice = Choice::of(blocks, left.iter().map(|&i| all.index[i]).collect(), count);
-        Some(Search { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
+        Some(TreeSearch { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
     /// A bound that ends the work at a node.
