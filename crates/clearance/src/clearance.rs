@@ -65,7 +65,7 @@ pub struct Clearance {
 
 /// Allowance for the rounding of places a few metres from the base and of distances between them, m, with room to
 /// spare.
-pub(crate) const ROUNDING: f64 = 1e-9;
+pub(crate) const PLACE_ROUNDING_M: f64 = 1e-9;
 impl Clearance {
     /// The gaps, in a fixed order.
     pub fn gaps(&self) -> &[Gap] {
@@ -139,7 +139,8 @@ impl Clearance {
         };
         let mut room = Room { reached: f64::INFINITY, at_least: f64::INFINITY };
         let mut take = |reached: f64, at_least: f64| {
-            room = Room { reached: room.reached.min(reached), at_least: room.at_least.min(at_least - ROUNDING) };
+            room =
+                Room { reached: room.reached.min(reached), at_least: room.at_least.min(at_least - PLACE_ROUNDING_M) };
         };
         for &s in &gap.shapes {
             let shape = &body.shapes[s];

@@ -8,7 +8,7 @@ use std::path::Path;
 use robot::{JointKind, Pose, Robot};
 
 use crate::bodies::{Body, Shape, bodies};
-use crate::clearance::{Against, Clearance, Gap, ROUNDING};
+use crate::clearance::{Against, Clearance, Gap, PLACE_ROUNDING_M};
 use crate::half_space::HalfSpace;
 use crate::kinematic_tree::KinematicTree;
 
@@ -32,10 +32,10 @@ pub struct Situation {
     pub moves: Vec<bool>,
 }
 
-/// m: bodies nearer than this at rest touch.
-const TOUCHING: f64 = 1e-6;
+/// Bodies nearer than this at rest touch, m.
+const TOUCHING_DISTANCE_M: f64 = 1e-6;
 /// Change of a gap, m a rad (m), below which the gap counts as constant.
-const UNMOVED: f64 = 1e-9;
+const CONSTANT_GAP_CHANGE: f64 = 1e-9;
 
 impl Clearance {
     /// The gaps that the rules ask for; `directory`: that of the description, from which meshes are found.
@@ -128,7 +128,7 @@ impl Clearance {
                 }
                 let shapes = (0..body.shapes.len()).collect();
                 let gap = Gap { subject, is_own: true, bound, body: a, shapes, against: Against::Body(b), joints };
-                if self.apart(&gap, poses, None).reached < TOUCHING {
+                if self.apart(&gap, poses, None).reached < TOUCHING_DISTANCE_M {
                     touching.push(gap.subject);
                 } else {
                     self.gaps.push(gap);
@@ -181,7 +181,7 @@ impl Clearance {
             };
             let unit: Vec<f64> = situation.moves.iter().map(|m| f64::from(u8::from(*m))).collect();
             let now = self.apart(&gap, poses, Some(&unit));
-            if now.reached - now.at_least > UNMOVED + ROUNDING {
+            if now.reached - now.at_least > CONSTANT_GAP_CHANGE + PLACE_ROUNDING_M {
                 self.gaps.push(gap);
             } else if now.reached < 0.0 {
                 return Err(format!(

@@ -18,9 +18,9 @@ use std::path::{Path, PathBuf};
 use crate::vector::Vector3;
 
 /// Largest file that is read. Larger ones are no collision geometry.
-const MAX_BYTES: u64 = 256 << 20;
+const MAX_MESH_BYTES: u64 = 256 << 20;
 /// Largest coordinate of a vertex, m. A vertex farther away belongs to no robot.
-const FARTHEST: f64 = 1e6;
+const FARTHEST_VERTEX_M: f64 = 1e6;
 
 /// The path of a mesh file; `directory`: that of the description.
 ///
@@ -56,9 +56,9 @@ pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
     // A file of an unknown format is not opened.
     reader(path)?;
     let mut bytes = Vec::new();
-    let file = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    let file = File::open(path).and_then(|file| file.take(MAX_MESH_BYTES + 1).read_to_end(&mut bytes));
     file.map_err(|e| fail(format!("the mesh cannot be read: {e}")))?;
-    if bytes.len() as u64 > MAX_BYTES {
+    if bytes.len() as u64 > MAX_MESH_BYTES {
         return Err(fail("the mesh is larger than 256 MiB".into()));
     }
     parse_vertices(&bytes, path)
@@ -68,7 +68,7 @@ pub fn vertices(path: &Path) -> Result<Vec<Vector3>, String> {
 pub fn parse_vertices(bytes: &[u8], path: &Path) -> Result<Vec<Vector3>, String> {
     let fail = |what: String| format!("{}: {what}", path.display());
     let mut found = reader(path)?(bytes).map_err(fail)?;
-    if let Some(far) = found.iter().find(|p| p.iter().any(|x| x.is_nan() || x.abs() > FARTHEST)) {
+    if let Some(far) = found.iter().find(|p| p.iter().any(|x| x.is_nan() || x.abs() > FARTHEST_VERTEX_M)) {
         return Err(fail(format!("a vertex is at {far:?}: no robot reaches there")));
     }
     if found.is_empty() {
@@ -94,25 +94,28 @@ fn reader(path: &Path) -> Result<Reader, String> {
     }
 }
 
-/// 80 bytes of words, the number of triangles, and for each its normal, three vertices and two bytes.
-const HEAD: usize = 84;
-const TRIANGLE: usize = 50;
+/// Bytes before the triangles: 80 of words, and their number.
+const STL_HEADER_BYTES: usize = 84;
+/// Bytes of a triangle: its normal, three vertices and two bytes.
+const STL_TRIANGLE_BYTES: usize = 50;
 
 fn stl(bytes: &[u8]) -> Result<Vec<Vector3>, String> {
     let word = |at: usize| bytes.get(at..at + 4).and_then(|b| <[u8; 4]>::try_from(b).ok());
     let count = word(80).map(u32::from_le_bytes).map_or(0, |n| n as usize);
     // The head of a binary file may begin with `solid` too, so the length decides.
-    if bytes.len() < HEAD || (bytes.len() - HEAD) / TRIANGLE != count || !(bytes.len() - HEAD).is_multiple_of(TRIANGLE)
+    if bytes.len() < STL_HEADER_BYTES
+        || (bytes.len() - STL_HEADER_BYTES) / STL_TRIANGLE_BYTES != count
+        || !(bytes.len() - STL_HEADER_BYTES).is_multiple_of(STL_TRIANGLE_BYTES)
     {
         if bytes.trim_ascii_start().starts_with(b"solid") {
             return text_vertices(bytes, "vertex");
         }
-        let (found, said) = (bytes.len(), HEAD.saturating_add(count.saturating_mul(TRIANGLE)));
+        let (found, said) = (bytes.len(), STL_HEADER_BYTES.saturating_add(count.saturating_mul(STL_TRIANGLE_BYTES)));
         return Err(format!("neither an STL in text nor in binary: {found} bytes, where its head promises {said}"));
     }
     let number = |at: usize| word(at).map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
     let corner = |triangle: usize, k: usize| {
-        let at = HEAD + triangle * TRIANGLE + 12 * (k + 1);
+        let at = STL_HEADER_BYTES + triangle * STL_TRIANGLE_BYTES + 12 * (k + 1);
         [number(at), number(at + 4), number(at + 8)]
     };
     Ok((0..count).flat_map(|t| [0, 1, 2].map(|k| corner(t, k))).collect())

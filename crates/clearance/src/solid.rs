@@ -53,7 +53,7 @@ pub enum Core {
 }
 
 /// Directions along which the outermost vertices of a mesh are kept.
-const DIRECTIONS: usize = 400;
+const KEPT_DIRECTIONS: usize = 400;
 
 impl Solid {
     /// The solid of a shape that needs no file; `None` for the others.
@@ -177,8 +177,8 @@ fn directions() -> impl Iterator<Item = Vector3> {
         })
     });
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let spiral = (0..DIRECTIONS).map(move |k| {
-        let z = 1.0 - (2 * k + 1) as f64 / DIRECTIONS as f64;
+    let spiral = (0..KEPT_DIRECTIONS).map(move |k| {
+        let z = 1.0 - (2 * k + 1) as f64 / KEPT_DIRECTIONS as f64;
         let (across, angle) = ((1.0 - z * z).sqrt(), golden * k as f64);
         [across * angle.cos(), across * angle.sin(), z]
     });
@@ -218,7 +218,7 @@ mod tests {
             .collect();
         let solid = Solid::around(&points).unwrap();
         let Core::Hull(kept) = &solid.core else { panic!("{solid:?}") };
-        assert!(kept.len() <= DIRECTIONS + 6);
+        assert!(kept.len() <= KEPT_DIRECTIONS + 6);
         for k in 0..50 {
             let along = [(0.7 * f64::from(k)).sin(), (1.3 * f64::from(k)).cos(), (0.4 * f64::from(k)).sin()];
             let outermost = points.iter().map(|p| dot(*p, along)).fold(f64::NEG_INFINITY, f64::max);

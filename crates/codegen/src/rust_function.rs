@@ -127,7 +127,7 @@ fn head(bound: &Function) -> TokenStream {
 
 /// Up to this many coordinates, all sines and cosines are taken at once. Beyond, they are taken four at a time where
 /// the first is needed, because a value computed long before it is read is spilled from its register.
-const AT_ONCE: usize = 8;
+const MAX_SINES_AT_ONCE: usize = 8;
 
 struct Writer<'a> {
     function: &'a Function,
@@ -145,7 +145,10 @@ impl<'a> Writer<'a> {
             _ => None,
         });
         let pairs: Vec<_> = pairs.filter(|pair| matches!(writer.names[pair.0], Name::Input { .. })).collect();
-        for group in pairs.chunks(if pairs.len() > AT_ONCE { 4 } else { AT_ONCE }).filter(|group| group.len() > 1) {
+        for group in pairs
+            .chunks(if pairs.len() > MAX_SINES_AT_ONCE { 4 } else { MAX_SINES_AT_ONCE })
+            .filter(|group| group.len() > 1)
+        {
             let angles = group.iter().map(|pair| writer.operand(pair.0));
             let sines = group.iter().map(|pair| writer.operand_or_nothing(pair.1));
             let cosines = group.iter().map(|pair| writer.operand_or_nothing(pair.2));

@@ -22,12 +22,12 @@ pub struct Adjoint {
 /// Memory of one evaluation at a time; make one per thread.
 #[derive(Clone, Debug)]
 pub struct AdjointWorkspace {
-    values: Vec<[f64; LANES]>,
-    slopes: Vec<[f64; LANES]>,
+    values: Vec<[f64; ADJOINT_LANES]>,
+    slopes: Vec<[f64; ADJOINT_LANES]>,
 }
 
 /// Samples computed side by side, so few that values and slopes of a 7R regressor stay in the second-level cache.
-const LANES: usize = 8;
+const ADJOINT_LANES: usize = 8;
 
 impl Adjoint {
     /// The reverse of `function`; named constants take their values.
@@ -44,8 +44,8 @@ impl Adjoint {
     /// Memory for evaluations, to be used again by each.
     pub fn workspace(&self) -> AdjointWorkspace {
         let nodes = self.function.graph().nodes();
-        let value = |node: &Node| if let Node::Constant(x) = node { [*x; LANES] } else { [0.0; LANES] };
-        AdjointWorkspace { values: nodes.iter().map(value).collect(), slopes: vec![[0.0; LANES]; nodes.len()] }
+        let value = |node: &Node| if let Node::Constant(x) = node { [*x; ADJOINT_LANES] } else { [0.0; ADJOINT_LANES] };
+        AdjointWorkspace { values: nodes.iter().map(value).collect(), slopes: vec![[0.0; ADJOINT_LANES]; nodes.len()] }
     }
 
     /// `inputs.len() / n_inputs()` samples, one after the other in all three slices: inputs, one weight an output
@@ -55,8 +55,8 @@ impl Adjoint {
         if n_in == 0 || n_out == 0 {
             return gradient.fill(0.0);
         }
-        let samples = inputs.chunks(n_in * LANES).zip(weights.chunks(n_out * LANES));
-        for ((inputs, weights), gradient) in samples.zip(gradient.chunks_mut(n_in * LANES)) {
+        let samples = inputs.chunks(n_in * ADJOINT_LANES).zip(weights.chunks(n_out * ADJOINT_LANES));
+        for ((inputs, weights), gradient) in samples.zip(gradient.chunks_mut(n_in * ADJOINT_LANES)) {
             let n = inputs.len() / n_in;
             // Lanes past the end repeat the last sample.
             let lane = |x: &[f64], width: usize, k: usize| std::array::from_fn(|l| x[l.min(n - 1) * width + k]);
@@ -64,7 +64,7 @@ impl Adjoint {
                 work.values[e.node()] = lane(inputs, n_in, k);
             }
             self.forward(&mut work.values);
-            work.slopes.fill([0.0; LANES]);
+            work.slopes.fill([0.0; ADJOINT_LANES]);
             for (k, e) in self.function.outputs.iter().flat_map(|o| &o.entries).enumerate() {
                 add(&mut work.slopes, *e, lane(weights, n_out, k));
             }
@@ -81,7 +81,7 @@ impl Adjoint {
         self.function.inputs.iter().flat_map(|i| &i.entries)
     }
 
-    fn forward(&self, values: &mut [[f64; LANES]]) {
+    fn forward(&self, values: &mut [[f64; ADJOINT_LANES]]) {
         for (i, &node) in self.function.graph().nodes().iter().enumerate() {
             let at = |e: Expr| values[e.node()];
             values[i] = match node {
@@ -105,7 +105,7 @@ impl Adjoint {
         }
     }
 
-    fn backward(&self, values: &[[f64; LANES]], slopes: &mut [[f64; LANES]]) {
+    fn backward(&self, values: &[[f64; ADJOINT_LANES]], slopes: &mut [[f64; ADJOINT_LANES]]) {
         let graph = self.function.graph();
         for (i, &node) in graph.nodes().iter().enumerate().rev() {
             let own = slopes[i];
@@ -113,7 +113,7 @@ impl Adjoint {
                 continue;
             }
             let at = |e: Expr| values[e.node()];
-            let times = |x: [f64; LANES]| std::array::from_fn(|l| own[l] * x[l]);
+            let times = |x: [f64; ADJOINT_LANES]| std::array::from_fn(|l| own[l] * x[l]);
             match node {
                 Node::Constant(_) | Node::Symbol(_) => {}
                 Node::Add(a, b) => {
@@ -146,7 +146,7 @@ fn sign(e: Expr) -> f64 {
 
 /// Adds dL/d(the expression) to the node behind it.
 #[inline(always)]
-fn add(slopes: &mut [[f64; LANES]], e: Expr, slope: [f64; LANES]) {
+fn add(slopes: &mut [[f64; ADJOINT_LANES]], e: Expr, slope: [f64; ADJOINT_LANES]) {
     let sign = sign(e);
     for (sum, x) in slopes[e.node()].iter_mut().zip(slope) {
         *sum += sign * x;
@@ -175,7 +175,7 @@ mod tests {
     fn the_gradient_is_that_of_central_differences() {
         let (adjoint, tape) = (Adjoint::new(&function()), Tape::new(&function()));
         let (mut work, mut tape_work) = (adjoint.workspace(), tape.workspace());
-        let n = LANES + 3;
+        let n = ADJOINT_LANES + 3;
         let inputs: Vec<f64> = (0..2 * n).map(|i| 0.3 + 0.05 * i as f64).collect();
         let weights: Vec<f64> = (0..4 * n).map(|i| 1.0 - 0.2 * i as f64).collect();
         let mut gradient = vec![f64::NAN; 2 * n];

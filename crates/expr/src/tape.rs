@@ -59,11 +59,11 @@ enum Code {
 #[derive(Clone, Debug)]
 pub struct Workspace {
     one: Vec<[f64; 1]>,
-    many: Vec<[f64; LANES]>,
+    many: Vec<[f64; TAPE_LANES]>,
 }
 
 /// Samples computed side by side: enough to amortise a dispatch, few enough for a 7R regressor to stay in L2.
-const LANES: usize = 32;
+const TAPE_LANES: usize = 32;
 
 /// The code of an operation and its operands, whose signs go into the code. An operand that the operation does not have
 /// repeats another.
@@ -175,11 +175,11 @@ impl Tape {
     /// `inputs.len() / n_inputs()` evaluations, samples one after the other in both slices.
     pub fn evaluate_many(&self, inputs: &[f64], work: &mut Workspace, outputs: &mut [f64]) {
         if work.many.is_empty() {
-            work.many = work.one.iter().map(|&[x]| [x; LANES]).collect();
+            work.many = work.one.iter().map(|&[x]| [x; TAPE_LANES]).collect();
         }
         let (n_in, n_out) = (self.n_inputs(), self.n_outputs());
-        for (block, outputs) in outputs.chunks_mut((n_out * LANES).max(1)).enumerate() {
-            let (inputs, n) = (&inputs[block * n_in * LANES..], outputs.len() / n_out);
+        for (block, outputs) in outputs.chunks_mut((n_out * TAPE_LANES).max(1)).enumerate() {
+            let (inputs, n) = (&inputs[block * n_in * TAPE_LANES..], outputs.len() / n_out);
             // Lanes past the end repeat the last sample.
             self.run(
                 &mut work.many,
@@ -293,7 +293,7 @@ mod tests {
     fn one_and_many_agree_with_the_formula() {
         let tape = Tape::new(&function());
         let mut work = tape.workspace();
-        let n = 2 * LANES + 5;
+        let n = 2 * TAPE_LANES + 5;
         let inputs: Vec<f64> = (0..2 * n).map(|i| i as f64 * 0.37 - 9.0).collect();
         let mut many = vec![f64::NAN; 3 * n];
         tape.evaluate_many(&inputs, &mut work, &mut many);

@@ -74,7 +74,7 @@ impl<'a> Model<'a> {
         let (n, p, base) = (self.n(), self.p(), self.regressor.parameters().len());
         let mut w = vec![0.0; n * p];
         let filtered = states.filtered(self.friction);
-        let together = TOGETHER.min(range.len()).max(1);
+        let together = SAMPLES_PER_PASS.min(range.len()).max(1);
         let mut inputs = vec![0.0; together * 3 * n];
         let mut y = vec![0.0; together * n * base];
         for first in range.clone().step_by(together) {
@@ -245,4 +245,4 @@ pub struct ResidualGroup<'a> {
 }
 
 /// Samples whose regressors are computed together: eight for each lane of the widest processor.
-const TOGETHER: usize = 64;
+const SAMPLES_PER_PASS: usize = 64;

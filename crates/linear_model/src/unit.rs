@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct Unit(&'static str);
 
 /// Units of a joint's own parameters (IA, friction, gain): where it turns, and where it slides.
-const BY_JOINT: [(Unit, Unit); 4] = [
+const UNITS_BY_JOINT_KIND: [(Unit, Unit); 4] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
     (Unit::VISCOUS, Unit("N s/m")),
@@ -35,7 +35,7 @@ impl Unit {
 
     /// The unit of a joint's own parameter: this one where the joint turns, and its counterpart where it slides.
     pub fn along(self, is_prismatic: bool) -> Unit {
-        let sliding = BY_JOINT.iter().find(|(turning, _)| is_prismatic && *turning == self);
+        let sliding = UNITS_BY_JOINT_KIND.iter().find(|(turning, _)| is_prismatic && *turning == self);
         sliding.map_or(self, |(_, sliding)| *sliding)
     }
 }
@@ -51,7 +51,7 @@ impl FromStr for Unit {
 
     fn from_str(text: &str) -> Result<Unit, String> {
         let alone = [Unit::FIRST_MOMENT, Unit::ONE];
-        let mut all = BY_JOINT.into_iter().flat_map(|(turning, sliding)| [turning, sliding]).chain(alone);
+        let mut all = UNITS_BY_JOINT_KIND.into_iter().flat_map(|(turning, sliding)| [turning, sliding]).chain(alone);
         all.find(|unit| unit.0 == text).ok_or_else(|| format!("`{text}` is no unit of a parameter"))
     }
 }

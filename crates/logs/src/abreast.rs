@@ -1,12 +1,12 @@
 //! Series shared among the processor's threads. Which thread takes one changes nothing.
 
 /// With fewer samples a second thread does not pay.
-const ALONE: usize = 1 << 15;
+const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 1 << 15;
 
 /// The results of `work` on the series, in their order. `samples`: the number of samples of each series.
 pub(crate) fn abreast<I: Send, R: Send>(samples: usize, series: Vec<I>, work: impl Fn(I) -> R + Sync) -> Vec<R> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(series.len());
-    if threads < 2 || samples < ALONE {
+    if threads < 2 || samples < MIN_SAMPLES_FOR_SECOND_THREAD {
         return series.into_iter().map(work).collect();
     }
     let work = &work;

@@ -8,10 +8,10 @@ use crate::formats::delimited::TableReader;
 use crate::table::Table;
 
 /// Rows that are read at once, so few that their numbers stay in the cache on the way into a block.
-pub(crate) const READ: usize = 1 << 14;
+pub(crate) const ROWS_PER_READ: usize = 1 << 14;
 
 /// Tables that may wait to be taken.
-const WAITING: usize = 2;
+const MAX_WAITING_TABLES: usize = 2;
 
 /// The rows of a text that come next.
 pub(crate) struct RowsAhead {
@@ -20,14 +20,14 @@ pub(crate) struct RowsAhead {
 }
 
 impl RowsAhead {
-    /// Reads tables of at most [`READ`] rows. Every `block` rows a new table begins, so that no table crosses the end
-    /// of a block.
+    /// Reads tables of at most [`ROWS_PER_READ`] rows. Every `block` rows a new table begins, so that no table crosses
+    /// the end of a block.
     pub fn new(mut text: TableReader<'static>, block: usize) -> RowsAhead {
-        let (sender, tables) = sync_channel(WAITING);
+        let (sender, tables) = sync_channel(MAX_WAITING_TABLES);
         let read = move || {
             let mut left = block;
             loop {
-                let table = text.rows(READ.min(left));
+                let table = text.rows(ROWS_PER_READ.min(left));
                 let rows = table.as_ref().map_or(0, Table::rows);
                 left = if rows < left { left - rows } else { block };
                 // Nobody receives the next table after a failure on an earlier one.

@@ -19,7 +19,7 @@ mod read;
 mod stream;
 mod table;
 
-pub use cleaning::account::{GAP, LogReport};
+pub use cleaning::account::{GAP_PERIODS, LogReport};
 pub use cleaning::suspects::Suspect;
 pub use columns::mapping::{Columns, Source};
 pub use columns::names::{ColumnNames, Names};

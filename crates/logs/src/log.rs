@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::abreast::abreast;
-use crate::cleaning::account::{GAP, LogReport, MIN_ROWS, even};
+use crate::cleaning::account::{GAP_PERIODS, LogReport, MIN_ROWS, even};
 use crate::cleaning::suspects::{Suspect, unwrap};
 use crate::columns::mapping::{Columns, Source};
 use crate::columns::names::ColumnNames;
@@ -54,9 +54,10 @@ pub struct Log {
     pub report: LogReport,
 }
 
-/// At rest: no joint is faster than this, rad/s, over [`REST_SPAN`] s.
-const REST_SPEED: f64 = 1e-3;
-const REST_SPAN: f64 = 0.05;
+/// At rest: no joint is faster than this, rad/s, over [`REST_SPAN_S`].
+const REST_SPEED_RAD_S: f64 = 1e-3;
+/// Span over which the speed at rest is taken, s.
+const REST_SPAN_S: f64 = 0.05;
 
 impl Log {
     /// Reads a file and finds the columns of the coordinates in it.
@@ -183,7 +184,7 @@ impl Log {
 
     /// The parts between gaps of the clock; those too short to be filtered are left out.
     pub fn segments(&self) -> Vec<Log> {
-        let gap = GAP * self.report.period;
+        let gap = GAP_PERIODS * self.report.period;
         let mut segments = Vec::new();
         let mut first = 0;
         for end in 1..=self.len() {
@@ -232,7 +233,7 @@ impl Log {
             period,
             longest_step: longest,
             uniform: steps.iter().all(|&s| even(s, period)),
-            gaps: steps.iter().filter(|&&s| s > GAP * period).count(),
+            gaps: steps.iter().filter(|&&s| s > GAP_PERIODS * period).count(),
             rest_before: before,
             rest_after: after,
             rest,
@@ -240,16 +241,16 @@ impl Log {
         };
     }
 
-    /// s at rest at the start, at the end, and in all, measured in spans of [`REST_SPAN`]. The remainder behind the
+    /// s at rest at the start, at the end, and in all, measured in spans of [`REST_SPAN_S`]. The remainder behind the
     /// last span counts as a continuation of it.
     fn rest(&self) -> (f64, f64, f64) {
         let (mut before, mut after, mut total, mut r0) = (None, 0.0, 0.0, 0);
         for r in 1..self.len() {
             let span = self.t[r] - self.t[r0];
-            if span < REST_SPAN {
+            if span < REST_SPAN_S {
                 continue;
             }
-            if self.q.iter().any(|q| (q[r] - q[r0]).abs() > REST_SPEED * span) {
+            if self.q.iter().any(|q| (q[r] - q[r0]).abs() > REST_SPEED_RAD_S * span) {
                 before.get_or_insert(self.t[r0] - self.t[0]);
                 after = 0.0;
             } else {

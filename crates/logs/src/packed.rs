@@ -37,14 +37,14 @@ enum Rows {
 const MINUS_ZERO: i32 = i32::MIN;
 
 /// Adding this to a number below 2^31 leaves the nearest integer in the lower half of the sum.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+const ROUNDING_SUMMAND: f64 = 6_755_399_441_055_744.0;
 
 /// Powers of ten that are tried.
-const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+const TRIED_POWERS_OF_TEN: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
 #[inline]
 fn integer(x: f64, power: f64) -> i32 {
-    if x == 0.0 && x.is_sign_negative() { MINUS_ZERO } else { (x * power + ROUND).to_bits() as i32 }
+    if x == 0.0 && x.is_sign_negative() { MINUS_ZERO } else { (x * power + ROUNDING_SUMMAND).to_bits() as i32 }
 }
 
 #[inline]
@@ -55,7 +55,7 @@ fn number(integer: i32, power: f64) -> f64 {
 impl Series {
     fn of(x: Vec<f64>) -> Series {
         let is_exact = |x: &f64, power: f64| number(integer(*x, power), power).to_bits() == x.to_bits();
-        let Some(power) = POWERS.into_iter().find(|&power| x.iter().all(|x| is_exact(x, power))) else {
+        let Some(power) = TRIED_POWERS_OF_TEN.into_iter().find(|&power| x.iter().all(|x| is_exact(x, power))) else {
             return Series::Plain(x);
         };
         Series::Decimal(x.iter().map(|&x| integer(x, power)).collect(), power)

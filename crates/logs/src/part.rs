@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::Error;
-use crate::ahead::{READ, RowsAhead};
+use crate::ahead::{ROWS_PER_READ, RowsAhead};
 use crate::columns::mapping::Columns;
 use crate::log::Log;
 use crate::packed::PackedLog;
@@ -72,7 +72,7 @@ pub(crate) fn read_block(
 ) -> Result<(Log, Range<usize>, Table), Error> {
     let mut rows = next.skipped..next.skipped + next.rows();
     let mut all = Log::without_samples(&next, columns);
-    if next.rows() == READ {
+    if next.rows() == ROWS_PER_READ {
         all.reserve(block);
     }
     all.append_usable(&next, columns, 0..next.rows(), after)?;

@@ -2,16 +2,16 @@
 //!
 //! The formats are delimited text (`formats::delimited`), plain or gzip; the arrays of a .npz; a Parquet file; the
 //! joint states of a ROS recording. The content decides the format, not the name. `-` is standard input. A file that is
-//! no text is held whole, up to [`MAX_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so that a
-//! pipe or device without end is refused there.
+//! no text is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
+//! that a pipe or device without end is refused there.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
 
 use crate::Error;
-use crate::formats::content::{Content, HEAD};
+use crate::formats::content::{Content, MAGIC_BYTES};
 use crate::formats::delimited::TableReader;
-use crate::table::{MAX_BYTES, Table};
+use crate::table::{MAX_FILE_BYTES, Table};
 
 /// A file that was opened.
 pub enum Opened {
@@ -47,7 +47,7 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
 fn opened(file: &str, mut source: impl Read + Send + 'static, again: bool) -> Result<Opened, Error> {
     let failed = |e: std::io::Error| Error::at(file, 0, format!("cannot be read: {e}"));
     let mut head = Vec::new();
-    source.by_ref().take(HEAD as u64).read_to_end(&mut head).map_err(failed)?;
+    source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
     let content = Content::of(&head);
     let mut source = Cursor::new(head).chain(source);
     if matches!(content, Content::Text | Content::Gzip) {
@@ -55,9 +55,9 @@ fn opened(file: &str, mut source: impl Read + Send + 'static, again: bool) -> Re
         return Ok(Opened::Text { reader, again });
     }
     let mut bytes = Vec::new();
-    source.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(Error::at(file, 0, format!("more than {MAX_BYTES} bytes; cut the log into parts")));
+    source.by_ref().take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts")));
     }
     Table::from_bytes(file, &bytes).map(Opened::Whole)
 }
@@ -86,8 +86,8 @@ impl Table {
             Content::Mcap | Content::Sqlite => crate::formats::rosbag::recording::from_bytes(file, bytes),
             #[cfg(feature = "zstd")]
             Content::Zstd => {
-                use crate::formats::compression::{Compression, MAX_UNPACKED};
-                let unpacked = Compression::Zstd.unpack_within(bytes, MAX_UNPACKED);
+                use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
+                let unpacked = Compression::Zstd.unpack_within(bytes, MAX_UNPACKED_BYTES);
                 let unpacked = unpacked.map_err(|e| Error::at(file, 0, format!("the zstd stream: {e}")))?;
                 match Content::of(&unpacked) {
                     Content::Zstd => Err(Error::at(file, 0, "a zstd stream within a zstd stream; unpack it first")),

@@ -23,13 +23,13 @@ use crate::read::{self, Opened};
 use crate::table::Table;
 
 /// Rows of a block.
-const BLOCK: usize = 1 << 17;
+const ROWS_PER_BLOCK: usize = 1 << 17;
 
 /// Most numbers of a log that is held in memory: 384 MiB, two million rows of seven joints.
-const HELD: usize = 3 << 24;
+const MAX_HELD_NUMBERS: usize = 3 << 24;
 
 /// Most cells of a block, which bounds its rows where a file has very many columns.
-const WIDE: usize = 1 << 24;
+const MAX_CELLS_PER_BLOCK: usize = 1 << 24;
 
 /// A log of one block, or of several.
 pub enum LogSource {
@@ -45,7 +45,7 @@ impl LogSource {
     ///
     /// Fails as `Log::read` does.
     pub fn open(path: &Path, coordinates: &[String], names: &ColumnNames) -> Result<(LogSource, Columns), Error> {
-        LogSource::open_within(path, coordinates, names, usize::MAX, BLOCK)
+        LogSource::open_within(path, coordinates, names, usize::MAX, ROWS_PER_BLOCK)
     }
 
     /// As `open`, with the most rows of a text that is held in memory, `held`, and the rows of a block, `block`.
@@ -61,7 +61,7 @@ impl LogSource {
             Opened::Whole(table) => return LogSource::of_table(path, table, coordinates, names, block),
         };
         let state = FileState::of(path);
-        let block = block.min(WIDE / reader.width()).max(1);
+        let block = block.min(MAX_CELLS_PER_BLOCK / reader.width()).max(1);
         let first = reader.rows(block)?;
         let columns = Columns::find(&first, coordinates, names)?;
         reader.keep(columns.sources().map(|source| source.column));
@@ -73,7 +73,7 @@ impl LogSource {
         let mut account = Account::default();
         let mut parts = vec![account.add(Log::usable(&first, &columns, 0..first.rows(), f64::NEG_INFINITY)?)];
         drop(first);
-        let held = held.min(HELD / columns.sources().count());
+        let held = held.min(MAX_HELD_NUMBERS / columns.sources().count());
         let mut is_held = true;
         while next.rows() > 0 {
             let (part, rows, following) = read_block(&mut ahead, next, &columns, account.end, block)?;
@@ -108,7 +108,7 @@ impl LogSource {
         coordinates: &[String],
         names: &ColumnNames,
     ) -> Result<(LogSource, Columns), Error> {
-        LogSource::of_table(&PathBuf::from(&table.file), table, coordinates, names, BLOCK)
+        LogSource::of_table(&PathBuf::from(&table.file), table, coordinates, names, ROWS_PER_BLOCK)
     }
 
     /// From a file that was read whole.
@@ -120,7 +120,7 @@ impl LogSource {
         block: usize,
     ) -> Result<(LogSource, Columns), Error> {
         let columns = Columns::find(&table, coordinates, names)?;
-        let block = block.min(WIDE / table.header.len().max(1)).max(1);
+        let block = block.min(MAX_CELLS_PER_BLOCK / table.header.len().max(1)).max(1);
         if table.rows() <= block {
             return Ok((LogSource::Held(Log::from_table(&table, &columns)?), columns));
         }

@@ -87,7 +87,7 @@ pub const MAX_COLUMNS: usize = 10_000;
 pub const MAX_CELLS: usize = 1 << 28;
 
 /// Bytes of a file that is held whole, or of one that comes through a pipe: all but plain text.
-pub const MAX_BYTES: u64 = 1 << 31;
+pub const MAX_FILE_BYTES: u64 = 1 << 31;
 
 /// Refuses headers that name no columns, or too many, or one twice; `line` is where they stand.
 pub fn check_header(file: &str, line: usize, header: &[String]) -> Result<(), Error> {

@@ -28,7 +28,7 @@ pub(crate) struct Derived<'a> {
 type OfRobot = (&'static str, &'static str, fn(&mut Derivation, &Derived) -> Function);
 
 /// Functions of the whole robot. The first is in every file.
-const OF_ROBOT: &[OfRobot] = &[
+const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("base-regressor", "Y of the base parameters.", |_, d| d.base.regressor(d.standard)),
     ("regressor", "The regressor of the standard parameters, row by row.", |_, d| d.standard.clone()),
     ("power-regressor", "dq^T D: the power per unit of each standard parameter, W.", |of, _| of.power_regressor()),
@@ -45,7 +45,7 @@ const OF_ROBOT: &[OfRobot] = &[
 type OfLink = (&'static str, [&'static str; 2], fn(&mut Derivation, LinkFrame) -> Function);
 
 /// Functions of one link.
-const OF_LINK: &[OfLink] = &[
+const FUNCTIONS_OF_LINK: &[OfLink] = &[
     ("pose", ["Orientation and position of ", " in the base frame"], |of, frame| of.pose(frame)),
     ("jacobian", ["Velocity of the origin of ", ", then its angular velocity, in its frame"], |of, frame| {
         of.jacobian(frame)
@@ -60,18 +60,18 @@ const OF_LINK: &[OfLink] = &[
 impl RobotFunction {
     /// A function of the whole robot by its word, `inertia-matrix`; `None` where there is none.
     pub fn of_robot(word: &str) -> Option<RobotFunction> {
-        OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(Row::OfRobot(i)))
+        FUNCTIONS_OF_ROBOT.iter().position(|row| row.0 == word).map(|i| RobotFunction(Row::OfRobot(i)))
     }
 
     /// A function of one link by its word, `pose`; `None` where there is none.
     pub fn of_link(word: &str) -> Option<impl Fn(LinkFrame) -> RobotFunction> {
-        let i = OF_LINK.iter().position(|row| row.0 == word)?;
+        let i = FUNCTIONS_OF_LINK.iter().position(|row| row.0 == word)?;
         Some(move |frame| RobotFunction(Row::OfLink(i, frame)))
     }
 
     /// All words, each with whether it is of a link.
     pub fn words() -> impl Iterator<Item = (&'static str, bool)> {
-        OF_ROBOT.iter().map(|row| (row.0, false)).chain(OF_LINK.iter().map(|row| (row.0, true)))
+        FUNCTIONS_OF_ROBOT.iter().map(|row| (row.0, false)).chain(FUNCTIONS_OF_LINK.iter().map(|row| (row.0, true)))
     }
 
     /// Whether it is the base regressor, which every file holds.
@@ -82,9 +82,9 @@ impl RobotFunction {
     /// The sentence above it, and the function.
     pub(crate) fn derive(&self, derivation: &mut Derivation, derived: &Derived) -> (String, Function) {
         match &self.0 {
-            Row::OfRobot(i) => (OF_ROBOT[*i].1.to_string(), OF_ROBOT[*i].2(derivation, derived)),
+            Row::OfRobot(i) => (FUNCTIONS_OF_ROBOT[*i].1.to_string(), FUNCTIONS_OF_ROBOT[*i].2(derivation, derived)),
             Row::OfLink(i, frame) => {
-                let (_, [before, behind], derive) = &OF_LINK[*i];
+                let (_, [before, behind], derive) = &FUNCTIONS_OF_LINK[*i];
                 (format!("{before}{}{behind}: {}.", frame.name, frame.meaning()), derive(derivation, frame.clone()))
             }
         }

@@ -29,11 +29,11 @@ pub struct Size {
 }
 
 /// Steps of a path to a state, and evaluations of a step.
-const STEPS: f64 = 150.0;
-/// s, beyond which nobody wants to be surprised.
-const LONG: f64 = 10.0;
-/// B, which a small machine has.
-const LARGE: f64 = (1u64 << 30) as f64;
+const EVALUATIONS_PER_STATE: f64 = 150.0;
+/// Time beyond which nobody wants to be surprised, s.
+const SURPRISING_TIME_S: f64 = 10.0;
+/// Memory that a small machine has, B.
+const SMALL_MACHINE_BYTES: f64 = (1u64 << 30) as f64;
 
 impl Size {
     /// Of the base parameters of `robot`, with its regressor.
@@ -45,7 +45,7 @@ impl Size {
         let states = 3.0 * (p / n).ceil() + 8.0;
         let solved: f64 = together(robot).iter().map(|&m| m as f64).map(|m| 1e-6 * m + 3e-9 * m.powi(3)).sum();
         Size {
-            seconds: 17e-6 * entries + 0.3e-9 * p.powi(3) + states * STEPS * solved,
+            seconds: 17e-6 * entries + 0.3e-9 * p.powi(3) + states * EVALUATIONS_PER_STATE * solved,
             bytes: 1300.0 * entries + 16.0 * states * n * p + 8.0 * (p * p + 14.0 * n * p),
             links: robot.links.len(),
             parameters: parameters.len(),
@@ -54,7 +54,7 @@ impl Size {
 
     /// Whether it takes so long or so much that one should be asked before.
     pub fn is_large(&self) -> bool {
-        self.seconds > LONG || self.bytes > LARGE
+        self.seconds > SURPRISING_TIME_S || self.bytes > SMALL_MACHINE_BYTES
     }
 }
 
@@ -66,7 +66,7 @@ impl fmt::Display for Size {
             self.links,
             self.parameters,
             self.seconds.ceil(),
-            self.bytes / LARGE
+            self.bytes / SMALL_MACHINE_BYTES
         )
     }
 }

@@ -17,16 +17,17 @@
 use crate::student::two_sided;
 
 /// The density f is left out below this share of its middle. The smallest p that can be told from zero is larger.
-const NEGLIGIBLE: f64 = 1e-18;
+const NEGLIGIBLE_DENSITY_SHARE: f64 = 1e-18;
 
-/// Largest step of x, and the largest in deviations of x, which are 1 / sqrt(nu). Equal steps of h deviations integrate
-/// a normal density with an error of exp(-2 pi^2 / h^2). A difference of thirty deviations of one degree of freedom has
-/// an error of a part in 300.
-const STEP: f64 = 0.05;
-const STEP_IN_DEVIATIONS: f64 = 0.5;
+/// Largest step of x.
+const LARGEST_STEP: f64 = 0.05;
+/// Largest step of x in its deviations, which are 1 / sqrt(nu). Equal steps of h deviations integrate a normal density
+/// with an error of exp(-2 pi^2 / h^2). A difference of thirty deviations of one degree of freedom has an error of a
+/// part in 300.
+const LARGEST_STEP_SIGMAS: f64 = 0.5;
 
 /// Fewer degrees of freedom than this count as none, because the density then reaches too far.
-const LEAST_FREEDOM: f64 = 0.5;
+const MIN_DEGREES_OF_FREEDOM: f64 = 0.5;
 
 /// A number with its estimated deviation: (deviation, degrees of freedom).
 pub type Estimated = (f64, f64);
@@ -41,13 +42,13 @@ pub fn two_sided_difference(difference: f64, one: Estimated, other: Estimated) -
     if small.0 <= 0.0 {
         return two_sided(t / large.0, large.1);
     }
-    if !(large.1 >= LEAST_FREEDOM && small.1 >= LEAST_FREEDOM) {
+    if !(large.1 >= MIN_DEGREES_OF_FREEDOM && small.1 >= MIN_DEGREES_OF_FREEDOM) {
         return 1.0;
     }
     // With more degrees of freedom T_2 cannot be told from a normal variable.
     let freedom = small.1.min(1e5);
-    let step = STEP.min(STEP_IN_DEVIATIONS / freedom.sqrt());
-    let end = (-NEGLIGIBLE.ln() / freedom).exp().acosh();
+    let step = LARGEST_STEP.min(LARGEST_STEP_SIGMAS / freedom.sqrt());
+    let end = (-NEGLIGIBLE_DENSITY_SHARE.ln() / freedom).exp().acosh();
     let count = (end / step).ceil() as i64;
     let (mut sum, mut mass) = (0.0, 0.0);
     for k in -count..=count {

@@ -139,7 +139,7 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 /// transformed back once. A piece stays in the cache.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
     // Room for the `lags` samples before a piece keeps its end from wrapping around to its start.
-    let n = (x.len() + lags).next_power_of_two().min(CORRELATED.max((4 * lags).next_power_of_two()));
+    let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
     let (mut piece, mut longer) = (forward.make_output_vec(), forward.make_output_vec());
@@ -169,7 +169,7 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
 }
 
 /// Samples that are transformed at once for sums over lags, where the lags are few.
-const CORRELATED: usize = 1 << 12;
+const SAMPLES_PER_CORRELATION: usize = 1 << 12;
 
 /// |x(f)| / N at all bins up to half the sample rate.
 pub fn amplitudes(x: &[f64]) -> Vec<f64> {
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn self_products_are_the_sums_of_their_definition() {
         // One piece, and several.
-        for len in [300, 3 * CORRELATED] {
+        for len in [300, 3 * SAMPLES_PER_CORRELATION] {
             let x = noise(&mut Random::new(6), len);
             for (lag, found) in self_products(&x, 40).iter().enumerate() {
                 let expected: f64 = x[lag..].iter().zip(&x).map(|(a, b)| a * b).sum();

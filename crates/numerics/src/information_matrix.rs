@@ -151,23 +151,23 @@ impl InformationMatrix {
 }
 
 /// Rows that are added in one pass.
-const ABREAST: usize = 4;
+const ROWS_PER_PASS: usize = 4;
 
 /// Adds weight(r) row_r row_r' of each row to the lower triangle of a p x p matrix, row after row in every entry.
 pub fn add_products(lower: &mut [f64], p: usize, rows: &[f64], weight: impl Fn(usize) -> f64) {
-    let whole = rows.len() / p.max(1) / ABREAST * ABREAST;
+    let whole = rows.len() / p.max(1) / ROWS_PER_PASS * ROWS_PER_PASS;
     let (blocks, rest) = rows.split_at(whole * p);
-    for (b, block) in blocks.chunks_exact(ABREAST * p.max(1)).enumerate() {
-        let weights: [f64; ABREAST] = std::array::from_fn(|r| weight(ABREAST * b + r));
+    for (b, block) in blocks.chunks_exact(ROWS_PER_PASS * p.max(1)).enumerate() {
+        let weights: [f64; ROWS_PER_PASS] = std::array::from_fn(|r| weight(ROWS_PER_PASS * b + r));
         for i in 0..p {
-            let x: [f64; ABREAST] = std::array::from_fn(|r| weights[r] * block[r * p + i]);
+            let x: [f64; ROWS_PER_PASS] = std::array::from_fn(|r| weights[r] * block[r * p + i]);
             if x.iter().all(|x| *x == 0.0) {
                 continue;
             }
-            let y: [&[f64]; ABREAST] = std::array::from_fn(|r| &block[r * p..][..i + 1]);
+            let y: [&[f64]; ROWS_PER_PASS] = std::array::from_fn(|r| &block[r * p..][..i + 1]);
             let entries = &mut lower[i * p..][..i + 1];
             for j in 0..i + 1 {
-                entries[j] = (0..ABREAST).fold(entries[j], |sum, r| sum + x[r] * y[r][j]);
+                entries[j] = (0..ROWS_PER_PASS).fold(entries[j], |sum, r| sum + x[r] * y[r][j]);
             }
         }
     }

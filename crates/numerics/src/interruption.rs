@@ -17,7 +17,7 @@ pub struct Interruption(Arc<AtomicBool>);
 
 thread_local! {
     /// The flag of the work that this thread does.
-    static HERE: RefCell<Interruption> = RefCell::default();
+    static FLAG_OF_THIS_THREAD: RefCell<Interruption> = RefCell::default();
 }
 
 impl Interruption {
@@ -39,25 +39,25 @@ impl Interruption {
 
     /// Whether the work is asked to end; lowers the flag. For a step that makes a result of what there is.
     pub fn take() -> bool {
-        HERE.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
+        FLAG_OF_THIS_THREAD.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }
 
     /// Does work that this flag ends.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
-        let before = HERE.replace(self.clone());
+        let before = FLAG_OF_THIS_THREAD.replace(self.clone());
         let outcome = work();
-        HERE.set(before);
+        FLAG_OF_THIS_THREAD.set(before);
         outcome
     }
 
     /// The flag of the work that this thread does.
     pub fn here() -> Interruption {
-        HERE.with_borrow(Clone::clone)
+        FLAG_OF_THIS_THREAD.with_borrow(Clone::clone)
     }
 
     /// Fails where the work is asked to end.
     pub fn check() -> Result<(), Error> {
-        match HERE.with_borrow(Interruption::is_raised) {
+        match FLAG_OF_THIS_THREAD.with_borrow(Interruption::is_raised) {
             true => Err(Error::new("interrupted before there was a result")),
             false => Ok(()),
         }

@@ -17,11 +17,11 @@ pub struct Interval {
 }
 
 /// Error allowed to a sine, twice the distance of neighbours at 1.
-const TRIGONOMETRIC: f64 = 2.0 * f64::EPSILON;
+const SINE_ERROR: f64 = 2.0 * f64::EPSILON;
 
 /// Distance from a peak of the sine, in turns, below which the peak counts as reached. It is far above the rounding of
 /// the quotient.
-const NEAR_A_PEAK: f64 = 1e-9;
+const PEAK_DISTANCE_TURNS: f64 = 1e-9;
 
 impl Interval {
     /// Zero alone.
@@ -130,12 +130,13 @@ impl Interval {
             return unit;
         }
         let holds = |peak: f64| {
-            let (from, to) = ((self.low - peak) / TAU - NEAR_A_PEAK, (self.high - peak) / TAU + NEAR_A_PEAK);
+            let (from, to) =
+                ((self.low - peak) / TAU - PEAK_DISTANCE_TURNS, (self.high - peak) / TAU + PEAK_DISTANCE_TURNS);
             from.ceil() <= to
         };
         let (a, b) = (f(self.low), f(self.high));
-        let low = if holds(peak + PI) { -1.0 } else { (a.min(b) - TRIGONOMETRIC).max(-1.0) };
-        let high = if holds(peak) { 1.0 } else { (a.max(b) + TRIGONOMETRIC).min(1.0) };
+        let low = if holds(peak + PI) { -1.0 } else { (a.min(b) - SINE_ERROR).max(-1.0) };
+        let high = if holds(peak) { 1.0 } else { (a.max(b) + SINE_ERROR).min(1.0) };
         Interval { low, high }
     }
 }

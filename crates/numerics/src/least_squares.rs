@@ -1,7 +1,7 @@
 //! Least squares from a triangle, and the directions that the data cannot tell.
 //!
 //! min |R x - z|, columns scaled to unit norm (R = S D), S = U diag(s) V'. The condition number is
-//! s_1 / s_p of the scaled columns. Directions with s_i <= TOLERANCE s_1 are not in the data: the
+//! s_1 / s_p of the scaled columns. Directions with s_i <= SINGULAR_VALUE_TOLERANCE s_1 are not in the data: the
 //! parameters they touch have no value. [Golub, Van Loan 2013; van der Sluis 1969, on scaling]
 //!
 //! sigma^2 = |rho|^2 / (r - p), C = sigma^2 (R'R)^-1, for white noise of equal strength in all rows.
@@ -11,10 +11,10 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use crate::triangle::Triangle;
 
 /// Smaller ratios of singular values are rounding: filtered signals carry some nine digits.
-const TOLERANCE: f64 = 1e-9;
+const SINGULAR_VALUE_TOLERANCE: f64 = 1e-9;
 
 /// A parameter is touched by a direction in which it has more than this share.
-const TOUCHED: f64 = 1e-3;
+const TOUCHED_PARAMETER_SHARE: f64 = 1e-3;
 
 /// The least-squares solution and its uncertainty.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ pub fn solve(triangle: &Triangle) -> Solution {
     order.sort_by(|&a, &b| svd.singular_values[b].total_cmp(&svd.singular_values[a]));
     let s: Vec<f64> = order.iter().map(|&i| svd.singular_values[i]).collect();
     let largest = s.first().copied().unwrap_or(0.0);
-    let rank = s.iter().filter(|&&s| s > TOLERANCE * largest).count();
+    let rank = s.iter().filter(|&&s| s > SINGULAR_VALUE_TOLERANCE * largest).count();
 
     let mut x = vec![0.0; p];
     let mut inverse = DMatrix::zeros(p, p);
@@ -69,7 +69,7 @@ pub fn solve(triangle: &Triangle) -> Solution {
     let mut determined: Vec<bool> = norms.iter().map(|&d| d > 0.0).collect();
     for &i in &order[rank..] {
         for (c, d) in determined.iter_mut().enumerate() {
-            *d = *d && vt[(i, c)].abs() <= TOUCHED;
+            *d = *d && vt[(i, c)].abs() <= TOUCHED_PARAMETER_SHARE;
         }
     }
     let weak = order.iter().rev().filter(|&&i| svd.singular_values[i] < 0.1 * largest);

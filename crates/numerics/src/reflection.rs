@@ -26,7 +26,7 @@ use crate::row_block::RowBlock;
 
 /// A column whose squares add up to less counts as zero, because the reciprocal would be infinite. The filtered sign of
 /// a joint that came to rest decays so far.
-const NEGLIGIBLE: f64 = 1e-280;
+const NEGLIGIBLE_SQUARES: f64 = 1e-280;
 
 /// The places of columns in the triangle and in the rows.
 #[derive(Clone, Copy)]
@@ -216,7 +216,7 @@ fn reflect_with<V: Four>(r: &mut [f64], n: usize, columns: Columns, mut rows: Ro
         for k in 0..width {
             let x = places[first + k];
             let below = square::<V>(&rows, x);
-            if below <= NEGLIGIBLE {
+            if below <= NEGLIGIBLE_SQUARES {
                 continue;
             }
             let pivot = r[at(first + k, first + k)];

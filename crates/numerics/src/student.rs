@@ -4,14 +4,14 @@
 //! as a continued fraction [Abramowitz, Stegun 1964, 26.5.8].
 
 /// With more degrees of freedom t cannot be told from the normal distribution.
-const MOST_FREEDOM: f64 = 1e5;
+const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
 
 /// The probability that |T| exceeds `t` for `freedom` degrees of freedom; 1 where there is none.
 pub fn two_sided(t: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return 1.0;
     }
-    let (nu, square) = (freedom.min(MOST_FREEDOM), (t * t).min(1e300));
+    let (nu, square) = (freedom.min(MAX_DEGREES_OF_FREEDOM), (t * t).min(1e300));
     let sum = nu + square;
     incomplete_beta(0.5 * nu, 0.5, nu / sum, square / sum)
 }
@@ -40,7 +40,7 @@ pub fn exceeded(f: f64, m: f64, n: f64) -> f64 {
     if f.is_nan() || m.is_nan() || n.is_nan() || m <= 0.0 || n <= 0.0 || f <= 0.0 {
         return 1.0;
     }
-    let n = n.min(MOST_FREEDOM);
+    let n = n.min(MAX_DEGREES_OF_FREEDOM);
     let above = (m * f).min(1e300);
     incomplete_beta(0.5 * n, 0.5 * m, n / (n + above), above / (n + above))
 }
@@ -63,7 +63,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64, rest: f64) -> f64 {
 
 /// 1 + d_1 / (1 + d_2 / (1 + ..)), from the front by Lentz's products.
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
-    const TINY: f64 = 1e-300;
+    const SMALLEST_DENOMINATOR: f64 = 1e-300;
     let (mut value, mut above, mut below) = (1.0_f64, 1.0_f64, 0.0_f64);
     for k in 1..5000 {
         let m = f64::from(k / 2);
@@ -71,8 +71,8 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
             0 => m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m)),
             _ => -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0)),
         };
-        below = 1.0 / nonzero(1.0 + d * below, TINY);
-        above = nonzero(1.0 + d / above, TINY);
+        below = 1.0 / nonzero(1.0 + d * below, SMALLEST_DENOMINATOR);
+        above = nonzero(1.0 + d / above, SMALLEST_DENOMINATOR);
         let change = above * below;
         value *= change;
         if (change - 1.0).abs() < 1e-15 {

@@ -29,7 +29,7 @@ pub struct Triangle {
 }
 
 /// A column depends on those before it where they leave less than this share of its norm, which is rounding.
-const VOID: f64 = 1e-10;
+const DEPENDENT_COLUMN_SHARE: f64 = 1e-10;
 
 /// Rows on their way into a triangle.
 #[derive(Clone, Debug)]
@@ -200,7 +200,7 @@ impl Triangle {
 
     /// Whether a column does not depend on those before it.
     fn tells(&self, c: usize) -> bool {
-        self.at(c, c).abs() > VOID * self.column_norm(c)
+        self.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * self.column_norm(c)
     }
 
     /// Entries (k, k) of (R'R)^-1, the squares of rows of R^-1. A column that depends on those before it is left out

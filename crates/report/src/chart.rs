@@ -11,14 +11,18 @@ use identification::portrait::envelope::Envelope;
 
 use crate::scale::Scale;
 
-/// Tenths of a pixel: a chart, and what its axes take of it.
-const WIDTH: f64 = 4800.0;
-const LEFT: f64 = 560.0;
-const RIGHT: f64 = 120.0;
-const BOTTOM: f64 = 420.0;
-/// A row of the legend, and the width of a letter in it.
-const ROW: f64 = 190.0;
-const LETTER: f64 = 68.0;
+/// Width of a chart, tenths of a pixel.
+const CHART_WIDTH: f64 = 4800.0;
+/// What the axes take of a chart on the left, tenths of a pixel.
+const LEFT_MARGIN: f64 = 560.0;
+/// What is left free on the right.
+const RIGHT_MARGIN: f64 = 120.0;
+/// What the axes take of it below.
+const BOTTOM_MARGIN: f64 = 420.0;
+/// Height of a row of the legend, tenths of a pixel.
+const LEGEND_ROW_HEIGHT: f64 = 190.0;
+/// Width of a letter in the legend, tenths of a pixel.
+const LEGEND_LETTER_WIDTH: f64 = 68.0;
 
 /// A layer of the drawing. Layers are drawn from back to front.
 #[derive(Clone, Debug)]
@@ -141,12 +145,12 @@ impl<'a> Chart<'a> {
 
     fn drawn(&self, style: &str) -> String {
         let legend = self.legend();
-        let top = 160.0 + ROW * (1.0 + legend.rows as f64);
+        let top = 160.0 + LEGEND_ROW_HEIGHT * (1.0 + legend.rows as f64);
         let height = top + self.height;
         let (x, y) = self.scales();
-        let frame = Frame { x, y, top, bottom: top + self.height - BOTTOM };
+        let frame = Frame { x, y, top, bottom: top + self.height - BOTTOM_MARGIN };
         let mut s = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"chart\" viewBox=\"0 0 {CHART_WIDTH} {height}\" role=\"img\">\n\
              <title>{}</title>\n{style}",
             escaped(&self.title)
         );
@@ -170,10 +174,10 @@ impl<'a> Chart<'a> {
                 }
                 Layer::Band(low, high) => {
                     let (a, b) = (frame.py(*high), frame.py(*low));
-                    let width = WIDTH - LEFT - RIGHT;
+                    let width = CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN;
                     let _ = writeln!(
                         s,
-                        "<rect class=\"band\" x=\"{LEFT}\" y=\"{a}\" width=\"{width}\" height=\"{}\"/>",
+                        "<rect class=\"band\" x=\"{LEFT_MARGIN}\" y=\"{a}\" width=\"{width}\" height=\"{}\"/>",
                         (b - a).max(0)
                     );
                 }
@@ -217,7 +221,7 @@ impl<'a> Chart<'a> {
             return (Scale::linear(x.into_iter(), 0.0), Scale::linear(y.into_iter(), 0.06));
         }
         let (x, y) = (Scale::linear(x.into_iter(), 0.06), Scale::linear(y.into_iter(), 0.06));
-        let (width, height) = (WIDTH - LEFT - RIGHT, self.height - BOTTOM);
+        let (width, height) = (CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN, self.height - BOTTOM_MARGIN);
         let unit = (x.length() / width).max(y.length() / height);
         (x.of_length(unit * width), y.of_length(unit * height))
     }
@@ -226,15 +230,15 @@ impl<'a> Chart<'a> {
     fn legend(&self) -> Legend {
         let mut legend = Legend { text: String::new(), rows: 0 };
         let named: Vec<_> = self.layers.iter().filter(|(name, _, _)| !name.is_empty()).collect();
-        let mut x = LEFT;
+        let mut x = LEFT_MARGIN;
         for (i, (name, class, layer)) in named.iter().enumerate() {
-            let width = 420.0 + LETTER * name.chars().count() as f64;
+            let width = 420.0 + LEGEND_LETTER_WIDTH * name.chars().count() as f64;
             if i == 0 {
                 legend.rows = 1;
-            } else if x + width > WIDTH {
-                (x, legend.rows) = (LEFT, legend.rows + 1);
+            } else if x + width > CHART_WIDTH {
+                (x, legend.rows) = (LEFT_MARGIN, legend.rows + 1);
             }
-            let y = 20.0 + ROW * legend.rows as f64;
+            let y = 20.0 + LEGEND_ROW_HEIGHT * legend.rows as f64;
             let mark = match layer {
                 Layer::Band(..) => {
                     format!("<rect class=\"band\" x=\"{x}\" y=\"{}\" width=\"220\" height=\"100\"/>", y - 95.0)
@@ -267,7 +271,7 @@ struct Frame {
 
 impl Frame {
     fn px(&self, x: f64) -> i64 {
-        (LEFT + self.x.place(x) * (WIDTH - LEFT - RIGHT)).round() as i64
+        (LEFT_MARGIN + self.x.place(x) * (CHART_WIDTH - LEFT_MARGIN - RIGHT_MARGIN)).round() as i64
     }
 
     /// Values far outside are clamped to one height of the frame beyond it, because browsers fail on huge coordinates.
@@ -276,14 +280,14 @@ impl Frame {
     }
 
     fn axes(&self, s: &mut String, (x_name, y_name): &(String, String)) {
-        let right = WIDTH - RIGHT;
+        let right = CHART_WIDTH - RIGHT_MARGIN;
         let below = self.bottom + 180.0;
         // Writing to a String cannot fail.
         for (y, text) in self.y.ticks() {
             let at = self.py(y);
             let class = if text == "0" { "zero" } else { "grid" };
-            let _ = writeln!(s, "<path class=\"{class}\" d=\"M{LEFT} {at}H{right}\"/>");
-            let _ = writeln!(s, "<text x=\"{}\" y=\"{}\" class=\"end\">{text}</text>", LEFT - 60.0, at + 40);
+            let _ = writeln!(s, "<path class=\"{class}\" d=\"M{LEFT_MARGIN} {at}H{right}\"/>");
+            let _ = writeln!(s, "<text x=\"{}\" y=\"{}\" class=\"end\">{text}</text>", LEFT_MARGIN - 60.0, at + 40);
         }
         for (x, text) in self.x.ticks() {
             let at = self.px(x);
@@ -380,7 +384,7 @@ mod tests {
         let circle: Vec<(f64, f64)> = (0..=100).map(|i| (0.0628 * f64::from(i)).sin_cos()).collect();
         let chart = Chart::new("", ("m", "m")).true_to_scale().line("", "a", &circle);
         let (x, y) = chart.scales();
-        let frame = Frame { x, y, top: 0.0, bottom: chart.height - BOTTOM };
+        let frame = Frame { x, y, top: 0.0, bottom: chart.height - BOTTOM_MARGIN };
         let (across, up) = (frame.px(1.0) - frame.px(-1.0), frame.py(-1.0) - frame.py(1.0));
         assert!(across > 2000 && (across - up).abs() <= 2, "{across} {up}");
     }

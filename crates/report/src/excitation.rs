@@ -192,7 +192,7 @@ fn unit_of(kind: LimitKind, is_prismatic: Option<bool>) -> String {
 }
 
 /// A value that is a smaller part of its limit is written as zero.
-const NOTHING: f64 = 1e-9;
+const ZERO_SHARE_OF_LIMIT: f64 = 1e-9;
 
 /// The sentence of the certificate on a quantity.
 fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
@@ -201,7 +201,7 @@ fn caption(name: &str, unit: &str, row: Option<&CertificateRow>) -> String {
     };
     let size = bound.abs();
     // A coordinate at rest has rounding errors, which would not tell a reader anything.
-    let digits = |x: f64| significant(if x.abs() < NOTHING * size { 0.0 } else { x }, 4);
+    let digits = |x: f64| significant(if x.abs() < ZERO_SHARE_OF_LIMIT * size { 0.0 } else { x }, 4);
     let (value, bound, proved) = (digits(*value), digits(*bound), digits(*nowhere_beyond));
     let at = format!("{name}: {value} of {bound} {unit} at {} s", significant(*time_s, 3));
     match kept {
@@ -248,7 +248,7 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
         let beyond = (centre.0 - point[a]) * n.0 + (centre.1 - point[b]) * n.1;
         let foot = (centre.0 - beyond * n.0, centre.1 - beyond * n.1);
         let end = |side: f64| (foot.0 - side * radius * n.1, foot.1 + side * radius * n.0);
-        (seen > EDGE_ON * size).then(|| vec![end(-1.0), end(1.0)])
+        (seen > EDGE_ON_SINE * size).then(|| vec![end(-1.0), end(1.0)])
     };
     let cells = space.boxes.iter().map(|cell| {
         let ((left, low), (right, high)) = ((cell.low[a], cell.low[b]), (cell.high[a], cell.high[b]));
@@ -258,10 +258,10 @@ fn edges(space: &SpaceLimits, axes: [usize; 2], path: &[(f64, f64)]) -> Vec<Vec<
 }
 
 /// Sine of the angle between a plane's normal and the line of sight, above which the plane is drawn as a line.
-const EDGE_ON: f64 = 0.9999;
+const EDGE_ON_SINE: f64 = 0.9999;
 
 /// Shortest bar, in per cent of the widest, so that every parameter with a bar shows one.
-const LEAST: f64 = 2.0;
+const SHORTEST_BAR_PERCENT: f64 = 2.0;
 
 /// The parameters in the order of the motion, and what their bars mean. A bar is the relative deviation or, where no
 /// parameter has one, the deviation; logarithmic, between powers of ten.
@@ -290,7 +290,7 @@ fn visible(parameters: &[VisibleParameter]) -> (String, Vec<Visible>) {
     let row = |p: &VisibleParameter| {
         let remark = p.remark().unwrap_or_default();
         let unit = unit(&p.unit.to_string());
-        let place = |x: f64| (100.0 * (x.log10() - low) / (high - low)).clamp(LEAST, 100.0);
+        let place = |x: f64| (100.0 * (x.log10() - low) / (high - low)).clamp(SHORTEST_BAR_PERCENT, 100.0);
         Visible {
             name: p.id.to_string(),
             described: p.described.map_or("-".into(), |x| significant(x, 3)),

@@ -61,7 +61,7 @@ pub fn plan(plan: &ExperimentPlan) -> PlanPart {
 }
 
 /// Points of a line that fills a small picture.
-const POINTS: usize = 120;
+const POINTS_PER_LINE: usize = 120;
 
 /// A chart of each motion: the positions of the joints that move, over one period of a swing or a sweep there and back.
 /// There is none if a motion of the plan is invalid.
@@ -74,7 +74,7 @@ fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
             None => 0..usize::MAX,
         };
         let shown = shown.start..shown.end.min(reference.q.first().map_or(0, Vec::len));
-        let step = shown.len().div_ceil(POINTS).max(1);
+        let step = shown.len().div_ceil(POINTS_PER_LINE).max(1);
         let mut moving = trajectory.moving();
         moving.sort_by_key(|k| *k != trajectory.fast);
         let mut chart =

@@ -141,7 +141,7 @@ impl Page<'_> {
             total: estimate.map_or(String::new(), |e| if e.total > 0.0 { percent(e.total) } else { String::new() }),
             held_out: estimate.and_then(|e| e.cross_validation).map(percent),
             joints: self.portrait.map(|p| joints::joints(p, estimate)).unwrap_or_default(),
-            part_names: identification::portrait::split::PARTS,
+            part_names: identification::portrait::split::TORQUE_PART_NAMES,
             logs: self.portrait.map(|p| p.logs.iter().map(|log| log.name.clone()).collect()).unwrap_or_default(),
             thinned: self.portrait.and_then(thinned).filter(|n| *n > 1),
             used: self.portrait.map(|p| motion::used(p, self.subject.map(|s| s.robot))).unwrap_or_default(),

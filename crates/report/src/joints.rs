@@ -1,9 +1,9 @@
 //! The joints: the parts of each torque, the residual, and whether the residual is noise.
 
 use identification::estimate::artefact::Estimate;
-use identification::estimate::autocorrelation::{NOISE_MEMORY, filtered_noise};
+use identification::estimate::autocorrelation::{NOISE_MEMORY_PERIODS, filtered_noise};
 use identification::estimate::identified::INTERVAL;
-use identification::portrait::split::PARTS;
+use identification::portrait::split::TORQUE_PART_NAMES;
 use identification::portrait::{JointPortrait, Portrait};
 use serde::Serialize;
 
@@ -39,7 +39,8 @@ pub struct Figure {
     pub svg: String,
 }
 
-const CLASSES: [&str; 4] = ["a", "b", "c", "d"];
+/// Classes of the style sheet, of the parts of a torque in their order.
+const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
 /// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
 pub fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
@@ -50,8 +51,8 @@ fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) 
     let of_estimate = estimate.and_then(|e| e.joints.iter().find(|j| j.coordinate == joint.coordinate));
     let sum: f64 = joint.part_rms.iter().sum();
     let share = |(k, rms): (usize, &f64)| Share {
-        name: PARTS[k],
-        class: CLASSES[k],
+        name: TORQUE_PART_NAMES[k],
+        class: PART_CLASSES[k],
         percent: if sum > 0.0 { 100.0 * rms / sum } else { 0.0 },
         text: format!("{} {}", significant(*rms, 3), joint.unit),
     };
@@ -70,7 +71,7 @@ fn one(joint: &JointPortrait, portrait: &Portrait, estimate: Option<&Estimate>) 
 /// The time over which a residual is correlated, compared with noise behind the same filter.
 fn likeness(memory: f64, cutoff: f64) -> String {
     let seconds = format!("{} s", significant(memory, 2));
-    match memory * cutoff / NOISE_MEMORY {
+    match memory * cutoff / NOISE_MEMORY_PERIODS {
         _ if cutoff == 0.0 => seconds,
         times if times < 1.5 => format!("{seconds}, as noise"),
         times => format!("{seconds}, {times:.1} × noise"),
@@ -123,7 +124,7 @@ fn drawn<'a>(
     ];
     let mut split = over_time("Parts of the torque");
     for (k, part) in joint.parts.iter().enumerate() {
-        split = split.envelope(PARTS[k], CLASSES[k], part);
+        split = split.envelope(TORQUE_PART_NAMES[k], PART_CLASSES[k], part);
     }
     charts.push(("parts", "What the torque is made of".into(), split));
     charts.push(("friction", friction_caption(joint), friction(joint, name, unit, speed)));
@@ -191,7 +192,7 @@ fn autocorrelation<'a>(joint: &JointPortrait, name: &str, memory: Option<f64>, c
         let noise: Vec<(f64, f64)> = found.iter().map(|p| (p.0, filtered_noise(cutoff, p.0))).collect();
         chart = chart.line("filtered noise", "c", &noise);
         if let Some(memory) = memory {
-            let times = memory * cutoff / NOISE_MEMORY;
+            let times = memory * cutoff / NOISE_MEMORY_PERIODS;
             caption += &match times < 1.5 {
                 true => format!(": {} s, not longer than noise behind the filter", significant(memory, 2)),
                 false => format!(": {} s, {times:.1} times as long as noise behind the filter", significant(memory, 2)),

@@ -27,15 +27,15 @@ pub fn with_interval(value: f64, half: f64) -> (String, String) {
 }
 
 /// A thin blank that no line is broken at, and the sign.
-const SIGN: &str = "\u{202f}%";
+const PERCENT_SIGN: &str = "\u{202f}%";
 
 /// A share as per cent: `0.53 %`, `14.5 %`.
 pub fn percent(share: f64) -> String {
     match 100.0 * share {
         x if !x.is_finite() => "-".into(),
-        x if x >= 99.95 => format!("{x:.0}{SIGN}"),
-        x if x >= 9.995 => format!("{x:.1}{SIGN}"),
-        x => format!("{x:.2}{SIGN}"),
+        x if x >= 99.95 => format!("{x:.0}{PERCENT_SIGN}"),
+        x if x >= 9.995 => format!("{x:.1}{PERCENT_SIGN}"),
+        x => format!("{x:.2}{PERCENT_SIGN}"),
     }
 }
 

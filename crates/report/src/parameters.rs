@@ -54,7 +54,7 @@ struct Row {
 }
 
 /// Standard deviations at which a bar of significance is full.
-const FULL: f64 = 50.0;
+const FULL_BAR_SIGMAS: f64 = 50.0;
 
 /// The parameters of an estimate by link.
 pub fn groups(estimate: &Estimate, subject: Option<Subject>) -> Vec<Group> {
@@ -142,7 +142,7 @@ fn row(order: usize, parameter: &Identified, told: &BTreeMap<String, Told>) -> R
         unit: unit(&parameter.unit.to_string()),
         number,
         deviations,
-        bar: (100.0 * deviations / FULL).min(100.0),
+        bar: (100.0 * deviations / FULL_BAR_SIGMAS).min(100.0),
         relative: parameter.relative_sigma.map_or(String::new(), |x| percent(0.01 * x)),
         described: described.map_or(String::new(), |x| significant(x, 3)),
         off: off.filter(|off| off.is_finite()),

@@ -45,7 +45,7 @@ pub struct Column {
 }
 
 /// Indent of a last column that stands below its row.
-const BELOW: usize = 6;
+const INDENT_BELOW_ROW: usize = 6;
 
 /// A table of left-aligned columns. Where it does not fit into `width`, the last column stands below the others.
 pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
@@ -60,7 +60,7 @@ pub fn table(heads: &[&str], rows: &[Vec<String>], width: usize) -> String {
         let padded = cells[..beside].iter().zip(&widths).map(|(cell, w)| format!("{cell:<w$}  "));
         let mut text = padded.collect::<String>().trim_end().to_string() + "\n";
         for cell in cells[beside..].iter().filter(|cell| !cell.is_empty()) {
-            text += &wrapped(cell, BELOW, BELOW + 2, width);
+            text += &wrapped(cell, INDENT_BELOW_ROW, INDENT_BELOW_ROW + 2, width);
         }
         text
     };

@@ -2,19 +2,18 @@
 //!
 //! A file gives axes and angles with six or seven digits. The frames computed from them inherit the rounding: the three
 //! fingers of a hand stand at angles that agree to 1e-7, and axes that meet pass at 1e-8 m. Such differences are no
-//! geometry, but each makes base parameters of its own that no motion can show. An angle that agrees with an earlier one of
-//! the robot within [`ANGLE`], up to its sign, is taken for that one; so is a length within [`LENGTH`], and one below it
-//! for zero.
+//! geometry, but each makes base parameters of its own that no motion can show. An angle that agrees with an earlier
+//! one of the robot within [`ROUND_ANGLE_TOLERANCE_RAD`], up to its sign, is taken for that one; so is a length within
+//! [`LENGTH_AGREEMENT_M`], and one below it for zero.
 
+use crate::angle_snap::ROUND_ANGLE_TOLERANCE_RAD;
 use crate::robot::{Note, Robot};
 use crate::value::Value;
 
-/// rad: one arc second, as for angles near a right one ([`crate::angle_snap`]).
-const ANGLE: f64 = 5e-6;
-/// m: what six digits of an angle leave of a metre.
-const LENGTH: f64 = 1e-7;
+/// Difference of lengths that count as one, m: what six digits of an angle leave of a metre.
+const LENGTH_AGREEMENT_M: f64 = 1e-7;
 /// A difference that is rounding of this program, and gets no note.
-const SILENT: f64 = 1e-9;
+const UNNOTED_DIFFERENCE: f64 = 1e-9;
 
 /// Gives numbers that agree one value, and notes it.
 pub(crate) fn make_one(robot: &mut Robot) {
@@ -33,16 +32,17 @@ pub(crate) fn make_one(robot: &mut Robot) {
         for (key, value, is_angle) in given {
             // A multiple of pi has no digits to agree in.
             let &mut Value::Number(x) = value else { continue };
-            let (known, tolerance) = if is_angle { (&mut angles, ANGLE) } else { (&mut lengths, LENGTH) };
+            let (known, tolerance) =
+                if is_angle { (&mut angles, ROUND_ANGLE_TOLERANCE_RAD) } else { (&mut lengths, LENGTH_AGREEMENT_M) };
             let meant = match known.iter().find(|y: &&f64| (x.abs() - **y).abs() <= tolerance) {
-                _ if !is_angle && x.abs() <= LENGTH => 0.0,
+                _ if !is_angle && x.abs() <= LENGTH_AGREEMENT_M => 0.0,
                 Some(y) => y.copysign(x),
                 None => {
                     known.push(x.abs());
                     continue;
                 }
             };
-            if (meant - x).abs() > SILENT {
+            if (meant - x).abs() > UNNOTED_DIFFERENCE {
                 let text = format!("{key} = {x} of its frame is taken for {meant}");
                 notes.push(Note { subject: link.joint.name.clone(), text });
             }

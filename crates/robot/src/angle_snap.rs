@@ -1,11 +1,11 @@
 //! Angles and lengths as they were meant: 1.5707 is pi/2.
 //!
-//! An angle within [`ROUND`] of a multiple of pi/2, pi/4 or pi/6 is taken for that multiple, because no calibration
-//! measures so little. An angle is also taken for a multiple of pi/2 if it is that multiple rounded or cut off at its
-//! last decimal, down to four decimals ([`CUT`]): 1.5707 and 1.5708 are pi/2. An angle of the same size with more
-//! digits is kept: 1.57065 is not pi/2. Neither 0.0001 nor 0.00015 is zero, since zero has no digits to leave out. Sine
-//! and cosine of a multiple so found are exact, so the digits that somebody left out do not make additional base
-//! parameters.
+//! An angle within [`ROUND_ANGLE_TOLERANCE_RAD`] of a multiple of pi/2, pi/4 or pi/6 is taken for that multiple,
+//! because no calibration measures so little. An angle is also taken for a multiple of pi/2 if it is that multiple
+//! rounded or cut off at its last decimal, down to four decimals ([`LONGEST_CUT_RAD`]): 1.5707 and 1.5708 are pi/2. An
+//! angle of the same size with more digits is kept: 1.57065 is not pi/2. Neither 0.0001 nor 0.00015 is zero, since zero
+//! has no digits to leave out. Sine and cosine of a multiple so found are exact, so the digits that somebody left out
+//! do not make additional base parameters.
 
 use std::f64::consts::PI;
 
@@ -14,24 +14,26 @@ use crate::robot::{ModifiedDh, Note, Robot};
 use crate::value::Value;
 use crate::vector::{Matrix3, Vector3, norm, product, scaled};
 
-/// rad: 3.1415 is 9.3e-5 away from pi, and 1.57 is 8e-4 away from pi/2, which is an angle of its own.
-const CUT: f64 = 1e-4;
-/// rad, one arc second: 0.7854 is 1.8e-6 away from pi/4, and 3.67e-6 is what 1.5708 leaves of pi/2.
-const ROUND: f64 = 5e-6;
+/// Most that a cut decimal may leave of a multiple of pi/2, rad: 3.1415 is 9.3e-5 away from pi, and 1.57 is 8e-4 away
+/// from pi/2, which is an angle of its own.
+const LONGEST_CUT_RAD: f64 = 1e-4;
+/// Distance from a round angle that counts as none, one arc second, rad: 0.7854 is 1.8e-6 away from pi/4, and 3.67e-6
+/// is what 1.5708 leaves of pi/2.
+pub(crate) const ROUND_ANGLE_TOLERANCE_RAD: f64 = 5e-6;
 /// Sine of the angle between a given axis and the coordinate axis it is taken for.
-const AXIS: f64 = 1e-6;
-/// m: the rounding noise of exporters.
-const LENGTH: f64 = 1e-9;
-/// rad: a smaller difference is that of pi/2 as a double. It is removed without a note, even where angles stay as
+const AXIS_TOLERANCE_SINE: f64 = 1e-6;
+/// The rounding noise of exporters, m.
+const LENGTH_NOISE_M: f64 = 1e-9;
+/// A smaller difference is that of pi/2 as a double, rad. It is removed without a note, even where angles stay as
 /// given.
-const SILENT: f64 = 1e-9;
+const UNNOTED_DIFFERENCE_RAD: f64 = 1e-9;
 /// An entry of a rotation this near to a known value is set to it, because products of three sines or cosines carry an
 /// error of a few units of the last place, 2e-16.
-const LAST_DIGITS: f64 = 1e-14;
+const ROTATION_ENTRY_TOLERANCE: f64 = 1e-14;
 /// An axis whose largest component is smaller names no direction: files write unit vectors.
-const NO_AXIS: f64 = 1e-9;
+const SMALLEST_AXIS_COMPONENT: f64 = 1e-9;
 /// Rounding error of values that this program computes from snapped ones, in some operations on numbers below 10.
-const ROUNDING: f64 = 1e-12;
+const SNAPPED_VALUE_ROUNDING: f64 = 1e-12;
 
 /// What a rounded angle is taken for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,9 +52,9 @@ pub(crate) fn given_angle(angle: f64, angles: Angles) -> Value {
     let away = (angle - n * PI / 12.0).abs();
     let step = n.rem_euclid(12.0);
     let tolerance = match (step as i64, angles) {
-        (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, Angles::AsGiven) => SILENT,
-        (0 | 6, Angles::Meant) => ROUND.max(last_decimal(angle).min(CUT)),
-        (2 | 3 | 4 | 8 | 9 | 10, Angles::Meant) => ROUND,
+        (0 | 2 | 3 | 4 | 6 | 8 | 9 | 10, Angles::AsGiven) => UNNOTED_DIFFERENCE_RAD,
+        (0 | 6, Angles::Meant) => ROUND_ANGLE_TOLERANCE_RAD.max(last_decimal(angle).min(LONGEST_CUT_RAD)),
+        (2 | 3 | 4 | 8 | 9 | 10, Angles::Meant) => ROUND_ANGLE_TOLERANCE_RAD,
         _ => -1.0,
     };
     if away <= tolerance && n.abs() < 1e6 { twelfths_of_pi(n as i64) } else { Value::Number(angle) }
@@ -69,7 +71,7 @@ fn last_decimal(angle: f64) -> f64 {
 /// An angle computed from snapped ones, in (-pi, pi].
 pub(crate) fn computed_angle(angle: f64) -> Value {
     let n = (angle * 12.0 / PI).round();
-    if (angle - n * PI / 12.0).abs() <= ROUNDING {
+    if (angle - n * PI / 12.0).abs() <= SNAPPED_VALUE_ROUNDING {
         let n = n as i64;
         twelfths_of_pi(if n <= -12 { n + 24 } else { n })
     } else {
@@ -79,12 +81,12 @@ pub(crate) fn computed_angle(angle: f64) -> Value {
 
 /// A length computed from snapped ones, m.
 pub(crate) fn computed_length(length: f64) -> Value {
-    if length.abs() <= ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
+    if length.abs() <= SNAPPED_VALUE_ROUNDING { Value::ZERO } else { Value::Number(decimal(length)) }
 }
 
 /// A length as given, m.
 pub(crate) fn given_length(length: f64) -> f64 {
-    if length.abs() < LENGTH { 0.0 } else { length }
+    if length.abs() < LENGTH_NOISE_M { 0.0 } else { length }
 }
 
 /// n pi / 12, reduced.
@@ -126,19 +128,19 @@ pub(crate) fn exact(m: &Matrix3) -> Matrix3 {
 
 fn exact_entry(x: f64) -> f64 {
     let known = [0.0, 0.5, 0.5f64.sqrt(), 3f64.sqrt() / 2.0, 1.0];
-    let near = known.into_iter().find(|k| (x.abs() - k).abs() <= LAST_DIGITS);
+    let near = known.into_iter().find(|k| (x.abs() - k).abs() <= ROTATION_ENTRY_TOLERANCE);
     near.map_or(x, |k| if k == 0.0 { 0.0 } else { k.copysign(x) })
 }
 
 /// The unit vector along an axis as given; `None` for the zero vector.
 pub(crate) fn unit_axis(axis: Vector3, angles: Angles) -> Option<Vector3> {
     let largest = axis.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if largest < NO_AXIS {
+    if largest < SMALLEST_AXIS_COMPONENT {
         return None;
     }
     let axis = scaled(axis, 1.0 / largest);
     let unit = scaled(axis, 1.0 / norm(axis));
-    let tolerance = if angles == Angles::Meant { AXIS } else { SILENT };
+    let tolerance = if angles == Angles::Meant { AXIS_TOLERANCE_SINE } else { UNNOTED_DIFFERENCE_RAD };
     let along = (0..3).find(|&i| (0..3).all(|j| j == i || unit[j].abs() <= tolerance));
     Some(match along {
         Some(i) => [0, 1, 2].map(|j| if j == i { unit[i].signum() } else { 0.0 }),
@@ -160,7 +162,7 @@ pub(crate) fn snap_angles(robot: &mut Robot, angles: Angles) {
             let given = value.number(symbols);
             let meant = given_angle(given, angles);
             let Some((n, d)) = meant.as_multiple_of_pi(symbols) else { continue };
-            if (given - meant.number(symbols)).abs() > SILENT {
+            if (given - meant.number(symbols)).abs() > UNNOTED_DIFFERENCE_RAD {
                 let text = format!("{key} = {given} is taken for {n}/{d} pi");
                 notes.push(Note { subject: subject.to_string(), text });
             }

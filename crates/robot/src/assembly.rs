@@ -26,19 +26,20 @@ pub(crate) enum Linkage {
 }
 
 /// What a gap may be of the longest side, or rad, where starts of six digits close a loop.
-const CLOSED: f64 = 1e-5;
-/// Most steps of the search, and the smallest fraction of one. Two or three unknowns near a solution need few.
-const STEPS: usize = 60;
-const SMALLEST_FRACTION: f64 = 1e-3;
+const CLOSED_GAP: f64 = 1e-5;
+/// Most steps of the search. Two or three unknowns near a solution need few.
+const MAX_SEARCH_STEPS: usize = 60;
+/// The smallest fraction of a step.
+const SMALLEST_STEP_FRACTION: f64 = 1e-3;
 
 /// The linkage of the `groups` of sides of a polygon, four in the order of the loop. `start` has every variable:
 /// coordinates at zero, passive ones, from the `n`-th on, where the search for them starts.
 pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n: usize) -> Linkage {
     let size = polygon.sides.iter().map(|s| s.vector[0].hypot(s.vector[1])).fold(0.0, f64::max);
-    let search = Search { polygon, size, unknown: unknown(polygon, n) };
+    let search = PolygonSearch { polygon, size, unknown: unknown(polygon, n) };
     let is_given = search.unknown.iter().any(|&k| start[k] != 0.0);
     let mut x = start.to_vec();
-    if !is_given && norm(&search.gap(&x)) > CLOSED {
+    if !is_given && norm(&search.gap(&x)) > CLOSED_GAP {
         return Linkage::NoStart;
     }
     search.close(&mut x);
@@ -48,14 +49,14 @@ pub(crate) fn linkage(polygon: &Polygon, groups: [&[usize]; 4], start: &[f64], n
             [sum[0] + u / size, sum[1] + v / size]
         })
     });
-    if norm(&search.gap(&x)) > CLOSED {
+    if norm(&search.gap(&x)) > CLOSED_GAP {
         return Linkage::NoStart;
     }
-    if (a[0] * b[1] - a[1] * b[0]).abs() < CLOSED {
+    if (a[0] * b[1] - a[1] * b[0]).abs() < CLOSED_GAP {
         return Linkage::Stretched;
     }
     let apart = [a[0] + c[0], a[1] + c[1], b[0] + d[0], b[1] + d[1]];
-    if norm(&apart) < 10.0 * CLOSED { Linkage::Parallelogram } else { Linkage::Crossed }
+    if norm(&apart) < 10.0 * CLOSED_GAP { Linkage::Parallelogram } else { Linkage::Crossed }
 }
 
 /// The passive variables that turn a side.
@@ -64,13 +65,13 @@ fn unknown(polygon: &Polygon, n: usize) -> Vec<usize> {
     (n..polygon.turn.len()).filter(moves).collect()
 }
 
-struct Search<'a> {
+struct PolygonSearch<'a> {
     polygon: &'a Polygon,
     size: f64,
     unknown: Vec<usize>,
 }
 
-impl Search<'_> {
+impl PolygonSearch<'_> {
     /// The open end of the polygon in lengths of the longest side, and the angle between the ends, rad.
     fn gap(&self, x: &[f64]) -> [f64; 3] {
         let angle = wrapped(dot(&self.polygon.turn, x) - self.polygon.angle);
@@ -91,7 +92,7 @@ impl Search<'_> {
 
     /// Moves the passive variables to the next closed polygon, as far as the search comes.
     fn close(&self, x: &mut Vec<f64>) {
-        for _ in 0..STEPS {
+        for _ in 0..MAX_SEARCH_STEPS {
             let gap = self.gap(x);
             if norm(&gap) < 1e-14 {
                 return;
@@ -104,7 +105,7 @@ impl Search<'_> {
                 for (&k, s) in self.unknown.iter().zip(&step) {
                     next[k] -= fraction * s;
                 }
-                if norm(&self.gap(&next)) < norm(&gap) || fraction < SMALLEST_FRACTION {
+                if norm(&self.gap(&next)) < norm(&gap) || fraction < SMALLEST_STEP_FRACTION {
                     *x = next;
                     break;
                 }

@@ -8,9 +8,10 @@ use crate::inertial::Pose;
 use crate::robot::{Loop, Robot};
 
 /// Largest distance, m, and angle, rad, between frames that are to coincide.
-pub const TOLERANCE: f64 = 1e-9;
+pub const CLOSURE_TOLERANCE: f64 = 1e-9;
 
-const CONFIGURATIONS: usize = 20;
+/// Number of configurations at which a loop must close.
+const TESTED_CONFIGURATIONS: usize = 20;
 
 /// How far a loop is from closing, and where.
 #[derive(Clone, Debug)]
@@ -26,7 +27,7 @@ pub struct Gap {
 /// The largest gap of a loop over fixed pseudo-random configurations.
 pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
     let mut worst = Gap { position: 0.0, orientation: 0.0, q: vec![0.0; robot.n_variables()] };
-    for q in configurations(robot.n_variables(), CONFIGURATIONS) {
+    for q in configurations(robot.n_variables(), TESTED_CONFIGURATIONS) {
         let poses = robot.link_poses(&q);
         let cut = robot.loop_frame_pose(&one.cut, &poses, &q);
         let twin = robot.loop_frame_pose(&one.twin, &poses, &q);
@@ -45,11 +46,11 @@ pub fn largest_gap(robot: &Robot, one: &Loop) -> Gap {
 pub(crate) fn check(robot: &Robot) -> Result<(), (usize, String)> {
     for (k, one) in robot.loops.iter().enumerate().filter(|l| !robot.is_implicit(l.1)) {
         let gap = largest_gap(robot, one);
-        if gap.position > TOLERANCE || gap.orientation > TOLERANCE {
+        if gap.position > CLOSURE_TOLERANCE || gap.orientation > CLOSURE_TOLERANCE {
             let at: Vec<String> = gap.q.iter().map(|x| format!("{x:.3}")).collect();
             let message = format!(
                 "loop {} does not close: its cut and twin frames are {:.3e} m and {:.3e} rad apart at q = [{}]; both \
-                 must stay below {TOLERANCE:e}",
+                 must stay below {CLOSURE_TOLERANCE:e}",
                 k + 1,
                 gap.position,
                 gap.orientation,

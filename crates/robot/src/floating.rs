@@ -13,7 +13,7 @@ use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
 /// Coordinates of the base, before those of the robot.
-const COORDINATES: [&str; 6] = ["base_x", "base_y", "base_z", "base_yaw", "base_pitch", "base_roll"];
+const BASE_COORDINATE_NAMES: [&str; 6] = ["base_x", "base_y", "base_z", "base_yaw", "base_pitch", "base_roll"];
 
 impl Robot {
     /// This robot with its base afloat: six coordinates more, in front, and the base a link.
@@ -23,7 +23,8 @@ impl Robot {
         let shift = links.len();
         let base = LinkId(shift - 1);
         let moved = |antecedent: Option<LinkId>| Some(antecedent.map_or(base, |i| LinkId(i.0 + shift)));
-        let renumber = |variable: &mut Affine| variable.terms.iter_mut().for_each(|t| t.0.0 += COORDINATES.len());
+        let renumber =
+            |variable: &mut Affine| variable.terms.iter_mut().for_each(|t| t.0.0 += BASE_COORDINATE_NAMES.len());
         for link in &mut robot.links {
             link.antecedent = moved(link.antecedent);
             renumber(&mut link.joint.variable);
@@ -37,8 +38,9 @@ impl Robot {
         links[base.0].collisions = std::mem::take(&mut robot.base.collisions);
         links.append(&mut robot.links);
         robot.links = links;
-        robot.massless = COORDINATES.len();
-        let base_coordinates = COORDINATES.map(|name| Coordinate { name: name.into(), limits: Limits::default() });
+        robot.massless = BASE_COORDINATE_NAMES.len();
+        let base_coordinates =
+            BASE_COORDINATE_NAMES.map(|name| Coordinate { name: name.into(), limits: Limits::default() });
         robot.coordinates.splice(0..0, base_coordinates);
         robot
     }
@@ -63,7 +65,7 @@ fn root_links() -> Vec<Link> {
         (turned(minus(half_pi()), half_pi(), half_pi()), Fixed),
     ];
     let link = |(j, (geometry, kind)): (usize, (ModifiedDh, JointKind))| {
-        let name = COORDINATES.get(j).copied().unwrap_or("base").to_string();
+        let name = BASE_COORDINATE_NAMES.get(j).copied().unwrap_or("base").to_string();
         let (drive, variable) = match kind {
             Fixed => (Drive::Locked, Affine::constant(Value::ZERO)),
             _ => (Drive::Actuated, Affine::coordinate(CoordinateId(j))),

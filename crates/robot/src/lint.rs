@@ -45,12 +45,15 @@ pub enum Mistake {
 }
 
 /// Smallest eigenvalue of S allowed below zero, relative to the trace of I. It covers the rounded digits of a file.
-const SLACK: f64 = 1e-4;
-/// kg; m; m: beyond, grams or millimetres are likelier.
-const LARGE_MASS: f64 = 3000.0;
-const FAR_CENTRE: f64 = 10.0;
-const LARGE_RADIUS: f64 = 10.0;
-const SMALL_RADIUS: f64 = 1e-4;
+const EIGENVALUE_SLACK: f64 = 1e-4;
+/// Mass beyond which grams are likelier, kg.
+const LARGE_MASS_KG: f64 = 3000.0;
+/// Distance of a centre of mass beyond which millimetres are likelier, m.
+const FAR_CENTRE_M: f64 = 10.0;
+/// Radius of gyration above which the unit is likely another, m.
+const LARGE_RADIUS_M: f64 = 10.0;
+/// Radius of gyration below which the unit is likely another, m.
+const SMALL_RADIUS_M: f64 = 1e-4;
 
 /// The findings, link by link.
 pub fn lint(robot: &Robot) -> Vec<Finding> {
@@ -178,19 +181,19 @@ fn impossible(six: &[f64; 6], find: &mut impl FnMut(Mistake, String)) {
 
 fn possible(six: &[f64; 6]) -> bool {
     let [a, b, c] = principal_moments(six);
-    a + b - c >= -SLACK * (a + b + c).abs() && a >= -SLACK * c.abs()
+    a + b - c >= -EIGENVALUE_SLACK * (a + b + c).abs() && a >= -EIGENVALUE_SLACK * c.abs()
 }
 
 fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) {
     let distance = centre.iter().map(|x| x * x).sum::<f64>().sqrt();
     let radius = (principal_moments(&part.inertia)[2].max(0.0) / part.mass).sqrt();
-    if part.mass > LARGE_MASS {
+    if part.mass > LARGE_MASS_KG {
         find(Mistake::Units, format!("its mass is {} kg: are grams meant?", part.mass));
     }
-    if distance > FAR_CENTRE {
+    if distance > FAR_CENTRE_M {
         find(Mistake::Units, format!("its centre of mass lies {distance:.1} m from the joint: are millimetres meant?"));
     }
-    if radius > LARGE_RADIUS || (radius > 0.0 && radius < SMALL_RADIUS) {
+    if radius > LARGE_RADIUS_M || (radius > 0.0 && radius < SMALL_RADIUS_M) {
         let text = format!("its radius of gyration is {radius:.2e} m: are its inertia and its mass in kg m^2 and kg?");
         find(Mistake::Units, text);
     }
@@ -198,7 +201,7 @@ fn units(part: &Part, centre: [f64; 3], find: &mut impl FnMut(Mistake, String)) 
 
 /// A turn that changes no entry by more than this part of the largest principal moment counts as a rounded angle,
 /// because files give six digits.
-const SAME_AXES: f64 = 1e-6;
+const ROUNDED_TURN_SHARE: f64 = 1e-6;
 
 /// Finds an inertial frame that is turned against its link in a way that changes the inertia.
 fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
@@ -211,7 +214,7 @@ fn turned_frame(link: &Link, part: &Part, findings: &mut Vec<Finding>) {
     let turned = transform_inertial(&x, &Pose { position: [0.0; 3], ..in_file });
     let largest = principal_moments(&part.inertia)[2].abs();
     let away = (0..6).map(|k| (turned[k] - x[k]).abs()).fold(0.0, f64::max);
-    if away > SAME_AXES * largest {
+    if away > ROUNDED_TURN_SHARE * largest {
         let text = format!(
             "its inertial frame is turned (rpy): whoever ignores that reads entries wrong by up to {away:.2e} kg m^2, \
              {:.0} % of the largest principal moment",

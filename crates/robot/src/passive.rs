@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use crate::angle_snap::computed_angle;
 use crate::assembly::{Linkage, linkage};
 use crate::linear_angle::{LinearAngle, wrapped};
-use crate::polygon::{Polygon, ROUNDING, Side, polygon};
+use crate::polygon::{COINCIDENCE_ROUNDING, Polygon, Side, polygon};
 use crate::robot::{JointKind, ModifiedDh, Note, Robot};
 use crate::value::Affine;
 use crate::value::{CoordinateId, Symbol, SymbolId, Value};
@@ -73,7 +73,7 @@ fn reduced(relations: &[Relation], (mut coefficients, mut constant): Linear) -> 
         }
     }
     for c in &mut coefficients {
-        if c.abs() < ROUNDING {
+        if c.abs() < COINCIDENCE_ROUNDING {
             *c = 0.0;
         }
     }
@@ -130,8 +130,9 @@ fn opposite(
     for (k, side) in polygon.sides.iter().enumerate() {
         let (turn, angle) = reduced(relations, (side.turn.clone(), 0.0));
         let vector = rotated(side.vector, angle);
-        let alike =
-            |g: &&mut (Vec<f64>, [f64; 2], Vec<usize>)| g.0.iter().zip(&turn).all(|(a, b)| (a - b).abs() < ROUNDING);
+        let alike = |g: &&mut (Vec<f64>, [f64; 2], Vec<usize>)| {
+            g.0.iter().zip(&turn).all(|(a, b)| (a - b).abs() < COINCIDENCE_ROUNDING)
+        };
         match groups.iter_mut().find(alike) {
             Some(group) => {
                 group.1 = [group.1[0] + vector[0], group.1[1] + vector[1]];
@@ -141,8 +142,8 @@ fn opposite(
         }
     }
     let length = |g: &(Vec<f64>, [f64; 2], Vec<usize>)| g.1[0].hypot(g.1[1]);
-    groups.retain(|g| length(g) > ROUNDING);
-    let equal = |i: usize, j: usize| (length(&groups[i]) - length(&groups[j])).abs() <= ROUNDING;
+    groups.retain(|g| length(g) > COINCIDENCE_ROUNDING);
+    let equal = |i: usize, j: usize| (length(&groups[i]) - length(&groups[j])).abs() <= COINCIDENCE_ROUNDING;
     let step = |i: usize, j: usize| Step::Opposite(l, groups[i].2.clone(), groups[j].2.clone());
     match groups.len() {
         1 => Err(format!("loop {} cannot close: its ends stay {:.3e} m apart", l + 1, length(&groups[0]))),
@@ -213,7 +214,7 @@ fn parallelogram(
 /// The symbols whose values alone make opposite sums of sides equal in length; empty where they are equal at every value.
 fn lengths_by_chance(robot: &Robot, l: usize, steps: &[Step], sides: [&[usize]; 4]) -> Vec<String> {
     /// m: moved symbols part lengths by a hundredth, rounding by 1e-15.
-    const APART: f64 = 1e-7;
+    const DIFFERENT_LENGTHS_M: f64 = 1e-7;
     let free = free_symbols(robot);
     let differ = |amounts: &dyn Fn(usize) -> f64| {
         // Where the loop is no polygon any more, the values say nothing of its sides.
@@ -228,17 +229,17 @@ fn lengths_by_chance(robot: &Robot, l: usize, steps: &[Step], sides: [&[usize]; 
             sum[0].hypot(sum[1])
         };
         let lengths = sides.map(length);
-        (lengths[0] - lengths[2]).abs() > APART || (lengths[1] - lengths[3]).abs() > APART
+        (lengths[0] - lengths[2]).abs() > DIFFERENT_LENGTHS_M || (lengths[1] - lengths[3]).abs() > DIFFERENT_LENGTHS_M
     };
     if !differ(&together) {
         return Vec::new();
     }
-    let alone = free.iter().filter(|&&s| differ(&|k| if k == s { SINGLY } else { 0.0 }));
+    let alone = free.iter().filter(|&&s| differ(&|k| if k == s { SINGLE_SYMBOL_STEP } else { 0.0 }));
     alone.map(|&s| robot.symbols[s].name.clone()).collect()
 }
 
 /// By how much a symbol moves alone, m or rad.
-const SINGLY: f64 = 0.0137;
+const SINGLE_SYMBOL_STEP: f64 = 0.0137;
 
 /// By how much the s-th symbol moves where all move, each by its own amount, m or rad.
 fn together(s: usize) -> f64 {
@@ -305,7 +306,9 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
     let constant = constant - moved;
     let (Step::Turn(l) | Step::Opposite(l, ..)) = step;
     let n = robot.n_coordinates();
-    let Some(pivot) = (n..coefficients.len()).rev().find(|&k| (coefficients[k].abs() - 1.0).abs() < ROUNDING) else {
+    let Some(pivot) =
+        (n..coefficients.len()).rev().find(|&k| (coefficients[k].abs() - 1.0).abs() < COINCIDENCE_ROUNDING)
+    else {
         if coefficients[n..].iter().any(|c| *c != 0.0) {
             return Ok(false);
         }
@@ -320,7 +323,7 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
             return Err(message);
         }
         let gap = wrapped(constant).abs();
-        if gap > ROUNDING {
+        if gap > COINCIDENCE_ROUNDING {
             return Err(format!("loop {} cannot close: its ends stay {gap:.3e} rad apart", l + 1));
         }
         return Ok(false);
@@ -341,9 +344,9 @@ fn add(robot: &Robot, relations: &mut Vec<Relation>, equation: Option<Linear>, s
     Ok(true)
 }
 
-/// rad/rad: a slope this near to an integer is one. Differences of angles accurate to 1e-15 over a step of 0.01 leave
+/// A slope this near to an integer is one, rad/rad. Differences of angles accurate to 1e-15 over a step of 0.01 leave
 /// 1e-13. A slope that is no integer comes from lengths, and such slopes are not this close to an integer.
-const INTEGER: f64 = 1e-9;
+const INTEGER_SLOPE_TOLERANCE: f64 = 1e-9;
 
 /// The constants of the relations as values: exact, or a number that holds at these lengths.
 fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec<(Value, bool)> {
@@ -352,7 +355,8 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
     let moved = |amounts: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
         again(robot, &free, steps, amounts).map(|(_, relations)| relations.iter().map(|r| r.constant).collect())
     };
-    let singly: Vec<Option<Vec<f64>>> = free.iter().map(|&s| moved(&|k| if k == s { SINGLY } else { 0.0 })).collect();
+    let singly: Vec<Option<Vec<f64>>> =
+        free.iter().map(|&s| moved(&|k| if k == s { SINGLE_SYMBOL_STEP } else { 0.0 })).collect();
     let all = moved(&together);
     let constant = |r: usize| -> (Value, bool) {
         let at = relations[r].constant;
@@ -361,8 +365,8 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
         let mut terms: BTreeMap<usize, i64> = BTreeMap::new();
         for (&s, constants) in free.iter().zip(&singly) {
             let Some(constants) = constants else { return inexact };
-            let slope = wrapped(constants[r] - at) / SINGLY;
-            if (slope - slope.round()).abs() > INTEGER {
+            let slope = wrapped(constants[r] - at) / SINGLE_SYMBOL_STEP;
+            if (slope - slope.round()).abs() > INTEGER_SLOPE_TOLERANCE {
                 return inexact;
             }
             if slope.round() != 0.0 {
@@ -372,7 +376,7 @@ fn exact_constants(robot: &Robot, steps: &[Step], relations: &[Relation]) -> Vec
             }
         }
         match &all {
-            Some(constants) if wrapped(constants[r] - expected).abs() < ROUNDING => {
+            Some(constants) if wrapped(constants[r] - expected).abs() < COINCIDENCE_ROUNDING => {
                 let mut sum = LinearAngle::default();
                 terms.into_iter().for_each(|(s, m)| sum.add_symbol(SymbolId(s), m));
                 sum.add(&computed_angle(wrapped(rest)), 1, &robot.symbols);
@@ -467,7 +471,7 @@ fn substitute(
             };
         }
     }
-    variable.terms = coefficients.into_iter().filter(|t| t.1.abs() > ROUNDING).collect();
+    variable.terms = coefficients.into_iter().filter(|t| t.1.abs() > COINCIDENCE_ROUNDING).collect();
 }
 
 fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {

@@ -14,8 +14,8 @@ use crate::robot::{JointKind, Loop, LoopFrame, Robot};
 use crate::value::{CoordinateId, Symbol};
 use crate::vector::{Vector3, cross, dot, norm, plus, product, scaled, transposed, turn};
 
-/// m and rad: what rounding may leave between frames that coincide.
-pub(crate) const ROUNDING: f64 = 1e-9;
+/// What rounding may leave between frames that coincide, m and rad.
+pub(crate) const COINCIDENCE_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
@@ -43,18 +43,18 @@ pub(crate) fn polygon(robot: &Robot, symbols: &[Symbol], one: &Loop) -> Result<O
     let (cut, twin) = (cut.after(common, robot, symbols), twin.after(common, robot, symbols));
     let Some(first) = cut.joints.iter().chain(&twin.joints).next() else { return Ok(None) };
     let axis = first.axis;
-    let parallel = |j: &MovingJoint| j.kind == JointKind::Revolute && norm(cross(j.axis, axis)) < ROUNDING;
+    let parallel = |j: &MovingJoint| j.kind == JointKind::Revolute && norm(cross(j.axis, axis)) < COINCIDENCE_ROUNDING;
     if !cut.joints.iter().chain(&twin.joints).all(parallel) {
         return Ok(None);
     }
 
     let between = product(&twin.end.rotation, &transposed(&cut.end.rotation));
     let off = norm(plus(turn(&between, axis), axis, -1.0));
-    if off > ROUNDING {
+    if off > COINCIDENCE_ROUNDING {
         return Err(format!("its joints turn about one direction, and about it the two ends differ by {off:.1e} rad"));
     }
     let apart = dot(plus(twin.end.position, cut.end.position, -1.0), axis).abs();
-    if apart > ROUNDING {
+    if apart > COINCIDENCE_ROUNDING {
         return Err(format!("its joints move in one plane, and the two ends lie in planes {apart:.3e} m apart"));
     }
 

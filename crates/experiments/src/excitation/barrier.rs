@@ -18,7 +18,7 @@ use crate::excitation::motion::Shape;
 ///
 /// With thirty a period of the highest harmonic a peak can lie (pi/30)^2 / 2 = 0.5 % above what they show. Where a
 /// motion is made smaller by that, the determinant loses twice as much.
-const DENSITY: usize = 2;
+const WALL_INSTANTS_PER_SAMPLE: usize = 2;
 
 /// The rows of one joint.
 struct JointRows {
@@ -41,7 +41,7 @@ pub struct Barrier {
 impl Barrier {
     /// The wall for the joints with these limits, none of them locked, for a criterion at `samples` instants of a period.
     pub fn new(shape: &Shape, samples: usize, limits: &[&CoordinateLimits]) -> Barrier {
-        let samples = DENSITY * samples;
+        let samples = WALL_INSTANTS_PER_SAMPLE * samples;
         let mut rows: Vec<(LimitKind, Vec<f64>)> = Vec::new();
         for (k, kind) in LimitKind::KINEMATIC.into_iter().enumerate() {
             rows.extend(shape.rows(k, samples, std::iter::empty()).into_iter().map(|row| (kind, row)));

@@ -15,13 +15,13 @@ use numerics::triangle::TriangleBuilder;
 use crate::excitation::limits::CoordinateLimits;
 
 /// Share of the limit of velocity over which the sign of dry friction turns in a search.
-pub const SMOOTH_SIGN: f64 = 0.02;
+pub const SIGN_TURN_SHARE: f64 = 0.02;
 
 /// A column is not told apart where the columns before it leave less than this share of its norm.
-const DEPENDENT: f64 = 1e-8;
+const DEPENDENT_COLUMN_SHARE: f64 = 1e-8;
 
 /// Rows a column from random states, at least, where no coordinate is locked.
-const STATES: usize = 40;
+const RANDOM_ROWS_PER_COLUMN: usize = 40;
 
 /// The columns of one joint's friction, with their slopes along dq and ddq; `v`: rad/s over which the sign turns.
 pub fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64, out: &mut [[f64; 3]]) {
@@ -67,7 +67,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
     let mut block = TriangleBuilder::new(p);
     let mut y = vec![0.0; n * base];
     let mut friction = vec![[0.0; 3]; terms];
-    for _ in 0..STATES * p.div_ceil(n.max(1)).max(1) {
+    for _ in 0..RANDOM_ROWS_PER_COLUMN * p.div_ceil(n.max(1)).max(1) {
         let mut between = |l: &CoordinateLimits, low: f64, high: f64, rest: f64| match l.locked {
             Some(_) => rest,
             None => random.between(low, high),
@@ -82,7 +82,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             let mut row = vec![0.0; p];
             row[..base].copy_from_slice(&y[i * base..][..base]);
-            friction_columns(model.friction, dq[i], ddq[i], SMOOTH_SIGN * limits[i].velocity, &mut friction);
+            friction_columns(model.friction, dq[i], ddq[i], SIGN_TURN_SHARE * limits[i].velocity, &mut friction);
             for (x, column) in row[base + i * terms..].iter_mut().zip(&friction) {
                 *x = column[0];
             }
@@ -92,7 +92,7 @@ pub fn visible_columns(model: &Model, limits: &[CoordinateLimits]) -> Vec<bool> 
     let triangle = block.finish();
     let norms: Vec<f64> = (0..p).map(|c| triangle.column_norm(c)).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
-    (0..p).map(|c| norms[c] > 1e-12 * largest && triangle.at(c, c).abs() > DEPENDENT * norms[c]).collect()
+    (0..p).map(|c| norms[c] > 1e-12 * largest && triangle.at(c, c).abs() > DEPENDENT_COLUMN_SHARE * norms[c]).collect()
 }
 
 #[cfg(test)]

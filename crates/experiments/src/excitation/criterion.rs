@@ -98,19 +98,19 @@ impl Criterion {
 }
 
 /// Rows of a matrix that are taken in one pass.
-const ABREAST: usize = 4;
+const ROWS_PER_PASS: usize = 4;
 
 /// Adds x' M to `out`, row after row of M in every entry, but for rows whose x are zero.
 fn multiply(x: &[f64], m: &[f64], out: &mut [f64]) {
     let p = out.len();
-    for (x, rows) in x.chunks(ABREAST).zip(m.chunks(ABREAST * p)) {
+    for (x, rows) in x.chunks(ROWS_PER_PASS).zip(m.chunks(ROWS_PER_PASS * p)) {
         if x.iter().all(|x| *x == 0.0) {
             continue;
         }
-        if let Ok(x) = <[f64; ABREAST]>::try_from(x) {
-            let rows: [&[f64]; ABREAST] = std::array::from_fn(|r| &rows[r * p..][..p]);
+        if let Ok(x) = <[f64; ROWS_PER_PASS]>::try_from(x) {
+            let rows: [&[f64]; ROWS_PER_PASS] = std::array::from_fn(|r| &rows[r * p..][..p]);
             for k in 0..p {
-                out[k] = (0..ABREAST).fold(out[k], |sum, r| sum + x[r] * rows[r][k]);
+                out[k] = (0..ROWS_PER_PASS).fold(out[k], |sum, r| sum + x[r] * rows[r][k]);
             }
             continue;
         }

@@ -7,11 +7,11 @@
 use numerics::interruption::Interruption;
 
 /// Pairs remembered.
-const MEMORY: usize = 12;
+const REMEMBERED_PAIRS: usize = 12;
 /// Share of the decrease promised by the slope that a step must reach.
-const ARMIJO: f64 = 1e-4;
-/// Halvings of a step.
-const HALVINGS: usize = 25;
+const ARMIJO_SHARE: f64 = 1e-4;
+/// Most halvings of a step.
+const MAX_STEP_HALVINGS: usize = 25;
 
 /// A function to be made small, on an open set.
 pub trait Objective {
@@ -66,7 +66,7 @@ pub fn descend(objective: &dyn Objective, x: &[f64], iterations: usize, least: f
         let y: Vec<f64> = next_slope.iter().zip(&slope).map(|(a, b)| a - b).collect();
         let sy = dot(&s, &y);
         if sy > 1e-10 * (dot(&s, &s) * dot(&y, &y)).sqrt() {
-            if pairs.len() == MEMORY {
+            if pairs.len() == REMEMBERED_PAIRS {
                 pairs.remove(0);
             }
             pairs.push((s, y, 1.0 / sy));
@@ -89,9 +89,9 @@ fn line_search(
     rate: f64,
 ) -> Option<(Vec<f64>, f64, Vec<f64>)> {
     let mut step = objective.greatest_step(x, direction).min(1.0);
-    for _ in 0..HALVINGS {
+    for _ in 0..MAX_STEP_HALVINGS {
         let candidate: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + step * d).collect();
-        if let Some((value, slope)) = objective.value(&candidate, value + ARMIJO * step * rate) {
+        if let Some((value, slope)) = objective.value(&candidate, value + ARMIJO_SHARE * step * rate) {
             return Some((candidate, value, slope));
         }
         step *= 0.5;

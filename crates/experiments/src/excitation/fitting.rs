@@ -12,10 +12,11 @@ use crate::excitation::motion::{Motion, scaled};
 use crate::excitation::proof::{CertificateRow, DescribedTorque, Kept, prove_motion, prove_torque};
 
 /// Rounds before a proof is given up.
-const ROUNDS: usize = 16;
-/// Most of the swing that a round leaves where a torque is not proved, and where a distance is not.
-const TORQUE_STEP: f64 = 0.996;
-const GAP_STEP: f64 = 0.97;
+const MAX_PROOF_ROUNDS: usize = 16;
+/// Largest share of the swing that a round leaves where a torque is not proved.
+const MAX_SWING_KEPT_FOR_TORQUE: f64 = 0.996;
+/// Share of the swing that a round leaves where a distance is not proved.
+const SWING_KEPT_FOR_DISTANCE: f64 = 0.97;
 
 /// What a motion has to keep.
 #[derive(Clone, Copy)]
@@ -47,7 +48,7 @@ fn are_proven(rows: &[CertificateRow]) -> bool {
 /// The motion, made smaller until its limits are proved to be kept or the rounds are over, with its certificate.
 pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<CertificateRow>) {
     let mut motion = motion;
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_PROOF_ROUNDS {
         if Interruption::check().is_err() {
             break;
         }
@@ -58,7 +59,7 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
         }
         let gaps = obligations.surroundings.map_or(vec![], |s| prove_gaps(&motion, s));
         if !are_proven(&gaps) {
-            shrink(&mut motion, GAP_STEP);
+            shrink(&mut motion, SWING_KEPT_FOR_DISTANCE);
             continue;
         }
         let torque = obligations.torque;
@@ -68,7 +69,7 @@ pub fn fitted(motion: Motion, obligations: &Obligations) -> (Motion, Vec<Certifi
         }
         // Torques of accelerations and squared velocities; those of gravity hardly change.
         let excess = torques.iter().map(|r| r.nowhere_beyond / r.bound).fold(1.0, f64::max);
-        shrink(&mut motion, excess.sqrt().recip().clamp(0.5, TORQUE_STEP));
+        shrink(&mut motion, excess.sqrt().recip().clamp(0.5, MAX_SWING_KEPT_FOR_TORQUE));
     }
     let rows = obligations.certificate(&motion);
     (motion, rows)

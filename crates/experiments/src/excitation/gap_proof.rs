@@ -56,9 +56,9 @@ pub trait Surroundings: Sync {
 }
 
 /// Parts of a piece to begin with.
-const PARTS: usize = 128;
+const FIRST_PARTS_PER_PIECE: usize = 128;
 /// Largest number of distances looked at. What is not proven by then stays open.
-const BUDGET: usize = 1_000_000;
+const MAX_DISTANCES: usize = 1_000_000;
 
 /// A gap along the motion.
 struct Least {
@@ -76,10 +76,16 @@ pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<Certi
     let mut looked_at = 0;
     for &piece in Piece::of(&motion.shape) {
         let span = piece.span(&motion.shape);
-        let at = |k: usize| if k == PARTS { span.high } else { span.low + span.width() * (k as f64 / PARTS as f64) };
+        let at = |k: usize| {
+            if k == FIRST_PARTS_PER_PIECE {
+                span.high
+            } else {
+                span.low + span.width() * (k as f64 / FIRST_PARTS_PER_PIECE as f64)
+            }
+        };
         let all: Vec<usize> = (0..gaps.len()).collect();
         let mut left: Vec<(Interval, Vec<usize>)> =
-            (0..PARTS).rev().map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
+            (0..FIRST_PARTS_PER_PIECE).rev().map(|k| (Interval::new(at(k), at(k + 1)), all.clone())).collect();
         while let Some((part, which)) = left.pop() {
             let middle = part.middle();
             let time = piece.start(motion) + middle;
@@ -100,7 +106,7 @@ pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<Certi
                 }
                 // A limit that is broken somewhere needs no proof elsewhere.
                 let settled = room.at_least >= bound || least.reached < bound;
-                if settled || is_point || looked_at >= BUDGET {
+                if settled || is_point || looked_at >= MAX_DISTANCES {
                     least.proved = least.proved.min(room.at_least);
                 } else {
                     open.push(g);

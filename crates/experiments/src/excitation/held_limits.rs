@@ -50,7 +50,7 @@ pub struct HeldLimit {
 }
 
 /// Kinds that a coordinate has.
-const KINDS: [LimitKind; 6] = [
+const KINDS_OF_A_COORDINATE: [LimitKind; 6] = [
     LimitKind::Position,
     LimitKind::Velocity,
     LimitKind::Acceleration,
@@ -106,14 +106,14 @@ pub fn held(
         let bounds = limits.bounds(kind)?;
         Some(HeldLimit { coordinate: coordinate.into(), limit: kind, bounds, origin: origin(kind, bounds) })
     };
-    let rows = KINDS.into_iter().filter_map(row).collect();
+    let rows = KINDS_OF_A_COORDINATE.into_iter().filter_map(row).collect();
     Ok((limits, rows))
 }
 
 /// Where the limits stand, kind by kind, with the coordinates where that differs.
 pub fn origins_text(rows: &[HeldLimit]) -> String {
     let mut text = String::new();
-    for kind in KINDS {
+    for kind in KINDS_OF_A_COORDINATE {
         let own: Vec<&HeldLimit> = rows.iter().filter(|row| row.limit == kind).collect();
         let mut origins: Vec<(Origin, Vec<&str>)> = Vec::new();
         for row in &own {
@@ -141,7 +141,7 @@ pub fn alone_text(rows: &[HeldLimit], of_space: &[&str]) -> Option<String> {
     let is_own = |kind: &LimitKind| {
         rows.iter().any(|row| row.limit == *kind && matches!(row.origin, Origin::MotionTighter | Origin::MotionAlone))
     };
-    let kinds = KINDS.into_iter().filter(is_own).map(|kind| kind.to_string());
+    let kinds = KINDS_OF_A_COORDINATE.into_iter().filter(is_own).map(|kind| kind.to_string());
     let all: Vec<String> = kinds.chain(of_space.iter().map(|what| what.to_string())).collect();
     (!all.is_empty()).then(|| {
         format!(

@@ -7,7 +7,7 @@ use linear_model::differentiable::DifferentiableRegressor;
 use linear_model::friction::terms::FrictionTerm;
 
 use crate::excitation::barrier::Barrier;
-use crate::excitation::columns::{SMOOTH_SIGN, friction_columns};
+use crate::excitation::columns::{SIGN_TURN_SHARE, friction_columns};
 use crate::excitation::criterion::{Aim, criterion};
 use crate::excitation::gap_proof::Surroundings;
 use crate::excitation::limits::{CoordinateLimits, LimitKind};
@@ -44,7 +44,7 @@ pub struct Problem<'a> {
 }
 
 /// Instants in a blend at which torques are looked at.
-const BLEND_INSTANTS: usize = 16;
+const TORQUE_INSTANTS_PER_BLEND: usize = 16;
 
 /// A problem with what every evaluation needs.
 pub struct Prepared<'a> {
@@ -74,7 +74,7 @@ impl<'a> Prepared<'a> {
         let shape = &problem.shape;
         let moving: Vec<usize> = (0..problem.limits.len()).filter(|&k| problem.limits[k].locked.is_none()).collect();
         let limits: Vec<&CoordinateLimits> = moving.iter().map(|&k| &problem.limits[k]).collect();
-        let of_blends = (0..BLEND_INSTANTS).map(|i| i as f64 / (BLEND_INSTANTS - 1) as f64);
+        let of_blends = (0..TORQUE_INSTANTS_PER_BLEND).map(|i| i as f64 / (TORQUE_INSTANTS_PER_BLEND - 1) as f64);
         let [q, dq, ddq] = [0, 1, 2].map(|k| shape.rows(k, problem.samples, of_blends.clone()));
         let instants = q.into_iter().zip(dq).zip(ddq).map(|((q, dq), ddq)| [q, dq, ddq]).collect();
         let (n, base) = (problem.limits.len(), problem.regressor.parameters().len());
@@ -217,7 +217,7 @@ impl<'a> Prepared<'a> {
         for (state, y) in states.chunks_exact(3 * n).zip(y.chunks_exact(n * b)).take(samples) {
             for &i in &self.moving {
                 let mut friction = vec![[0.0; 3]; terms];
-                let turn = SMOOTH_SIGN * problem.limits[i].velocity;
+                let turn = SIGN_TURN_SHARE * problem.limits[i].velocity;
                 friction_columns(problem.friction, state[n + i], state[2 * n + i], turn, &mut friction);
                 if let Some(row) = rows.next() {
                     let noise = problem.noise[i];

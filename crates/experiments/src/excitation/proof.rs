@@ -121,22 +121,25 @@ impl fmt::Display for CertificateRow {
 }
 
 /// How near a proof of a kinematic limit comes to what is reached, relative to the size of the limit.
-const KINEMATIC_TOLERANCE: f64 = 1e-6;
+const KINEMATIC_PROOF_TOLERANCE: f64 = 1e-6;
 /// The same for torques, whose enclosures are wider.
-const TORQUE_TOLERANCE: f64 = 1e-3;
-/// Parts of a piece to begin with, and the most enclosures.
-const KINEMATIC_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 50_000 };
-const TORQUE_PARTS: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
+const TORQUE_PROOF_TOLERANCE: f64 = 1e-3;
+/// Parts of a piece to begin with and most enclosures, for a kinematic limit.
+const KINEMATIC_SUBDIVISION: Subdivision = Subdivision { parts: 128, enclosures: 50_000 };
+/// The same for torques.
+const TORQUE_SUBDIVISION: Subdivision = Subdivision { parts: 128, enclosures: 20_000 };
 
 /// The rows of the kinematic limits, coordinate by coordinate.
 pub fn prove_motion(motion: &Motion, limits: &[CoordinateLimits], names: &[String]) -> Vec<CertificateRow> {
     let enclosed = EnclosedMotion::new(motion);
     let size = |l: &CoordinateLimits, kind: LimitKind| l.bounds(kind).map_or(1.0, |(low, high)| high - low);
-    let tolerance: Vec<f64> =
-        limits.iter().flat_map(|l| LimitKind::KINEMATIC.map(|kind| KINEMATIC_TOLERANCE * size(l, kind))).collect();
+    let tolerance: Vec<f64> = limits
+        .iter()
+        .flat_map(|l| LimitKind::KINEMATIC.map(|kind| KINEMATIC_PROOF_TOLERANCE * size(l, kind)))
+        .collect();
     let pieces = over_pieces(motion, |piece, span| {
         let enclose = |part| enclosed.on(piece, part).iter().flat_map(|x| x[..4].to_vec()).collect();
-        ranges(span, KINEMATIC_PARTS, &tolerance, enclose)
+        ranges(span, KINEMATIC_SUBDIVISION, &tolerance, enclose)
     });
     let mut rows = Vec::new();
     for (k, (limits, name)) in limits.iter().zip(names).enumerate() {
@@ -171,13 +174,13 @@ pub fn prove_torque(
     if limited.is_empty() {
         return vec![];
     }
-    let tolerance: Vec<f64> = limited.iter().map(|(.., bound)| TORQUE_TOLERANCE * bound.abs()).collect();
+    let tolerance: Vec<f64> = limited.iter().map(|(.., bound)| TORQUE_PROOF_TOLERANCE * bound.abs()).collect();
     let pieces = over_pieces(motion, |piece, span| {
         let enclose = |part| {
             let all = drives_on(&enclosed, piece, part, described);
             limited.iter().map(|&(k, kind, _)| if kind == LimitKind::Power { all[k].1 } else { all[k].0 }).collect()
         };
-        ranges(span, TORQUE_PARTS, &tolerance, enclose)
+        ranges(span, TORQUE_SUBDIVISION, &tolerance, enclose)
     });
     let one = |(i, &(k, kind, bound)): (usize, &(usize, LimitKind, f64))| {
         let found = pieces.iter().map(|(piece, ranges)| (*piece, ranges[i]));

@@ -8,7 +8,7 @@
 //! The functions N add up to one, so every quantity is linear in (c, d_1, d_2, ..). The jerk and its slope are continuous.
 
 /// Degree of the polynomials between knots.
-pub const DEGREE: usize = 5;
+pub const SPLINE_DEGREE: usize = 5;
 
 /// The splines that a motion may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub struct QuinticSpline {
 impl QuinticSpline {
     /// The knot t_i in units of u.
     pub fn knot(&self, i: usize) -> f64 {
-        i.saturating_sub(DEGREE).min(self.spans) as f64
+        i.saturating_sub(SPLINE_DEGREE).min(self.spans) as f64
     }
 
     /// The k-th derivative at `t` (s from the start) per unit of (c, d_1, d_2, ..); k at most 5.
@@ -36,12 +36,12 @@ impl QuinticSpline {
         let span = (u as usize).min(self.spans.saturating_sub(1));
         // The functions that are not zero on the span, degree by degree: the last k raises are derivatives.
         let mut values = vec![1.0];
-        for degree in 1..=DEGREE {
+        for degree in 1..=SPLINE_DEGREE {
             let mut raised = vec![0.0; degree + 1];
             for (j, value) in values.iter().enumerate() {
-                let m = span + DEGREE + 1 - degree + j;
+                let m = span + SPLINE_DEGREE + 1 - degree + j;
                 let (left, right) = (self.knot(m), self.knot(m + degree));
-                let (before, own) = match degree > DEGREE - k {
+                let (before, own) = match degree > SPLINE_DEGREE - k {
                     true => (-(degree as f64) * rate, degree as f64 * rate),
                     false => (right - u, u - left),
                 };

@@ -57,26 +57,27 @@ pub struct Found {
 
 /// Heights of the walls. At the last one they cost the determinant less than a thousandth a limit. A start from a good
 /// motion begins at the second.
-const HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST];
-const LAST: f64 = 5e-5;
+const WALL_HEIGHTS: [f64; 6] = [3e-1, 5e-2, 1e-2, 2e-3, 3e-4, LAST_WALL_HEIGHT];
+/// The last of [`WALL_HEIGHTS`].
+const LAST_WALL_HEIGHT: f64 = 5e-5;
 /// Gain of a step as a share of 1 + |J|, at the last height and at the ones before. Three smaller gains in turn end a
 /// descent. What is left at one height is won at the next. 1e-7 at all heights gives motions that are 0.3 % better, in
 /// a third more time (five seeds on UR5 and Panda).
-const LEAST: (f64, f64) = (1e-7, 1e-5);
+const SMALLEST_DESCENT_GAIN: (f64, f64) = (1e-7, 1e-5);
 /// Index of the height at which a start begins again with what is known, after a descent without it.
-const ALONE: usize = 2;
+const HEIGHT_INDEX_AFTER_LONE_DESCENT: usize = 2;
 /// Starts of a round that takes the best motion so far. Their number is the same for any number of threads.
-const ROUND: usize = 4;
+const STARTS_PER_ROUND: usize = 4;
 /// Joints of the best motion that a start of such a round draws anew.
-const ANEW: usize = 2;
+const REDRAWN_JOINTS: usize = 2;
 /// Draws for one start before it is given up.
-const DRAWS: usize = 60;
+const MAX_DRAWS_PER_START: usize = 60;
 /// Times a drawn motion is made smaller before it is given up.
-const SHRINKS: usize = 12;
+const MAX_SHRINKS_PER_DRAW: usize = 12;
 /// Share of a torque's bound up to which a drawn motion is taken.
-const STRONG: f64 = 0.95;
-/// Centres drawn for a start whose robot has bodies.
-const CENTRES: usize = 2000;
+const MAX_DRAWN_TORQUE_SHARE: f64 = 0.95;
+/// Centres drawn for a start whose robot has bodies, before it is given up.
+const MAX_CENTRES_PER_START: usize = 2000;
 
 /// All starts that found a motion, the best first. `progress`: as each is done, with how many are done.
 ///
@@ -124,7 +125,7 @@ pub fn search(
     while all.len() < starts && !interruption.is_raised() {
         let found = all.iter().filter_map(|(_, outcome)| outcome.as_ref().ok());
         let best = found.min_by(|a, b| a.criterion.total_cmp(&b.criterion)).map(|f| prepared.scaled(&f.joints));
-        let next = all.len()..starts.min(all.len() + ROUND);
+        let next = all.len()..starts.min(all.len() + STARTS_PER_ROUND);
         all.extend(round(next, best.as_deref()));
     }
     let mut failed = NoMotion::NothingToTell;
@@ -152,14 +153,14 @@ fn one(
     let mut random = Random::stream(options.seed, start as u64);
     let near = best.and_then(|best| near(prepared, problem, best, &mut random));
     let (mut x, heights) = match near {
-        Some(x) => (x, &HEIGHTS[1..]),
-        None => (first(prepared, problem, &mut random)?, &HEIGHTS[..]),
+        Some(x) => (x, &WALL_HEIGHTS[1..]),
+        None => (first(prepared, problem, &mut random)?, &WALL_HEIGHTS[..]),
     };
     let first = alone.into_iter().flat_map(|prepared| heights.iter().map(move |height| (prepared, *height)));
-    let last = if alone.is_some() { &HEIGHTS[ALONE..] } else { heights };
+    let last = if alone.is_some() { &WALL_HEIGHTS[HEIGHT_INDEX_AFTER_LONE_DESCENT..] } else { heights };
     for (prepared, height) in first.chain(last.iter().map(|height| (prepared, *height))) {
         let walled = Walled { prepared, height };
-        let least = if height == LAST { LEAST.0 } else { LEAST.1 };
+        let least = if height == LAST_WALL_HEIGHT { SMALLEST_DESCENT_GAIN.0 } else { SMALLEST_DESCENT_GAIN.1 };
         if let Some(found) = descend(&walled, &x, options.iterations, least) {
             x = found.x;
         }
@@ -210,10 +211,10 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     let m = problem.shape.size();
     let other = drawn(prepared, problem, random);
     let mut x = best.to_vec();
-    let anew: Vec<usize> = (0..ANEW).map(|_| random.index(prepared.moving().len())).collect();
+    let anew: Vec<usize> = (0..REDRAWN_JOINTS).map(|_| random.index(prepared.moving().len())).collect();
     anew.iter().for_each(|&j| x[j * m..(j + 1) * m].copy_from_slice(&other[j * m..(j + 1) * m]));
-    for _ in 0..SHRINKS {
-        let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= STRONG);
+    for _ in 0..MAX_SHRINKS_PER_DRAW {
+        let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= MAX_DRAWN_TORQUE_SHARE);
         if is_weak && SpaceWall::is_inside(prepared.nearest(&x)) {
             return Some(x);
         }
@@ -250,9 +251,10 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
     let m = problem.shape.size();
     let mut weakest = (f64::INFINITY, 0, LimitKind::Effort);
     let mut narrowest: Option<(f64, usize)> = None;
-    let (mut draws, centres) = (0, if problem.surroundings.is_some() { CENTRES } else { DRAWS });
+    let (mut draws, centres) =
+        (0, if problem.surroundings.is_some() { MAX_CENTRES_PER_START } else { MAX_DRAWS_PER_START });
     for _ in 0..centres {
-        if draws == DRAWS {
+        if draws == MAX_DRAWS_PER_START {
             break;
         }
         let mut x = drawn(prepared, problem, random);
@@ -269,8 +271,8 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
         }
         draws += 1;
         // Down to a tenth of the swing the torque may be that of the motion; below, it is that of gravity.
-        for _ in 0..SHRINKS {
-            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > STRONG);
+        for _ in 0..MAX_SHRINKS_PER_DRAW {
+            let strong = prepared.greatest_torque(&x).filter(|strong| strong.0 > MAX_DRAWN_TORQUE_SHARE);
             if let Some(less) = strong.filter(|strong| strong.0 < weakest.0) {
                 weakest = less;
             }

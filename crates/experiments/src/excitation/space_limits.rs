@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The least distance between own links where nothing else is asked, m.
-pub const DISTANCE: f64 = 0.01;
+pub const DEFAULT_LEAST_DISTANCE_M: f64 = 0.01;
 
 /// Where bodies may be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,7 +35,7 @@ impl Default for SpaceLimits {
             floor: None,
             walls: vec![],
             boxes: vec![],
-            distance: DISTANCE,
+            distance: DEFAULT_LEAST_DISTANCE_M,
             own_links: true,
             ignored_pairs: vec![],
         }

@@ -11,13 +11,14 @@ use crate::excitation::gap_proof::Surroundings;
 use crate::excitation::motion::Shape;
 
 /// Room below which bodies feel the wall, m.
-const WITHIN: f64 = 0.15;
+const WALL_REACH_M: f64 = 0.15;
 /// Reserve for what bodies do between instants, m. The proof decides in the end.
-const RESERVE: f64 = 0.004;
-/// Instants a period for each two coefficients of a coordinate (a harmonic), and instants in a blend. Between them the
-/// distance of a turning body at 2 m/s errs by millimetres.
-const INSTANTS: usize = 50;
-const BLEND_INSTANTS: usize = 32;
+const BETWEEN_INSTANTS_RESERVE_M: f64 = 0.004;
+/// Instants a period for each two coefficients of a coordinate (a harmonic). Between them the distance of a turning
+/// body at 2 m/s errs by millimetres.
+const INSTANTS_PER_HARMONIC: usize = 50;
+/// Instants in a blend.
+const DISTANCE_INSTANTS_PER_BLEND: usize = 32;
 
 /// The wall.
 pub struct SpaceWall<'a> {
@@ -29,8 +30,8 @@ pub struct SpaceWall<'a> {
 impl<'a> SpaceWall<'a> {
     /// The wall of motions of this shape.
     pub fn new(surroundings: &'a dyn Surroundings, shape: &Shape) -> SpaceWall<'a> {
-        let count = (INSTANTS * (shape.size() / 2)).max(200);
-        let of_blends = (0..BLEND_INSTANTS).map(|i| i as f64 / BLEND_INSTANTS as f64);
+        let count = (INSTANTS_PER_HARMONIC * (shape.size() / 2)).max(200);
+        let of_blends = (0..DISTANCE_INSTANTS_PER_BLEND).map(|i| i as f64 / DISTANCE_INSTANTS_PER_BLEND as f64);
         SpaceWall { surroundings, instants: shape.rows(0, count, of_blends) }
     }
 
@@ -44,13 +45,13 @@ impl<'a> SpaceWall<'a> {
         height: f64,
         along: &mut dyn FnMut(&[f64], &[f64]),
     ) -> Option<f64> {
-        let (weight, width) = (height / self.instants.len() as f64, WITHIN - RESERVE);
+        let (weight, width) = (height / self.instants.len() as f64, WALL_REACH_M - BETWEEN_INSTANTS_RESERVE_M);
         let mut value = 0.0;
         for row in &self.instants {
             let q = positions(row);
             let (mut total, mut is_near, mut is_kept) = (vec![0.0; q.len()], false, true);
-            self.surroundings.near(&q, WITHIN, &mut |_, room, slope| {
-                let s = (room - RESERVE) / width;
+            self.surroundings.near(&q, WALL_REACH_M, &mut |_, room, slope| {
+                let s = (room - BETWEEN_INSTANTS_RESERVE_M) / width;
                 if s.is_nan() || s <= 0.0 {
                     is_kept = false;
                 } else if s < 1.0 {
@@ -81,7 +82,7 @@ impl<'a> SpaceWall<'a> {
 
     /// Puts the least room at a configuration into `nearest`, if it is less.
     pub fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
-        self.surroundings.near(q, WITHIN, &mut |gap, room, _| {
+        self.surroundings.near(q, WALL_REACH_M, &mut |gap, room, _| {
             if nearest.is_none_or(|n| room < n.0) {
                 *nearest = Some((room, gap));
             }
@@ -90,7 +91,7 @@ impl<'a> SpaceWall<'a> {
 
     /// Whether a room is enough to begin a descent with.
     pub fn is_inside(nearest: Option<(f64, usize)>) -> bool {
-        nearest.is_none_or(|(room, _)| room > 2.0 * RESERVE)
+        nearest.is_none_or(|(room, _)| room > 2.0 * BETWEEN_INSTANTS_RESERVE_M)
     }
 }
 

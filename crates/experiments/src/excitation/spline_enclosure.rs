@@ -10,7 +10,7 @@
 
 use numerics::interval::Interval;
 
-use crate::excitation::quintic_spline::{DEGREE, QuinticSpline};
+use crate::excitation::quintic_spline::{QuinticSpline, SPLINE_DEGREE};
 
 /// A spline with what its enclosures need.
 pub struct EnclosedSpline {
@@ -31,8 +31,8 @@ impl EnclosedSpline {
             let mut points: Vec<Interval> = [rest; 3].into_iter().chain(moved).chain([rest; 3]).collect();
             std::array::from_fn(|k| {
                 let next = points.windows(2).enumerate().map(|(i, p)| {
-                    let width = shape.knot(i + DEGREE + 1) - shape.knot(i + k + 1);
-                    ((p[1] - p[0]) * (DEGREE - k) as f64).over(Interval::point(width)) * rate
+                    let width = shape.knot(i + SPLINE_DEGREE + 1) - shape.knot(i + k + 1);
+                    ((p[1] - p[0]) * (SPLINE_DEGREE - k) as f64).over(Interval::point(width)) * rate
                 });
                 let next = next.collect();
                 std::mem::replace(&mut points, next)
@@ -54,7 +54,7 @@ impl EnclosedSpline {
                         let [low, high] = [u.low, u.high].map(|u| u.clamp(span as f64, (span + 1) as f64));
                         Interval::new(low, high)
                     };
-                    self.restricted(&points[k], DEGREE - k, span, within(from), within(to))
+                    self.restricted(&points[k], SPLINE_DEGREE - k, span, within(from), within(to))
                 };
                 (first..=last).map(on_span).reduce(Interval::hull).unwrap_or(Interval::ALL)
             })
@@ -69,8 +69,10 @@ impl EnclosedSpline {
             for step in 1..=degree {
                 let u = if step <= j { b } else { a };
                 let between = |(i, p): (usize, &[Interval])| {
-                    let (before, after) =
-                        (self.shape.knot(span + DEGREE - degree + step + i), self.shape.knot(span + DEGREE + 1 + i));
+                    let (before, after) = (
+                        self.shape.knot(span + SPLINE_DEGREE - degree + step + i),
+                        self.shape.knot(span + SPLINE_DEGREE + 1 + i),
+                    );
                     let share = (u - Interval::point(before)).over(Interval::point(after - before));
                     p[0] + (p[1] - p[0]) * share
                 };

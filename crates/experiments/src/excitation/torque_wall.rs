@@ -15,7 +15,7 @@ use crate::excitation::limits::{CoordinateLimits, LimitKind};
 use crate::excitation::proof::DescribedFriction;
 
 /// Share of their bound that torques and powers keep at samples. The rest is for what they do in between.
-const BETWEEN_SAMPLES: f64 = 0.995;
+const BOUND_SHARE_AT_SAMPLES: f64 = 0.995;
 
 /// Torques of the description that a motion must keep within.
 #[derive(Clone, Debug)]
@@ -47,13 +47,13 @@ impl TorqueWall {
         let effort = limits.effort.map(|effort| Held {
             limit: LimitKind::Effort,
             value: tau,
-            bound: BETWEEN_SAMPLES * (self.share * effort - dry),
+            bound: BOUND_SHARE_AT_SAMPLES * (self.share * effort - dry),
             along: [1.0, 0.0],
         });
         let power = limits.power.map(|power| Held {
             limit: LimitKind::Power,
             value: tau * dq + dry * dq.abs(),
-            bound: BETWEEN_SAMPLES * self.share * power,
+            bound: BOUND_SHARE_AT_SAMPLES * self.share * power,
             along: [dq, tau + dry * dq.signum()],
         });
         effort.into_iter().chain(power)

@@ -68,17 +68,17 @@ impl VisibleParameter {
         match (self.deviation, self.relative_deviation, &self.to_blame) {
             (None, _, Some(why)) => Some(format!("not visible ({why})")),
             (None, _, None) => Some("not visible".into()),
-            (_, Some(r), Some(why)) if r > WEAK => Some(format!("weak ({why})")),
+            (_, Some(r), Some(why)) if r > WEAK_RELATIVE_DEVIATION => Some(format!("weak ({why})")),
             _ => None,
         }
     }
 }
 
 /// A parameter with a greater relative deviation is weak.
-const WEAK: f64 = 0.3;
+const WEAK_RELATIVE_DEVIATION: f64 = 0.3;
 
 /// A described value below this share of the greatest one counts as zero, because no deviation is small beside it.
-const NO_VALUE: f64 = 1e-9;
+const ZERO_VALUE_SHARE: f64 = 1e-9;
 
 /// What a motion tells of all parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -124,12 +124,12 @@ pub fn visibility(
             (seen.squares(&along).1 / repetitions).sqrt()
         });
         let value = described.get(c).copied().flatten();
-        let size = value.map(f64::abs).filter(|x| *x > NO_VALUE * greatest);
+        let size = value.map(f64::abs).filter(|x| *x > ZERO_VALUE_SHARE * greatest);
         let relative_deviation = deviation.zip(size).map(|(d, x)| d / x);
         let to_blame = match deviation {
             None => Some(held(model, limits, c)),
             Some(_) => relative_deviation
-                .filter(|r| *r > WEAK)
+                .filter(|r| *r > WEAK_RELATIVE_DEVIATION)
                 .and_then(|_| slowest(model, &parameter.coordinates, certificate)),
         };
         VisibleParameter {

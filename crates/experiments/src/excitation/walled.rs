@@ -15,7 +15,7 @@ use crate::excitation::descent::Objective;
 use crate::excitation::problem::Prepared;
 
 /// Curvature of the criterion along a scaled coefficient, roughly: what the barrier does not know.
-const RIDGE: f64 = 0.1;
+const CRITERION_CURVATURE: f64 = 0.1;
 
 /// A problem at one height of its walls.
 pub struct Walled<'a> {
@@ -86,7 +86,7 @@ impl Walled<'_> {
     }
 
     fn curvature(&self, x: &[f64]) -> Option<Curvature> {
-        self.prepared.barrier().curvature(x, self.height, RIDGE)
+        self.prepared.barrier().curvature(x, self.height, CRITERION_CURVATURE)
     }
 }
 

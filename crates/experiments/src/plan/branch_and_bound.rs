@@ -44,14 +44,14 @@ pub struct Work {
 }
 
 /// Newton steps at the root.
-const ROOT_STEPS: usize = 60;
+const MAX_ROOT_NEWTON_STEPS: usize = 60;
 /// Share of the tolerance. A relaxed design this near to the best one is not improved further.
-const ASCENT: f64 = 0.01;
+const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
 /// Nodes looked at between two changes of the tree, however many processors there are.
-const BATCH: usize = 16;
+const NODES_PER_BATCH: usize = 16;
 
 /// The state of a search.
-struct Search {
+struct TreeSearch {
     choice: Choice,
     best: (f64, Vec<usize>),
     /// Tolerance of log det F.
@@ -71,10 +71,10 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
     let scale = scales(p, blocks.iter());
     let log_scale = 2.0 * scale.iter().map(|s| s.ln()).sum::<f64>();
     let blocks: Vec<Rows> = blocks.iter().map(|b| b.scaled(&scale)).collect();
-    let mut search = Search::at_root(&blocks, chosen, work.tolerance * p as f64)?;
+    let mut search = TreeSearch::at_root(&blocks, chosen, work.tolerance * p as f64)?;
     let mut looked_at = 0;
     while looked_at < work.nodes && Interruption::check().is_ok() {
-        let batch = search.next(BATCH.min(work.nodes - looked_at));
+        let batch = search.next(NODES_PER_BATCH.min(work.nodes - looked_at));
         if batch.is_empty() {
             break;
         }
@@ -89,9 +89,9 @@ pub fn branch_and_bound(blocks: &[Rows], chosen: &[usize], work: &Work) -> Optio
     Some(ProvenPlan { chosen, value: value - log_scale, proof })
 }
 
-impl Search {
+impl TreeSearch {
     /// The search at its root. Equal candidates count as one, and those that no good plan runs are left out.
-    fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<Search> {
+    fn at_root(blocks: &[Rows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
@@ -100,8 +100,8 @@ impl Search {
         let all = Choice::of(blocks, (0..blocks.len()).filter(is_kept).collect(), count);
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
-        let goal = (f64::NEG_INFINITY, ASCENT * tolerance);
-        let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, ROOT_STEPS)?;
+        let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
+        let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = PlanProof::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
@@ -122,7 +122,7 @@ impl Search {
             x: Arc::new(of(&root.x)),
         };
         let choice = Choice::of(blocks, left.iter().map(|&i| all.index[i]).collect(), count);
-        Some(Search { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
+        Some(TreeSearch { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
     /// A bound that ends the work at a node.
@@ -144,7 +144,7 @@ impl Search {
     fn step(&mut self, batch: Vec<Open>) {
         let known = self.known();
         let mut looks = Vec::new();
-        let look = |_, open: &Open| self.choice.look(open, known, ASCENT * self.tolerance);
+        let look = |_, open: &Open| self.choice.look(open, known, ASCENT_TOLERANCE_SHARE * self.tolerance);
         let done: Result<(), std::convert::Infallible> = in_order(&batch, look, |_, look| {
             looks.push(look);
             Ok(())

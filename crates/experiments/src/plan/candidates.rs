@@ -80,10 +80,10 @@ pub struct Candidate {
 /// longer.
 ///
 /// Slow axes sweep only a part of their way.
-const LONGEST_SWEEP: f64 = 10.0;
+const LONGEST_SWEEP_S: f64 = 10.0;
 
 /// Least stroke of a periodic motion, in encoder counts.
-const LEAST_COUNTS: f64 = 200.0;
+const SMALLEST_STROKE_COUNTS: f64 = 200.0;
 
 impl Candidate {
     /// The rows of a motion that follows its reference exactly; `noise`: N m a sample and coordinate.
@@ -197,7 +197,7 @@ pub fn swing(
     let t = period as f64 * grid.sample_time;
     let slow_velocity: Vec<f64> = limits.iter().map(|l| l.slow_velocity).collect();
     let fits = slow.iter().all(|&l| slow_velocity[l] * t / v_factor <= room(l));
-    if !fits || stroke < LEAST_COUNTS * limit.quantum {
+    if !fits || stroke < SMALLEST_STROKE_COUNTS * limit.quantum {
         return None;
     }
     let acceleration = stroke * a_factor / (t * t);
@@ -219,7 +219,7 @@ pub fn swing(
 fn sweep(grid: &CandidateGrid, limits: &[MotionLimits], fast: usize, centre: &[f64]) -> Option<ExcitingTrajectory> {
     let limit = &limits[fast];
     let velocity = limit.slow_velocity.max(1.0_f64.min(limit.velocity));
-    let longest = LONGEST_SWEEP.max(2.5 * grid.duration) * velocity;
+    let longest = LONGEST_SWEEP_S.max(2.5 * grid.duration) * velocity;
     let room = longest.min(1.8 * (centre[fast] - limit.position.0).min(limit.position.1 - centre[fast]));
     // Ramps at 2 rad/s^2, and 0.15 s of settling that is not used.
     let least = velocity * velocity / 2.0 + 0.4 * velocity;

@@ -63,7 +63,7 @@ pub struct Selection {
 }
 
 /// Ridge relative to the mean information of a plan: it keeps the update formulas finite while a plan lacks rank.
-const RIDGE: f64 = 1e-9;
+const RELATIVE_RIDGE: f64 = 1e-9;
 
 /// The best plan of `count` of the candidates' blocks, from `search.starts` random starts.
 ///
@@ -167,7 +167,7 @@ fn one_start(
 ) -> (Vec<usize>, f64) {
     let p = blocks[0].width();
     let mut chosen: Vec<usize> = (0..count).map(|_| random.index(blocks.len())).collect();
-    let ridge = RIDGE * count as f64;
+    let ridge = RELATIVE_RIDGE * count as f64;
     let plan = |chosen: &[usize], without: Option<usize>| {
         let kept = chosen.iter().enumerate().filter(|(at, _)| Some(*at) != without);
         InformationMatrix::sum(p, ridge, kept.map(|(_, &i)| (&blocks[i], 1.0)))

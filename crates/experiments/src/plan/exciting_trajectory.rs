@@ -100,7 +100,7 @@ pub struct SpectralEquation {
 }
 
 /// Rest at the ends of a sweep, s.
-const REST: f64 = 0.1;
+const SWEEP_REST_S: f64 = 0.1;
 
 impl ExcitingTrajectory {
     /// A bang-bang swing of `period` samples with acceleration `acceleration` (rad/s^2) at the fast joint
@@ -180,7 +180,7 @@ impl ExcitingTrajectory {
             Motion::Swing { period, transient_periods, periods, .. } => period * (transient_periods + periods),
             Motion::Sweep { range, velocity, acceleration, .. } => {
                 let one_way = velocity / acceleration + range / velocity;
-                ((2.0 * one_way + 4.0 * REST) / self.sample_time).ceil() as usize
+                ((2.0 * one_way + 4.0 * SWEEP_REST_S) / self.sample_time).ceil() as usize
             }
         }
     }
@@ -200,7 +200,7 @@ impl ExcitingTrajectory {
                     let end = ((start + all - ramp) / self.sample_time).ceil() as usize;
                     first..end.max(first)
                 };
-                vec![window(REST), window(3.0 * REST + all)]
+                vec![window(SWEEP_REST_S), window(3.0 * SWEEP_REST_S + all)]
             }
         }
     }
@@ -240,7 +240,7 @@ impl ExcitingTrajectory {
                     }
                     _ => (*range, 0.0, 0.0),
                 };
-                let (forth, back) = (REST, 3.0 * REST + all);
+                let (forth, back) = (SWEEP_REST_S, 3.0 * SWEEP_REST_S + all);
                 for i in 0..count {
                     let t = i as f64 * h;
                     let ((p, v, a), (p_back, v_back, a_back)) = (one_way(t - forth), one_way(t - back));

@@ -16,7 +16,7 @@ pub struct MeasuredMotion {
 }
 
 /// Instants whose regressors are evaluated at once.
-pub const TOGETHER: usize = 64;
+pub const INSTANTS_PER_PASS: usize = 64;
 
 impl MeasuredMotion {
     /// The samples of a reference inside its windows.
@@ -60,10 +60,10 @@ impl MeasuredMotion {
     pub fn regressor_columns(&self, regressor: &dyn Regressor) -> Vec<Vec<Vec<f64>>> {
         let (n, p, count) = (self.q.len(), regressor.parameters().len(), self.len());
         let mut columns = vec![vec![vec![0.0; count]; p]; n];
-        let mut y = vec![0.0; TOGETHER * n * p];
-        let mut states = Vec::with_capacity(TOGETHER * 3 * n);
-        for first in (0..count).step_by(TOGETHER) {
-            let instants = first..count.min(first + TOGETHER);
+        let mut y = vec![0.0; INSTANTS_PER_PASS * n * p];
+        let mut states = Vec::with_capacity(INSTANTS_PER_PASS * 3 * n);
+        for first in (0..count).step_by(INSTANTS_PER_PASS) {
+            let instants = first..count.min(first + INSTANTS_PER_PASS);
             states.clear();
             for i in instants.clone() {
                 states.extend([&self.q, &self.dq, &self.ddq].into_iter().flatten().map(|x| x[i]));

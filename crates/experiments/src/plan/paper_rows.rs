@@ -16,7 +16,7 @@ use numerics::fourier::{Bins, sp};
 use numerics::information_matrix::Rows;
 
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion, Projector};
-use crate::plan::measured_motion::{MeasuredMotion, TOGETHER};
+use crate::plan::measured_motion::{INSTANTS_PER_PASS, MeasuredMotion};
 
 /// Rows of W with their right-hand sides.
 #[derive(Clone, Debug)]
@@ -86,10 +86,10 @@ pub fn gravity_rows(
     }
     // One row an instant: D at rest, and the torque.
     let mut w = DMatrix::<f64>::zeros(count, p + 1);
-    let mut y = vec![0.0; TOGETHER * n * p];
-    let mut states = vec![0.0; TOGETHER * 3 * n];
-    for first in (0..count).step_by(TOGETHER) {
-        let instants = first..count.min(first + TOGETHER);
+    let mut y = vec![0.0; INSTANTS_PER_PASS * n * p];
+    let mut states = vec![0.0; INSTANTS_PER_PASS * 3 * n];
+    for first in (0..count).step_by(INSTANTS_PER_PASS) {
+        let instants = first..count.min(first + INSTANTS_PER_PASS);
         for (state, i) in states.chunks_exact_mut((3 * n).max(1)).zip(instants.clone()) {
             (0..n).for_each(|j| state[j] = q[j][i]);
         }

@@ -12,15 +12,16 @@ use crate::plan::certificate::determinant_bound;
 use crate::plan::exchange::{Criterion, value_of};
 use crate::plan::relaxed_design::{Bounds, Relaxed, Tangent, relaxed};
 
-/// Steps of the multiplicative rule before the root, and the runs of a candidate below which it is dropped afterwards.
-const FIRST_STEPS: usize = 300;
-const HARDLY: f64 = 0.01;
+/// Steps of the multiplicative rule before the root.
+const MULTIPLICATIVE_STEPS: usize = 300;
+/// Runs of a candidate below which it is dropped after these steps.
+const SMALLEST_KEPT_RUNS: f64 = 0.01;
 /// Newton steps, which begin where those of the node above ended.
-const STEPS: usize = 12;
+const MAX_NEWTON_STEPS: usize = 12;
 /// Moves of the model's ascent that tells what a split loses.
-const MOVES: usize = 40;
+const MAX_SPLIT_LOSS_MOVES: usize = 40;
 /// Runs nearer than this to a whole number count as whole.
-const WHOLE: f64 = 1e-4;
+const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
 
 /// A node still to be looked at.
 pub(crate) struct Open {
@@ -107,9 +108,9 @@ impl Choice {
 
     /// Nearly the best design without bounds, without the candidates that it hardly runs.
     pub(crate) fn beginning(&self) -> Vec<f64> {
-        let weights = determinant_bound(&self.blocks, 1e-2, FIRST_STEPS).weights;
+        let weights = determinant_bound(&self.blocks, 1e-2, MULTIPLICATIVE_STEPS).weights;
         let runs: Vec<f64> = weights.iter().map(|w| w * self.count as f64).collect();
-        runs.into_iter().map(|x| if x < HARDLY { 0.0 } else { x }).collect()
+        runs.into_iter().map(|x| if x < SMALLEST_KEPT_RUNS { 0.0 } else { x }).collect()
     }
 
     /// A design as a proof keeps it: the candidates above zero.
@@ -119,7 +120,7 @@ impl Choice {
 
     /// Looks at a node, which a bound of log det F up to `known` settles.
     pub(crate) fn look(&self, open: &Open, known: f64, ascent: f64) -> Look {
-        let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), STEPS);
+        let found = relaxed(&self.blocks, &open.bounds, self.count, &open.x, (known, ascent), MAX_NEWTON_STEPS);
         let mut look = Look {
             bound: open.bound,
             better: None,
@@ -173,9 +174,9 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
     let varies: Vec<usize> = (0..x.len()).filter(|&i| bounds.low[i] < bounds.high[i]).collect();
     let score = |i: usize| {
         let off = (x[i] - x[i].round()).abs();
-        let Some(found) = found.filter(|_| off > WHOLE) else { return 0.0 };
+        let Some(found) = found.filter(|_| off > WHOLE_RUNS_TOLERANCE) else { return 0.0 };
         let room = bounds.room(x);
-        let side = |by: f64| found.model.loss(&room, i, by, MOVES).min(slack);
+        let side = |by: f64| found.model.loss(&room, i, by, MAX_SPLIT_LOSS_MOVES).min(slack);
         let (below, above) = (side(at_most(i) as f64 - x[i]), side((at_most(i) + 1) as f64 - x[i]));
         below.max(1e-6 * slack) * above.max(1e-6 * slack)
     };
@@ -186,7 +187,7 @@ fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) ->
 
 /// A design rounded to whole numbers with the right sum.
 fn rounded(x: &[f64], bounds: &Bounds, count: usize) -> Option<Vec<usize>> {
-    let whole = |i: usize| ((x[i] + WHOLE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
+    let whole = |i: usize| ((x[i] + WHOLE_RUNS_TOLERANCE).floor() as usize).clamp(bounds.low[i], bounds.high[i]);
     let mut often: Vec<usize> = (0..x.len()).map(whole).collect();
     let mut order: Vec<usize> = (0..x.len()).filter(|&i| often[i] < bounds.high[i]).collect();
     order.sort_by(|&a, &b| (x[b] - often[b] as f64).total_cmp(&(x[a] - often[a] as f64)).then(a.cmp(&b)));

@@ -44,14 +44,14 @@ pub struct PlanProof {
 }
 
 /// Share of the trace of F_i by which equal candidates differ at most: the rounding of equal rows, a thousandfold.
-const EQUAL: f64 = 1e-12;
+const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
 
 /// Which candidates have the same information as an earlier one, and the first of those.
 pub fn equal_candidates(blocks: &[Rows]) -> Vec<(usize, usize)> {
     let of = |b: &Rows| InformationMatrix::sum(b.width(), 0.0, [(b, 1.0)]);
     let squares: Vec<InformationMatrix> = blocks.iter().map(of).collect();
     let is_equal = |a: &InformationMatrix, b: &InformationMatrix, p: usize| {
-        let least = EQUAL * a.trace();
+        let least = EQUAL_CANDIDATES_SHARE * a.trace();
         (0..p).all(|i| (0..=i).all(|j| (a.at(i, j) - b.at(i, j)).abs() <= least))
     };
     let (mut first, mut equal): (Vec<usize>, Vec<(usize, usize)>) = (vec![], vec![]);

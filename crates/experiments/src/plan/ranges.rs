@@ -8,17 +8,18 @@ use crate::motion::sample_count::check_samples;
 use crate::plan::candidates::MotionLimits;
 use crate::plan::exciting_trajectory::{ExcitingTrajectory, Motion};
 
-/// s.
-const SAMPLE_TIME: RangeInclusive<f64> = 1e-5..=10.0;
-/// rad or m.
-const POSITION: RangeInclusive<f64> = -1e4..=1e4;
-const RANGE: RangeInclusive<f64> = 1e-6..=1e4;
-/// rad/s or m/s.
-const VELOCITY: RangeInclusive<f64> = 1e-5..=1e4;
-/// rad/s^2 or m/s^2.
-const ACCELERATION: RangeInclusive<f64> = 1e-4..=1e6;
-/// s.
-const SETTLING: RangeInclusive<f64> = 0.0..=60.0;
+/// Sample times that a plan takes, s.
+const SAMPLE_TIME_RANGE_S: RangeInclusive<f64> = 1e-5..=10.0;
+/// Positions, rad or m.
+const POSITION_RANGE: RangeInclusive<f64> = -1e4..=1e4;
+/// Half ranges and ranges of a motion, rad or m. A half range may also be 0.
+const SWING_RANGE: RangeInclusive<f64> = 1e-6..=1e4;
+/// Velocities, rad/s or m/s.
+const VELOCITY_RANGE: RangeInclusive<f64> = 1e-5..=1e4;
+/// Accelerations, rad/s^2 or m/s^2.
+const ACCELERATION_RANGE: RangeInclusive<f64> = 1e-4..=1e6;
+/// Settling times, s.
+const SETTLING_RANGE_S: RangeInclusive<f64> = 0.0..=60.0;
 
 fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result<(), String> {
     if range.contains(&x) {
@@ -29,22 +30,22 @@ fn within(what: &str, unit: &str, x: f64, range: &RangeInclusive<f64>) -> Result
 
 /// Refuses a motion with a number out of range, or of more samples than [`check_samples`] takes; says which.
 pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
-    within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME)?;
+    within("the sample time", "s", trajectory.sample_time, &SAMPLE_TIME_RANGE_S)?;
     for &centre in &trajectory.centre {
-        within("an angle of the centre", "rad", centre, &POSITION)?;
+        within("an angle of the centre", "rad", centre, &POSITION_RANGE)?;
     }
     let samples = match &trajectory.motion {
         Motion::Swing { period, half_range, transient_periods, periods, .. } => {
             for &half in half_range {
-                within("a half range", "rad", half, &(0.0..=*RANGE.end()))?;
+                within("a half range", "rad", half, &(0.0..=*SWING_RANGE.end()))?;
             }
             *period as f64 * (*transient_periods as f64 + *periods as f64)
         }
         Motion::Sweep { range, velocity, acceleration, settling } => {
-            within("the range of the sweep", "rad", *range, &RANGE)?;
-            within("the velocity of the sweep", "rad/s", *velocity, &VELOCITY)?;
-            within("the acceleration of the sweep", "rad/s^2", *acceleration, &ACCELERATION)?;
-            within("the settling of the sweep", "s", *settling, &SETTLING)?;
+            within("the range of the sweep", "rad", *range, &SWING_RANGE)?;
+            within("the velocity of the sweep", "rad/s", *velocity, &VELOCITY_RANGE)?;
+            within("the acceleration of the sweep", "rad/s^2", *acceleration, &ACCELERATION_RANGE)?;
+            within("the settling of the sweep", "s", *settling, &SETTLING_RANGE_S)?;
             2.0 * (velocity / acceleration + range / velocity) / trajectory.sample_time
         }
     };
@@ -55,10 +56,10 @@ pub fn check_motion(trajectory: &ExcitingTrajectory) -> Result<(), String> {
 pub fn check_limits(coordinates: &[String], limits: &[MotionLimits]) -> Result<(), String> {
     for (name, limit) in coordinates.iter().zip(limits) {
         let of = |what: &str| format!("{name}: the {what} of its limits");
-        within(&of("least position"), "rad", limit.position.0, &POSITION)?;
-        within(&of("greatest position"), "rad", limit.position.1, &POSITION)?;
-        within(&of("velocity"), "rad/s", limit.velocity, &VELOCITY)?;
-        within(&of("acceleration"), "rad/s^2", limit.acceleration, &ACCELERATION)?;
+        within(&of("least position"), "rad", limit.position.0, &POSITION_RANGE)?;
+        within(&of("greatest position"), "rad", limit.position.1, &POSITION_RANGE)?;
+        within(&of("velocity"), "rad/s", limit.velocity, &VELOCITY_RANGE)?;
+        within(&of("acceleration"), "rad/s^2", limit.acceleration, &ACCELERATION_RANGE)?;
     }
     Ok(())
 }

@@ -18,15 +18,15 @@ use numerics::information_matrix::{InformationMatrix, Rows};
 use crate::plan::quadratic_model::{QuadraticModel, Room};
 
 /// Moves of the model's ascent: some for each of the candidates that are worth a run.
-const MOVES: usize = 400;
+const MAX_ASCENT_MOVES: usize = 400;
 /// Candidates that a step may add to those that are run.
-const ENTERING: usize = 40;
+const MAX_ENTERING_CANDIDATES: usize = 40;
 /// Runs of every candidate that are added where a design lacks rank.
-const LITTLE: f64 = 1e-3;
+const REGULARIZING_RUNS: f64 = 1e-3;
 /// Parts of an experiment to which a design is rounded. What the bound loses by it is of second order.
-const GRID: f64 = 1e5;
+const PARTS_PER_EXPERIMENT: f64 = 1e5;
 /// Most halvings of a step that does not gain.
-const HALVINGS: i32 = 12;
+const MAX_STEP_HALVINGS: i32 = 12;
 
 /// Least and greatest number of runs of each candidate.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,7 +84,7 @@ impl Bounds {
         let is_above = |i: usize| x[i] > self.low[i] as f64;
         let mut found: Vec<usize> = (0..x.len()).filter(|&i| !is_above(i) && self.low[i] < self.high[i]).collect();
         found.sort_by(|&a, &b| gain[b].total_cmp(&gain[a]).then(a.cmp(&b)));
-        found.truncate(ENTERING);
+        found.truncate(MAX_ENTERING_CANDIDATES);
         found.extend((0..x.len()).filter(|&i| is_above(i)));
         found.sort_unstable();
         found
@@ -92,18 +92,18 @@ impl Bounds {
 
     /// Fractions with few digits and the right sum, so that a file holds what was computed with.
     fn on_grid(&self, x: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
-        let ends = |i: usize| (self.low[i] as f64 * GRID, self.high[i] as f64 * GRID);
-        let mut parts: Vec<f64> = x.map(|x| (x * GRID).round()).collect();
+        let ends = |i: usize| (self.low[i] as f64 * PARTS_PER_EXPERIMENT, self.high[i] as f64 * PARTS_PER_EXPERIMENT);
+        let mut parts: Vec<f64> = x.map(|x| (x * PARTS_PER_EXPERIMENT).round()).collect();
         parts.iter_mut().enumerate().for_each(|(i, x)| *x = x.clamp(ends(i).0, ends(i).1));
         // Whole numbers, so that sums are exact. The candidate that is run most takes what rounding leaves.
-        let mut left = count as f64 * GRID - parts.iter().sum::<f64>();
+        let mut left = count as f64 * PARTS_PER_EXPERIMENT - parts.iter().sum::<f64>();
         let mut order: Vec<usize> = (0..parts.len()).collect();
         order.sort_by(|&a, &b| parts[b].total_cmp(&parts[a]).then(a.cmp(&b)));
         for i in order {
             let by = left.clamp(ends(i).0 - parts[i], ends(i).1 - parts[i]);
             (parts[i], left) = (parts[i] + by, left - by);
         }
-        parts.into_iter().map(|x| x / GRID).collect()
+        parts.into_iter().map(|x| x / PARTS_PER_EXPERIMENT).collect()
     }
 
     /// A design between the bounds near `wanted`.
@@ -189,7 +189,7 @@ pub fn relaxed(
         let tangent = Tangent { constant: factor.log_det - p as f64, gain };
         let (bound, _) = tangent.bound(bounds, count);
         let model = QuadraticModel::new(blocks, bounds.members(&x, &tangent.gain), &factor);
-        let (change, expected) = model.step(&bounds.room(&x), MOVES);
+        let (change, expected) = model.step(&bounds.room(&x), MAX_ASCENT_MOVES);
         let is_done = bound <= target || bound - factor.log_det <= tolerance || step == steps || expected <= 0.0;
         if best.as_ref().is_none_or(|b| bound < b.bound) {
             best = Some(Relaxed { x: x.clone(), tangent, model, bound });
@@ -198,7 +198,7 @@ pub fn relaxed(
             break;
         }
         let at = |share: f64| bounds.on_grid(x.iter().zip(&change).map(|(x, d)| x + share * d), count);
-        let tries = (0..HALVINGS).map(|k| at(0.5_f64.powi(k)));
+        let tries = (0..MAX_STEP_HALVINGS).map(|k| at(0.5_f64.powi(k)));
         let better = tries.filter_map(|x| factor_of(&x).map(|f| (x, f))).find(|(_, f)| f.log_det > factor.log_det);
         let Some(better) = better else { break };
         (x, factor) = better;
@@ -210,7 +210,7 @@ pub fn relaxed(
 ///
 /// A direction that has no information between the bounds has only that little, so its logarithm makes the bound low.
 fn without_rank(blocks: &[Rows], bounds: &Bounds, count: usize, x: &[f64]) -> Option<Relaxed> {
-    let x: Vec<f64> = x.iter().map(|x| x + LITTLE).collect();
+    let x: Vec<f64> = x.iter().map(|x| x + REGULARIZING_RUNS).collect();
     let tangent = tangent(blocks, &x)?;
     let p = blocks.first().map_or(0, Rows::width);
     let factor = InformationMatrix::sum(p, 0.0, blocks.iter().zip(x.iter().copied())).factor()?;

@@ -65,9 +65,9 @@ pub struct Sensing {
 }
 
 /// Longest step of Runge-Kutta, as a multiple of the time in which friction decays. It is stable up to 2.78.
-const LONGEST_STEP: f64 = 2.0;
+const LONGEST_STEP_PER_DECAY_TIME: f64 = 2.0;
 /// Poses of a reference at which that time is computed.
-const POSES: usize = 20;
+const STIFFNESS_POSES: usize = 20;
 
 /// A robot with its drives, controller and friction.
 pub struct Simulation<'a> {
@@ -145,7 +145,7 @@ impl Simulation<'_> {
 
     /// The same with enough steps in a sample for the friction where it turns its sign.
     pub fn with_short_steps(self, reference: &Reference) -> Self {
-        let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP).ceil() as usize;
+        let needed = (reference.sample_time * self.stiffness(reference) / LONGEST_STEP_PER_DECAY_TIME).ceil() as usize;
         Simulation { substeps: self.substeps.max(needed), ..self }
     }
 
@@ -156,7 +156,7 @@ impl Simulation<'_> {
         let (n, count) = (self.dynamics.n_coordinates(), reference.q.first().map_or(0, Vec::len));
         let (mut inertia, mut bias, rest) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
         let mut most = 0.0_f64;
-        for i in (0..count).step_by(count.div_ceil(POSES).max(1)) {
+        for i in (0..count).step_by(count.div_ceil(STIFFNESS_POSES).max(1)) {
             let q: Vec<f64> = reference.q.iter().map(|q| q[i]).collect();
             self.dynamics.fill(&q, &rest, &mut inertia, &mut bias);
             let of = |k: usize| {

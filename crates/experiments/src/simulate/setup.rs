@@ -43,15 +43,17 @@ pub struct SimulationSetup {
     pub notes: Vec<String>,
 }
 
-const BANDWIDTH: f64 = 10.0;
+/// Bandwidth of the simulated controllers, Hz.
+const CONTROL_BANDWIDTH_HZ: f64 = 10.0;
 /// Largest factor by which the controller may take the robot for heavier than it is. At 7 the sampled loop, with 1 kHz
 /// and a velocity filter of 15 bandwidths, has a phase margin of 34 degrees. It has 22 at 10, and none at 18.2.
-const MOST_LIGHTNESS: f64 = 7.0;
-const QUANTUM: f64 = 1e-4;
+const MAX_LIGHTNESS: f64 = 7.0;
+/// Step of the simulated position sensors, rad or m.
+const POSITION_QUANTUM: f64 = 1e-4;
 /// Random poses from which the inertia of the joints is taken.
-const POSES: usize = 20;
+const INERTIA_POSES: usize = 20;
 /// Longest period of the controller, s.
-const CONTROL_PERIOD: f64 = 1e-3;
+const MAX_CONTROL_PERIOD_S: f64 = 1e-3;
 
 /// Limits of the coordinates, with a note on each default taken.
 pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
@@ -86,7 +88,14 @@ pub fn motion_limits(robot: &Robot) -> (Vec<MotionLimits>, Vec<String>) {
             }
         };
         let slow_velocity = 0.5_f64.min(0.1 * velocity);
-        MotionLimits { position, velocity, acceleration, slow_velocity, bandwidth: BANDWIDTH, quantum: QUANTUM }
+        MotionLimits {
+            position,
+            velocity,
+            acceleration,
+            slow_velocity,
+            bandwidth: CONTROL_BANDWIDTH_HZ,
+            quantum: POSITION_QUANTUM,
+        }
     });
     let limits = limits.collect();
     (limits, taken.into_iter().map(|(text, names)| format!("{}: {text}", names.join(", "))).collect())
@@ -97,7 +106,7 @@ fn sampled(dynamics: &dyn Dynamics, limits: &[MotionLimits]) -> (Vec<DMatrix<f64
     let n = limits.len();
     let (mut a, mut h, mut bias) = (vec![0.0; n * n], vec![0.0; n], vec![0.0_f64; n]);
     let mut random = Random::new(1);
-    let matrices = (0..POSES).map(|_| {
+    let matrices = (0..INERTIA_POSES).map(|_| {
         let q: Vec<f64> = limits.iter().map(|l| random.between(l.position.0, l.position.1)).collect();
         dynamics.fill(&q, &vec![0.0; n], &mut a, &mut h);
         bias.iter_mut().zip(&h).for_each(|(bias, h)| *bias = bias.max(h.abs()));
@@ -114,7 +123,7 @@ fn controller_inertia(matrices: &[DMatrix<f64>], mean: &[f64]) -> (Vec<f64>, Opt
     let lightness = matrices.iter().map(|a| lightness(a, mean)).fold(0.0, f64::max);
     let inverses: Option<Vec<DMatrix<f64>>> = matrices.iter().map(|a| a.clone().try_inverse()).collect();
     match inverses {
-        Some(inverses) if lightness > MOST_LIGHTNESS => {
+        Some(inverses) if lightness > MAX_LIGHTNESS => {
             let least = |k: usize| inverses.iter().map(|inverse| 1.0 / inverse[(k, k)]).fold(f64::INFINITY, f64::min);
             let note = format!(
                 "the joints move each other: together they are {lightness:.0} times as light as one by one; the controllers are \
@@ -140,7 +149,7 @@ impl SimulationSetup {
         let (limits, mut notes) = motion_limits(robot);
         let n = limits.len();
         let (matrices, bias) = sampled(dynamics, &limits);
-        let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / POSES as f64).sum::<f64>();
+        let mean = |k: usize| matrices.iter().map(|a| a[(k, k)] / INERTIA_POSES as f64).sum::<f64>();
         let inertia: Vec<f64> = (0..n).map(mean).collect();
         let effort: Vec<f64> = (0..n).map(|k| inertia[k] * limits[k].acceleration).collect();
         let joint = |k: usize| robot.joint_of(CoordinateId(k)).map(|j| &robot.link(j).joint);
@@ -173,14 +182,14 @@ impl SimulationSetup {
         let (seen, note) = controller_inertia(&matrices, &inertia);
         let knows_robot = note.is_some();
         notes.extend(note);
-        let velocity_pole = 15.0 * std::f64::consts::TAU * BANDWIDTH;
+        let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         SimulationSetup {
             knows_robot,
-            controller: Controller::for_inertia(&seen, &vec![BANDWIDTH; n], velocity_pole),
+            controller: Controller::for_inertia(&seen, &vec![CONTROL_BANDWIDTH_HZ; n], velocity_pole),
             drives: Drives { gain: gains, greatest_torque },
             sensing: Sensing {
-                quantum: vec![QUANTUM; n],
-                position_noise: vec![0.5 * QUANTUM; n],
+                quantum: vec![POSITION_QUANTUM; n],
+                position_noise: vec![0.5 * POSITION_QUANTUM; n],
                 torque_noise: effort.iter().map(|e| 0.01 * e).collect(),
             },
             friction,
@@ -202,7 +211,7 @@ impl SimulationSetup {
         noise: Option<(u64, u64)>,
     ) -> (Record, Stop) {
         // 1e-9 forgives the rounding of a rate of 1 kHz.
-        let parts = (reference.sample_time / CONTROL_PERIOD - 1e-9).ceil().max(1.0) as usize;
+        let parts = (reference.sample_time / MAX_CONTROL_PERIOD_S - 1e-9).ceil().max(1.0) as usize;
         let controlled = reference.refined(parts);
         let simulation = Simulation {
             dynamics,
@@ -235,10 +244,10 @@ mod tests {
     /// How far a mass still is from its goal a second after a step of 1, where the controller takes it for so much
     /// heavier.
     fn left(lightness: f64) -> f64 {
-        let velocity_pole = 15.0 * std::f64::consts::TAU * BANDWIDTH;
+        let velocity_pole = 15.0 * std::f64::consts::TAU * CONTROL_BANDWIDTH_HZ;
         let simulation = Simulation {
             dynamics: &Mass(1.0),
-            controller: &Controller::for_inertia(&[lightness], &[BANDWIDTH], velocity_pole),
+            controller: &Controller::for_inertia(&[lightness], &[CONTROL_BANDWIDTH_HZ], velocity_pole),
             drives: &Drives { gain: vec![1.0], greatest_torque: vec![1e5] },
             quantum: &[0.0],
             friction: &[FrictionLaw::asymmetric(0.0, 0.0, 0.0, 0.0)],
@@ -247,8 +256,13 @@ mod tests {
         let count = 1100;
         let step = (0..count).map(|i| if i == 0 { 0.0 } else { 1.0 }).collect();
         let rest = || vec![vec![0.0; count]];
-        let reference =
-            Reference { sample_time: CONTROL_PERIOD, q: vec![step], dq: rest(), ddq: rest(), windows: Vec::new() };
+        let reference = Reference {
+            sample_time: MAX_CONTROL_PERIOD_S,
+            q: vec![step],
+            dq: rest(),
+            ddq: rest(),
+            windows: Vec::new(),
+        };
         let (record, stop) = simulation.run(&reference, None);
         assert_eq!(stop, Stop::End);
         assert_eq!(record.q[0].len(), count);
@@ -258,7 +272,7 @@ mod tests {
     #[test]
     fn the_loop_settles_up_to_the_lightness_it_is_made_for() {
         // The slowest pole of the sampled loop decays by 0.962 a sample, 1e-17 in a second.
-        assert!(left(MOST_LIGHTNESS) < 1e-12, "{}", left(MOST_LIGHTNESS));
+        assert!(left(MAX_LIGHTNESS) < 1e-12, "{}", left(MAX_LIGHTNESS));
         // Its poles leave the unit circle at 18.2. Beyond, the torques swing between their limits: 1e5 / (2 pi 186 Hz)^2.
         assert!(left(17.0) < 1e-6, "{}", left(17.0));
         assert!(left(19.0) > 0.05, "{}", left(19.0));

@@ -15,18 +15,18 @@ use numerics::fourier::self_products;
 use crate::rows::residual_sums::ResidualSum;
 
 /// Lags that are looked at.
-const LAGS: usize = 200;
+const MAX_LAGS: usize = 200;
 
 /// Memory of filtered white noise, in periods of the cut-off.
-pub const NOISE_MEMORY: f64 = 0.320;
+pub const NOISE_MEMORY_PERIODS: f64 = 0.320;
 
 /// rho after t seconds, of white noise behind a low-pass of this cut-off, Hz.
 pub fn filtered_noise(cutoff: f64, t: f64) -> f64 {
-    const STEPS: usize = 200;
+    const FREQUENCY_STEPS: usize = 200;
     let (mut whole, mut turned) = (0.0, 0.0);
-    for i in 0..STEPS {
+    for i in 0..FREQUENCY_STEPS {
         // Beyond twice the cut-off nothing is left.
-        let f = 2.0 * (i as f64 + 0.5) / STEPS as f64;
+        let f = 2.0 * (i as f64 + 0.5) / FREQUENCY_STEPS as f64;
         let density = (1.0 + f.powi(8)).powi(-2);
         whole += density;
         turned += density * (std::f64::consts::TAU * f * cutoff * t).cos();
@@ -56,7 +56,7 @@ pub struct Autocorrelation {
 impl Autocorrelation {
     /// Without a record.
     pub fn new(joints: usize) -> Autocorrelation {
-        let none = Products { sums: vec![0.0; LAGS + 1], pairs: vec![0; LAGS + 1] };
+        let none = Products { sums: vec![0.0; MAX_LAGS + 1], pairs: vec![0; MAX_LAGS + 1] };
         Autocorrelation { joints: vec![none; joints], period: 0.0, record: vec![Vec::new(); joints] }
     }
 
@@ -64,7 +64,7 @@ impl Autocorrelation {
     pub fn add_record(&mut self, residuals: &[Vec<f64>], period: f64) {
         self.period = period;
         for (products, e) in self.joints.iter_mut().zip(residuals) {
-            let lags = LAGS.min(e.len().saturating_sub(1));
+            let lags = MAX_LAGS.min(e.len().saturating_sub(1));
             if e.iter().all(|e| !e.is_nan()) {
                 for (lag, sum) in self_products(e, lags).iter().enumerate() {
                     products.sums[lag] += sum;
@@ -92,7 +92,7 @@ impl Autocorrelation {
         if mean(0).is_nan() || mean(0) <= 0.0 {
             return Vec::new();
         }
-        (0..=LAGS).take_while(enough).map(|lag| (lag as f64 * self.period, mean(lag) / mean(0))).collect()
+        (0..=MAX_LAGS).take_while(enough).map(|lag| (lag as f64 * self.period, mean(lag) / mean(0))).collect()
     }
 
     /// The area below rho of joint j up to its first zero or the last lag, by the trapezoidal rule, s; `None` without a
@@ -162,11 +162,11 @@ mod tests {
         let filtered = filter.zero_phase(vec![white.clone()]).remove(0);
         // 40000 rows hold some 1600 independent ones.
         let found = memory(filtered, 1.0 / rate) * cutoff;
-        assert!((found / NOISE_MEMORY - 1.0).abs() < 0.08, "{found}");
+        assert!((found / NOISE_MEMORY_PERIODS - 1.0).abs() < 0.08, "{found}");
         // The constant is the area below the curve up to its first zero, to the width of a strip.
         let strips = (0..).map(|i| filtered_noise(cutoff, 1e-5 * f64::from(i))).take_while(|rho| *rho > 0.0);
         let area: f64 = strips.map(|rho| 1e-5 * rho).sum();
-        assert!((area * cutoff / NOISE_MEMORY - 1.0).abs() < 2e-3, "{area}");
+        assert!((area * cutoff / NOISE_MEMORY_PERIODS - 1.0).abs() < 2e-3, "{area}");
         let a = 0.95f64;
         let mut slow = vec![0.0];
         white.iter().for_each(|e| slow.push(a * slow[slow.len() - 1] + e));

@@ -18,7 +18,7 @@ use crate::estimate::artefact::Estimate;
 use crate::estimate::held_out::residuals;
 use crate::estimate::identify::Fit;
 use crate::estimate::options::Options;
-use crate::estimators::barrier::{LARGER, Outcome};
+use crate::estimators::barrier::{LARGEST_BOUNDED_RATIO, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::weighted;
@@ -127,13 +127,14 @@ fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimat
     };
     format!(
         "physically consistent in {steps} Newton steps: {residuals}; 1/2 chi^2 = {objective:.3}, data counted \
-         1/{discount:.1}, at most {excess:.1e} above the least over all bodies up to {LARGER} times as large{yields}"
+         1/{discount:.1}, at most {excess:.1e} above the least over all bodies up to {LARGEST_BOUNDED_RATIO} times as large{yields}"
     )
 }
 
-/// A residual this many times that of least squares, and this share of the torques, is not due to noise.
-const OUT_OF_PROPORTION: f64 = 2.0;
-const LARGE: f64 = 0.02;
+/// A residual this many times that of least squares is not due to noise, where it is also large beside the torques.
+const LARGE_RESIDUAL_RATIO: f64 = 2.0;
+/// Share of the torques above which a residual is large.
+const LARGE_RESIDUAL_SHARE: f64 = 0.02;
 
 impl ConsistentFit {
     /// Why these bodies are not to be used; `None` where nothing speaks against them.
@@ -142,7 +143,7 @@ impl ConsistentFit {
         if self.consistent.outcome == Outcome::Stalled {
             return Some("the bodies nearest to the data were not found: the solver stalled".into());
         }
-        (total > LARGE && total > OUT_OF_PROPORTION * least).then(|| {
+        (total > LARGE_RESIDUAL_SHARE && total > LARGE_RESIDUAL_RATIO * least).then(|| {
             format!(
                 "no bodies explain these logs: they leave a residual of {total:.4}, least squares {least:.4}; look at \
                  signs, units and columns of the torques"

@@ -21,7 +21,7 @@ pub struct CrossTalk {
 }
 
 /// Number of columns: ddq_k, dq_k and the direction.
-const COLUMNS: usize = 3;
+const CROSS_TALK_COLUMNS: usize = 3;
 
 /// Products of the columns of each joint with one another, and with the residuals of the others.
 #[derive(Clone)]
@@ -32,7 +32,7 @@ pub struct CrossTalkSums {
     /// Products of joint k's columns, over the other rows of joint j, at j n + k.
     more: Vec<Matrix3<f64>>,
     /// Products with the residual of joint j, at j n + k, column after column.
-    residuals: [Vec<f64>; COLUMNS],
+    residuals: [Vec<f64>; CROSS_TALK_COLUMNS],
     /// |e_j|^2.
     squares: Vec<f64>,
 }

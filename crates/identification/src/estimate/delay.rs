@@ -29,9 +29,11 @@ pub struct Delay {
     pub at_the_end: bool,
 }
 
-/// Longest delay of the search to both sides, s: a whole number of steps of [`STEP`], after which the search is finer.
-const LONGEST: f64 = 0.248;
-const STEP: f64 = 0.004;
+/// Longest delay of the search to both sides, s: a whole number of steps of [`COARSE_DELAY_STEP_S`], after which the
+/// search is finer.
+const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
+/// Step of the coarse search, s.
+const COARSE_DELAY_STEP_S: f64 = 0.004;
 
 /// The rows of records that are not within a period of the cut-off of a reversal of their joint.
 struct AwayFromReversals<'a>(&'a SourceRecords<'a>);
@@ -91,12 +93,12 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
     let mut residual = |delay: f64| search(delay, away).map(|found| found.0);
     let residual_without = residual(0.0)?;
     let mut best = downhill(&mut residual, residual_without)?;
-    let found = golden_section(&mut residual, best.0 - STEP, best.0 + STEP)?;
+    let found = golden_section(&mut residual, best.0 - COARSE_DELAY_STEP_S, best.0 + COARSE_DELAY_STEP_S)?;
     if found.1 < best.1 {
         best = found;
     }
     // The finer search reaches one step beyond the last of the grid.
-    let at_the_end = best.0.abs() > LONGEST + 0.9 * STEP;
+    let at_the_end = best.0.abs() > LONGEST_SEARCHED_DELAY_S + 0.9 * COARSE_DELAY_STEP_S;
     Ok(Delay { seconds: best.0, residual: best.1, residual_without, at_the_end })
 }
 
@@ -105,9 +107,9 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
 /// The search goes downhill from no delay to both sides, because the residual has one valley and most delays are short.
 fn downhill(residual: &mut impl FnMut(f64) -> Result<f64, Error>, without: f64) -> Result<(f64, f64), Error> {
     let mut best = (0.0, without);
-    for direction in [STEP, -STEP] {
+    for direction in [COARSE_DELAY_STEP_S, -COARSE_DELAY_STEP_S] {
         let mut steps = 1;
-        while f64::from(steps) * STEP <= LONGEST {
+        while f64::from(steps) * COARSE_DELAY_STEP_S <= LONGEST_SEARCHED_DELAY_S {
             let delay = f64::from(steps) * direction;
             let r = residual(delay)?;
             if r < best.1 {

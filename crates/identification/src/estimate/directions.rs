@@ -14,11 +14,11 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::identified::INTERVAL;
 
 /// Weakest directions that an estimate keeps.
-const KEPT: usize = 6;
+const MAX_KEPT_DIRECTIONS: usize = 6;
 /// Share of the largest member, in scaled columns, below which a parameter is not named.
-const NAMED: f64 = 0.25;
+const SMALLEST_NAMED_MEMBER_SHARE: f64 = 0.25;
 /// Largest number of members that are named.
-const MEMBERS: usize = 6;
+const MAX_NAMED_MEMBERS: usize = 6;
 
 /// A combination of parameters that the data hardly determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,8 +64,8 @@ pub fn directions(
         let weight = |c: usize| (d[c] * norms[c]).abs();
         order.sort_by(|&a, &b| weight(b).total_cmp(&weight(a)));
         let largest = order.first().map_or(0.0, |&c| weight(c));
-        order.retain(|&c| weight(c) >= NAMED * largest);
-        order.truncate(MEMBERS);
+        order.retain(|&c| weight(c) >= SMALLEST_NAMED_MEMBER_SHARE * largest);
+        order.truncate(MAX_NAMED_MEMBERS);
         let open = |&c: &usize| INTERVAL * deviation * d[c].abs() >= solution.x[c].abs();
         let change = if deviation.is_finite() { deviation } else { 1.0 };
         let member = |&c: &usize| Member { parameter: model.parameters[c].id.clone(), change: change * d[c] };
@@ -77,7 +77,7 @@ pub fn directions(
     };
     // A column of zeros is no direction, because its parameter is not identifiable by itself.
     let shown = |d: &&(f64, Vec<f64>)| d.1.iter().zip(&norms).any(|(x, norm)| *x != 0.0 && *norm > 0.0);
-    solution.weak.iter().filter(shown).take(KEPT).map(direction).collect()
+    solution.weak.iter().filter(shown).take(MAX_KEPT_DIRECTIONS).map(direction).collect()
 }
 
 /// |R d|.

@@ -50,7 +50,7 @@ pub fn estimate_drive_gains(
     let equations = equations(&joints);
     let mut weighing = vec![1.0; known.len()];
     let mut found = drive_gains(&equations, known)?;
-    for _ in 0..WEIGHINGS {
+    for _ in 0..WEIGHING_ROUNDS {
         weighing = discounts(&found, known, &weighing, &replicates.deviation(&found, known, &weighing));
         found = drive_gains(&equations, &beside(known, &weighing))?;
     }
@@ -64,7 +64,7 @@ pub fn estimate_drive_gains(
 
 /// Rounds of weighing. Where the data pull at an expected gain, the answer moves, and so does what it says of their
 /// errors.
-const WEIGHINGS: usize = 3;
+const WEIGHING_ROUNDS: usize = 3;
 
 /// How many equations count as one beside each expected gain, from an answer in which `before` equations did.
 ///

@@ -18,7 +18,7 @@ use crate::estimators::replicate_deviation::white_deviation;
 use crate::rows::observation::weighted;
 
 /// chi^2 of one parameter that is zero stays below this in 95 of 100 draws.
-const SIGNIFICANT: f64 = 3.84;
+const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
 /// The fit with only the essential parameters; the others are zero, with the deviation that they had.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
@@ -27,7 +27,7 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
     // The norm grows by half the relative growth of its square.
-    let growth = 0.5 * SIGNIFICANT * fit.estimate.discount() / triangle.rows.max(1) as f64;
+    let growth = 0.5 * SIGNIFICANT_CHI_SQUARE * fit.estimate.discount() / triangle.rows.max(1) as f64;
     let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());
     let smaller = white_deviation(&found.solution);

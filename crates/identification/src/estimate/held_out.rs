@@ -22,8 +22,9 @@ pub fn validate<R: Records + ?Sized>(model: &Model, x: &[f64], records: &R) -> R
 
 /// Leaves out each tenth of the record in turn and predicts it from the others.
 ///
-/// A tenth is two of the parts that the record is kept in. A direction that only one part shows is weaker than `HELD`
-/// of its columns without that part. It keeps the value of the whole record, so leaving the part out does not test it.
+/// A tenth is two of the parts that the record is kept in. A direction that only one part shows is weaker than
+/// `PARAMETER_HOLD_SHARE` of its columns without that part. It keeps the value of the whole record, so leaving the part
+/// out does not test it.
 pub fn cross_validate(model: &Model, observation: &Observation, weights: Weights) -> Residuals {
     cross_validate_by_part(model, observation, weights).0
 }
@@ -84,7 +85,7 @@ fn merged(parts: &[Vec<Triangle>]) -> Vec<Triangle> {
 }
 
 /// Share of a column's norm with which its parameter is held.
-const HELD: f64 = 1e-3;
+const PARAMETER_HOLD_SHARE: f64 = 1e-3;
 
 /// Rows that hold each parameter at `x` by a share of its column.
 fn held(rows: &Triangle, x: &[f64]) -> Triangle {
@@ -92,7 +93,7 @@ fn held(rows: &Triangle, x: &[f64]) -> Triangle {
     let mut block = TriangleBuilder::new(p);
     for c in 0..p {
         let mut row = vec![0.0; p];
-        row[c] = HELD * rows.column_norm(c);
+        row[c] = PARAMETER_HOLD_SHARE * rows.column_norm(c);
         block.push(&row, row[c] * x[c]);
     }
     block.finish()

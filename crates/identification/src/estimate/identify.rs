@@ -43,7 +43,7 @@ pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) 
 }
 
 /// The error where no joint has a row.
-pub(super) const AT_REST: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
+pub(super) const NO_JOINT_MOVES: &str = "every joint stands still all the time, and friction holds it there: log motions, or leave \
                                   friction out of the model for torques of poses at rest";
 
 /// An estimate with everything it came from.
@@ -101,7 +101,7 @@ impl Fit {
         let model = Model::new(regressor, &options.friction, &couplings);
         let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
-            return Err(Error::new(AT_REST));
+            return Err(Error::new(NO_JOINT_MOVES));
         }
         let (mut solution, mut weights) = fit(&joints, options.weights);
         // Each loss, Huber's and then Tukey's, starts from the solution before.
@@ -191,14 +191,16 @@ fn without_frequency(joints: &[JointResidual]) -> Option<String> {
 }
 
 /// Share of a joint's residual explained by another joint's motion, above which we say so. Measured robots whose
-/// transmission is known stay below 0.25; a TX40 without the coupling of its wrist has 0.84.
-const TALK: f64 = 0.5;
+/// transmission is known stay below 0.25. A TX40 without the coupling of its wrist has 0.84.
+const LARGE_CROSS_TALK_SHARE: f64 = 0.5;
 /// Smaller residuals, relative to the joint's torque, get no sentence.
-const TALK_RESIDUAL: f64 = 0.02;
+const SMALLEST_CROSS_TALK_RESIDUAL: f64 = 0.02;
 
 /// Sentences on joints whose residual another joint's motion explains.
 fn coupled(joints: &[JointResidual], talk: &[CrossTalk]) -> Vec<String> {
-    let loud = talk.iter().filter(|t| t.share > TALK && joints[t.joint].relative > TALK_RESIDUAL);
+    let loud = talk
+        .iter()
+        .filter(|t| t.share > LARGE_CROSS_TALK_SHARE && joints[t.joint].relative > SMALLEST_CROSS_TALK_RESIDUAL);
     let sentence = |t: &CrossTalk| {
         let (joint, of) = (&joints[t.joint], &joints[t.of].coordinate);
         format!(

@@ -8,29 +8,32 @@ use numerics::least_squares::Solution;
 use crate::estimate::identified::Identified;
 use crate::rows::observation::Observation;
 
-/// A range of motion, rad or m, below which a joint explains why its parameters are badly known,
-const LITTLE_ANGLE: f64 = 0.5;
-const LITTLE_LENGTH: f64 = 0.05;
+/// A range of motion, rad, below which a joint explains why its parameters are badly known, unless it is fast.
+const SHORT_RANGE_RAD: f64 = 0.5;
+/// The same range of a joint that slides, m.
+const SHORT_RANGE_M: f64 = 0.05;
 
-/// .. unless its speed exceeds this share of that of the fastest joint of its kind.
-const SLOW: f64 = 0.2;
+/// A joint is fast where its speed exceeds this share of that of the fastest joint of its kind.
+const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 
 /// Scaled condition numbers above this are worth a sentence.
-const ILL_CONDITIONED: f64 = 100.0;
+const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// Few joints of arms turn farther than two turns, rad; columns in degrees are more common.
-const FAR: f64 = 4.0 * std::f64::consts::PI;
+/// Few joints of arms turn farther than two turns, rad. Columns in degrees go farther and are more common.
+pub const LARGEST_ARM_ANGLE_RAD: f64 = 4.0 * std::f64::consts::PI;
 
 /// Joints that hardly move: their range is small, and they are slow beside the fastest joint of their kind.
 pub fn little_motion(model: &Model, observation: &Observation) -> Vec<bool> {
     let kind = |k: usize| model.regressor.is_prismatic(k);
     let fastest =
         |k: usize| (0..model.n()).filter(|&j| kind(j) == kind(k)).map(|j| observation.speed[j]).fold(0.0, f64::max);
-    (0..model.n()).map(|k| is_little(model, observation, k) && observation.speed[k] <= SLOW * fastest(k)).collect()
+    (0..model.n())
+        .map(|k| is_little(model, observation, k) && observation.speed[k] <= SLOW_JOINT_SPEED_SHARE * fastest(k))
+        .collect()
 }
 
 fn is_little(model: &Model, observation: &Observation, k: usize) -> bool {
-    let little = if model.regressor.is_prismatic(k) { LITTLE_LENGTH } else { LITTLE_ANGLE };
+    let little = if model.regressor.is_prismatic(k) { SHORT_RANGE_M } else { SHORT_RANGE_RAD };
     observation.range[k].1 - observation.range[k].0 < little
 }
 
@@ -57,13 +60,13 @@ pub fn driving(parameter: &Identified) -> Option<String> {
 }
 
 /// A body this many times as heavy as its description, or as light, is worth a sentence.
-const OUTGROWN: f64 = 3.0;
+const REMARKABLE_MASS_RATIO: f64 = 3.0;
 
 /// A sentence on a body whose mass differs much from that of the description.
 pub fn outgrown((name, body): &(&str, Ten), known: &Ten) -> Option<String> {
     let (mass, given) = (body[9], known[9]);
     let ratio = mass / given;
-    (given > 0.0 && !(1.0 / OUTGROWN..OUTGROWN).contains(&ratio)).then(|| {
+    (given > 0.0 && !(1.0 / REMARKABLE_MASS_RATIO..REMARKABLE_MASS_RATIO).contains(&ratio)).then(|| {
         format!(
             "{name} comes out at {mass:.3} kg, {ratio:.1} times the {given:.3} kg of the description: the masses are not \
              in these data, or inertia that no body has (rotors, gears, drive gains) is put into bodies"
@@ -117,7 +120,8 @@ fn together(model: &Model, observation: &Observation, solution: &Solution) -> Ve
 
 /// The direction v of least |W v|, where the condition number is large.
 fn weakest(model: &Model, observation: &Observation, solution: &Solution) -> Option<String> {
-    let (ratio, direction) = solution.weak.first().filter(|_| solution.condition_number > ILL_CONDITIONED)?;
+    let (ratio, direction) =
+        solution.weak.first().filter(|_| solution.condition_number > REMARKABLE_CONDITION_NUMBER)?;
     let members = members(model, direction);
     let names = combination(model, direction, &members);
     let why = because(model, observation, &members);
@@ -137,7 +141,9 @@ fn at_rest(model: &Model, observation: &Observation) -> Option<String> {
 fn far(model: &Model, observation: &Observation) -> Vec<String> {
     let coordinates = model.regressor.coordinates().iter().zip(&observation.range).enumerate();
     let turning = coordinates.filter(|(k, _)| !model.regressor.is_prismatic(*k));
-    let far = turning.map(|(_, (name, range))| (name, range.0.abs().max(range.1.abs()))).filter(|(_, far)| *far > FAR);
+    let far = turning
+        .map(|(_, (name, range))| (name, range.0.abs().max(range.1.abs())))
+        .filter(|(_, far)| *far > LARGEST_ARM_ANGLE_RAD);
     let sentence = |(name, far): (&String, f64)| {
         format!(
             "{name} reaches {far:.1} rad, more than two turns: if its column is in degrees, say so in its header (q1_deg)"

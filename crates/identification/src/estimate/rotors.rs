@@ -14,10 +14,10 @@ use crate::signals::records::Records;
 
 /// Held-out error with rotor inertias over that without, below which we say so. On measured robots that need none,
 /// chance alone stays above it.
-const WORTH: f64 = 0.97;
+const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
 
 /// With errors below this nothing is left to explain, and a difference is rounding.
-const NOTHING_LEFT: f64 = 1e-3;
+const NEGLIGIBLE_HELD_OUT_ERROR: f64 = 1e-3;
 
 /// The rows of a model that lacks rotor inertias, with the columns of these inertias added.
 pub struct WithRotors {
@@ -59,7 +59,7 @@ impl WithRotors {
         let couplings = options.transmission.coupled();
         let model = Model::new(regressor, &self.friction, &couplings);
         let with = cross_validate(&model, &self.observation, options.weights).total;
-        (with < WORTH * without && without > NOTHING_LEFT).then(|| {
+        (with < WORTHWHILE_ERROR_RATIO * without && without > NEGLIGIBLE_HELD_OUT_ERROR).then(|| {
             format!(
                 "the model has no rotor inertias; with them ([rotor_inertia=actuated]) the error on tenths left out is \
                  {with:.4} instead of {without:.4}"

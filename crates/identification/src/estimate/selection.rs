@@ -42,7 +42,7 @@ pub struct FrictionSelection {
 }
 
 /// Ratio to the best error up to which another is as good.
-const AS_GOOD: f64 = 1.01;
+const EQUIVALENT_ERROR_RATIO: f64 = 1.01;
 
 /// The customary candidates, with speeds as shares of `fastest`, the speed of the fastest joint, rad/s.
 ///
@@ -92,7 +92,7 @@ pub fn select_friction<R: Records + ?Sized>(
         });
     }
     let best = out.iter().map(|c| c.predicted.total).fold(f64::INFINITY, f64::min);
-    let good = (0..out.len()).filter(|&i| out[i].predicted.total <= AS_GOOD * best);
+    let good = (0..out.len()).filter(|&i| out[i].predicted.total <= EQUIVALENT_ERROR_RATIO * best);
     let key = |&i: &usize| (out[i].columns, i);
     let chosen = good.min_by_key(key).ok_or_else(|| Error::new("no friction model is given to choose from"))?;
     Ok(FrictionSelection { candidates: out, chosen })

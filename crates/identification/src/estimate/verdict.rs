@@ -9,7 +9,7 @@
 use std::fmt;
 
 use crate::estimate::artefact::Estimate;
-use crate::estimate::autocorrelation::NOISE_MEMORY;
+use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
 use crate::estimate::identified::Status;
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::significant;
@@ -80,25 +80,25 @@ pub struct Evidence<'a> {
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
 /// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
 /// bend at 25 Hz give 950, and torques that are 1.5 ms late give 32 (`tests/tests/identification/misfit.rs`).
-pub const LACKING: f64 = 2.0;
+pub const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
 
-/// Error on data that were not fitted above which parameters predict nothing,
-const USELESS: f64 = 0.5;
-/// .. and above which they predict poorly; measured robots reach 0.13.
-const POOR: f64 = 0.25;
+/// Error on data that were not fitted above which parameters predict nothing.
+const USELESS_PREDICTION_ERROR: f64 = 0.5;
+/// Error on data that were not fitted above which parameters predict poorly. Measured robots reach 0.13.
+const POOR_PREDICTION_ERROR: f64 = 0.25;
 
-/// Held-out error over in-sample error above which the fit holds for its own log only. Held-out errors below the second
-/// number are small enough whatever their ratio.
-const OVERFITTED: f64 = 2.0;
-const SMALL: f64 = 0.02;
+/// Held-out error over in-sample error above which the fit holds for its own log only.
+const OVERFITTED_ERROR_RATIO: f64 = 2.0;
+/// Held-out errors below this are small enough whatever that ratio.
+const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
-/// All masses are off by one factor where their median ratio is beyond the first number and the others are within the
-/// second number of it.
-const FACTOR: f64 = 2.5;
-const SPREAD: f64 = 1.6;
+/// All masses are off by one factor where their median ratio is beyond this and the others are near it.
+const LARGE_MASS_FACTOR: f64 = 2.5;
+/// Ratios of masses within this factor of their median are near it.
+const COMMON_FACTOR_SPREAD: f64 = 1.6;
 
 /// Scaled condition number above which errors of the model decide the weakest direction.
-const ILL_CONDITIONED: f64 = 1000.0;
+const DECIDING_CONDITION_NUMBER: f64 = 1000.0;
 
 impl Verdict {
     /// Weighs the evidence.
@@ -130,7 +130,7 @@ fn against(evidence: &Evidence) -> Vec<String> {
     let errors =
         [("logs that were not fitted are", evidence.predicted), ("parts of the log left out are", evidence.held_out)];
     for (what, error) in errors {
-        if let Some(error) = error.filter(|e| *e >= USELESS) {
+        if let Some(error) = error.filter(|e| *e >= USELESS_PREDICTION_ERROR) {
             reasons.push(format!("{what} predicted with an error of {}", percent(error)));
         }
     }
@@ -149,8 +149,8 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     let mut sorted = ratios.to_vec();
     sorted.sort_by(f64::total_cmp);
     let middle = *sorted.get(sorted.len() / 2)?;
-    let is_off = !(1.0 / FACTOR..=FACTOR).contains(&middle);
-    let together = sorted.iter().all(|r| r / middle < SPREAD && middle / r < SPREAD);
+    let is_off = !(1.0 / LARGE_MASS_FACTOR..=LARGE_MASS_FACTOR).contains(&middle);
+    let together = sorted.iter().all(|r| r / middle < COMMON_FACTOR_SPREAD && middle / r < COMMON_FACTOR_SPREAD);
     (sorted.len() >= 3 && is_off && together).then_some(middle)
 }
 
@@ -158,7 +158,7 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
     let estimate = evidence.estimate;
     let mut reasons: Vec<String> =
         evidence.passport.into_iter().flat_map(|p| &p.findings).map(|f| f.statement()).collect();
-    if let Some(chi) = estimate.chi_square_per_freedom.filter(|chi| *chi > LACKING) {
+    if let Some(chi) = estimate.chi_square_per_freedom.filter(|chi| *chi > LACKING_MODEL_CHI_SQUARE) {
         reasons.push(format!(
             "the model lacks something: chi^2 per freedom is {chi:.1}, where noise alone gives less than 1"
         ));
@@ -167,10 +167,10 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
         reasons.push("the method did not settle: the values still change from round to round".into());
     }
     let held_out = evidence.predicted.or(evidence.held_out);
-    if let Some(error) = held_out.filter(|e| *e > POOR) {
+    if let Some(error) = held_out.filter(|e| *e > POOR_PREDICTION_ERROR) {
         reasons.push(format!("data that were not fitted are predicted with an error of {}", percent(error)));
-    } else if let Some(error) =
-        held_out.filter(|e| *e > SMALL && estimate.total > 0.0 && *e > OVERFITTED * estimate.total)
+    } else if let Some(error) = held_out
+        .filter(|e| *e > SMALL_HELD_OUT_ERROR && estimate.total > 0.0 && *e > OVERFITTED_ERROR_RATIO * estimate.total)
     {
         reasons.push(format!(
             "data that were not fitted are predicted with {}, those that were with {}: the log is too short or too poor \
@@ -178,7 +178,7 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
             percent(error),
             percent(estimate.total)
         ));
-    } else if evidence.total > POOR {
+    } else if evidence.total > POOR_PREDICTION_ERROR {
         reasons.push(format!("{} of the torques stay unexplained", percent(evidence.total)));
     }
     let open = named(estimate, Status::NotIdentifiable);
@@ -189,22 +189,22 @@ fn doubts(evidence: &Evidence) -> Vec<String> {
     if !weak.is_empty() {
         reasons.push(format!("little motion decides {weak}"));
     }
-    if estimate.condition_number.is_finite() && estimate.condition_number > ILL_CONDITIONED {
+    if estimate.condition_number.is_finite() && estimate.condition_number > DECIDING_CONDITION_NUMBER {
         reasons.push(format!("the condition number is {:.0}", estimate.condition_number));
     }
     reasons
 }
 
 /// A residual whose memory is more than this many times that of noise is worth a sentence.
-const LONG: f64 = 2.0;
+const LONG_MEMORY_RATIO: f64 = 2.0;
 
 /// What the autocorrelation of the residual says, for the joint with the longest memory.
 fn not_noise(estimate: &Estimate) -> Option<String> {
-    let times = |memory: f64| memory * estimate.cutoff / NOISE_MEMORY;
+    let times = |memory: f64| memory * estimate.cutoff / NOISE_MEMORY_PERIODS;
     let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
     let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| estimate.cutoff > 0.0)?;
     let name = &joint.coordinate;
-    Some(match times(memory) > LONG {
+    Some(match times(memory) > LONG_MEMORY_RATIO {
         true => format!(
             "what is left at {name} is not noise alone: it stays alike for {} s, {:.0} times as long as noise does, so friction or \
              flexibility is missing",

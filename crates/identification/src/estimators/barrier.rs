@@ -11,8 +11,8 @@
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to [`LARGER`] times as large.
-//! `consistent` says what stands in A and where the references come from.
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. `slack` is this bound for every x up to [`LARGEST_BOUNDED_RATIO`] times
+//! as large. `consistent` says what stands in A and where the references come from.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. With torques a thousand times their noise,
 //! rounding of the three terms leaves a ten-thousandth of a nat, and no line search finds its way down.
@@ -29,12 +29,13 @@ pub enum Outcome {
 }
 
 /// Newton's method stops when half the squared decrement is below this, nats.
-const DECREMENT: f64 = 1e-10;
-const MAX_STEPS: usize = 40;
+const DECREMENT_TOLERANCE_NATS: f64 = 1e-10;
+/// Most steps of Newton's method.
+const MAX_NEWTON_STEPS: usize = 40;
 
 /// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
 /// deviations.
-pub const LARGER: f64 = 100.0;
+pub const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The problem in scaled variables.
 pub(crate) struct Problem {
@@ -59,13 +60,13 @@ impl Problem {
     }
 
     /// Nats by which 1/2 chi^2 of the solution for a share of the prior can at most exceed that of any x up to
-    /// [`LARGER`] times as large: the bound in the head.
+    /// [`LARGEST_BOUNDED_RATIO`] times as large: the bound in the head.
     pub fn slack(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
         let friction = self.friction.iter().map(|&(c, sd)| (y[c] / sd).abs());
-        let pull: f64 = friction.map(|f| f * (LARGER + f)).sum();
-        share * (self.gamma * (self.barriers() + (LARGER - 1.0) * size) + pull)
+        let pull: f64 = friction.map(|f| f * (LARGEST_BOUNDED_RATIO + f)).sum();
+        share * (self.gamma * (self.barriers() + (LARGEST_BOUNDED_RATIO - 1.0) * size) + pull)
     }
 
     /// The weight of the friction's prior at a gamma; it falls with gamma and is at most one.
@@ -136,18 +137,18 @@ impl Problem {
             let (g, h) = self.derivatives(y, gamma)?;
             Some(solve_scaled(h, &g)?.dot(&g) / gamma)
         };
-        let mut gammas = (0..MAX_STEPS as i32).map(|k| least * 10.0_f64.powi(k));
+        let mut gammas = (0..MAX_NEWTON_STEPS as i32).map(|k| least * 10.0_f64.powi(k));
         gammas.find(|&gamma| decrement(gamma).is_none_or(|d| d <= 1.0)).unwrap_or(least)
     }
 
     /// Newton steps at one gamma, in place.
     pub fn newton(&self, y: &mut DVector<f64>, gamma: f64) -> (usize, Outcome) {
         let Some(mut value) = self.value(y, gamma) else { return (0, Outcome::Stalled) };
-        for step in 0..MAX_STEPS {
+        for step in 0..MAX_NEWTON_STEPS {
             let Some((g, h)) = self.derivatives(y, gamma) else { return (step, Outcome::Stalled) };
             let Some(direction) = solve_scaled(h, &g) else { return (step, Outcome::Stalled) };
             let decrement = g.dot(&direction);
-            if 0.5 * decrement <= DECREMENT {
+            if 0.5 * decrement <= DECREMENT_TOLERANCE_NATS {
                 return (step, Outcome::Converged);
             }
             let mut length = 1.0;
@@ -167,16 +168,17 @@ impl Problem {
                 }
             }
         }
-        (MAX_STEPS, Outcome::Stalled)
+        (MAX_NEWTON_STEPS, Outcome::Stalled)
     }
 }
 
-/// Largest factor between two gammas of the path, and the factor at which the path is given up.
-const FURTHEST: f64 = 5.0;
-const NEAREST: f64 = 1.05;
+/// Largest factor between two gammas of the path.
+const LARGEST_GAMMA_FACTOR: f64 = 5.0;
+/// Factor between two gammas at which the path is given up.
+const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
 /// A round with fewer Newton steps than this did not come from too far, so the next may come from further.
-const FEW_STEPS: usize = 20;
+const NEWTON_STEPS_OF_A_FAR_START: usize = 20;
 
 /// The solution as a function of gamma.
 pub(crate) struct CentralPath<'a> {
@@ -193,7 +195,7 @@ impl CentralPath<'_> {
     /// Starts near the solution at `gamma`.
     pub fn new(problem: &Problem, mut y: DVector<f64>, gamma: f64) -> CentralPath<'_> {
         let (steps, _) = problem.newton(&mut y, gamma);
-        CentralPath { problem, y, gamma, factor: FURTHEST, steps }
+        CentralPath { problem, y, gamma, factor: LARGEST_GAMMA_FACTOR, steps }
     }
 
     /// Goes down to the solution at a lower gamma; false where no step leads on, and `y` is the last solution.
@@ -208,11 +210,11 @@ impl CentralPath<'_> {
             self.steps += steps;
             match outcome {
                 Outcome::Converged => (self.y, self.gamma) = (y, next),
-                Outcome::Stalled if self.factor > NEAREST => self.factor = self.factor.sqrt(),
+                Outcome::Stalled if self.factor > SMALLEST_GAMMA_FACTOR => self.factor = self.factor.sqrt(),
                 Outcome::Stalled => return false,
             }
-            if outcome == Outcome::Converged && steps < FEW_STEPS {
-                self.factor = (self.factor * self.factor).min(FURTHEST);
+            if outcome == Outcome::Converged && steps < NEWTON_STEPS_OF_A_FAR_START {
+                self.factor = (self.factor * self.factor).min(LARGEST_GAMMA_FACTOR);
             }
         }
         true

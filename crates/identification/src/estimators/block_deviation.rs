@@ -38,7 +38,7 @@ pub struct BlockDeviation {
 
 /// Where the block left out alone shows a parameter, the parameter is held by this share of the norm of its column.
 /// Directions of a condition number of a thousand are a hundred times stronger.
-const HELD: f64 = 1e-5;
+const PARAMETER_HOLD_SHARE: f64 = 1e-5;
 
 /// Deviations of a solution from the triangles of blocks, `parts[g][j]`, and the weights by joint.
 pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solution) -> BlockDeviation {
@@ -47,9 +47,9 @@ pub fn block_deviation(parts: &[Vec<Triangle>], weights: &[f64], solution: &Solu
     let clusters: Vec<Cluster> = with_rows.map(|part| Cluster::of(&weighted(part, weights), &solution.x)).collect();
     let whole = Whole::of_clusters(p, &clusters);
     let (mut variance, mut squares, mut blocks) = (vec![0.0; p], vec![0.0; p], 0);
-    for (cluster, told) in clusters.iter().zip(whole.told(&clusters, HELD * HELD)) {
+    for (cluster, told) in clusters.iter().zip(whole.told(&clusters, PARAMETER_HOLD_SHARE * PARAMETER_HOLD_SHARE)) {
         // Held, the matrix is positive definite; a block with NaN is skipped.
-        let Some(moved) = whole.moved(cluster, 1.0, HELD * HELD) else { continue };
+        let Some(moved) = whole.moved(cluster, 1.0, PARAMETER_HOLD_SHARE * PARAMETER_HOLD_SHARE) else { continue };
         squares.iter_mut().zip(told).for_each(|(sum, share)| *sum += share * share);
         variance.iter_mut().zip(moved).for_each(|(v, d)| *v += d * d);
         blocks += 1;

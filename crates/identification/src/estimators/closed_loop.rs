@@ -56,8 +56,10 @@ pub struct Simulated {
     pub converged: bool,
 }
 
-const ITERATIONS: usize = 20;
-const SETTLED: f64 = 1e-6;
+/// Most iterations.
+const MAX_ITERATIONS: usize = 20;
+/// Relative change of the parameters' norm below which they have settled.
+const SETTLED_RELATIVE_CHANGE: f64 = 1e-6;
 
 /// Iterates from `start` until the parameters settle.
 ///
@@ -75,7 +77,7 @@ pub fn simulated(
     let mut x = start.to_vec();
     let (sigma, robust) = (Vec::new(), Vec::new());
     let mut out = Simulated { x: x.clone(), sigma, robust, iterations: 0, change: f64::INFINITY, converged: false };
-    for iteration in 1..=ITERATIONS {
+    for iteration in 1..=MAX_ITERATIONS {
         let mut instruments = simulator.simulate(&x)?;
         if instruments.len() != measured.len() || instruments.n != measured.n {
             let message = format!(
@@ -107,8 +109,8 @@ pub fn simulated(
         out.change = step.map(|d| d * d).sum::<f64>().sqrt() / size.max(f64::MIN_POSITIVE);
         x = next.iter().copied().collect();
         (out.x, out.iterations) = (x.clone(), iteration);
-        out.converged = out.change < SETTLED;
-        if out.converged || iteration == ITERATIONS {
+        out.converged = out.change < SETTLED_RELATIVE_CHANGE;
+        if out.converged || iteration == MAX_ITERATIONS {
             out.robust = robust_sigma(model, &instruments, regressors, measured, &weights, &x, &inverse);
             break;
         }

@@ -16,7 +16,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use numerics::triangle::Triangle;
 
 /// Below this share of its diagonal, what is left of A is rounding.
-pub(crate) const ROUNDING: f64 = 1e-12;
+pub(crate) const REMAINDER_ROUNDING_SHARE: f64 = 1e-12;
 
 /// Rows that share one error.
 pub(crate) struct Cluster {

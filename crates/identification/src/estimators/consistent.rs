@@ -52,8 +52,8 @@ pub struct Consistent {
     pub smallest_eigenvalues: Vec<f64>,
     /// 1/2 chi^2 of the data alone, divided by the discount; nats.
     pub objective: f64,
-    /// Nats by which `objective` can at most exceed the least over all bodies up to `LARGER` times as large; `None`
-    /// where the solver stalled.
+    /// Nats by which `objective` can at most exceed the least over all bodies up to `LARGEST_BOUNDED_RATIO` times as
+    /// large; `None` where the solver stalled.
     pub excess: Option<f64>,
     /// Share of its weight that the prior has kept; 1 where the data do not contradict it.
     pub prior_share: f64,
@@ -63,12 +63,13 @@ pub struct Consistent {
     pub newton_steps: usize,
 }
 
-/// Share of the prior at which chi^2 is bounded; it costs a millionth of what the prior does.
-const SMALL_SHARE: f64 = 1e-6;
+/// Share of the prior at which chi^2 is bounded. It costs a millionth of what the prior does.
+const BOUND_PRIOR_SHARE: f64 = 1e-6;
 /// Where bodies have outgrown their references, the bound may be wider than half of what the logarithms may cost. It is
 /// then taken at a smaller share, down to this one. Below it only the rounding of the Hessian is left.
-const LEAST_SHARE: f64 = 1e-9;
-const TIGHT: f64 = 0.5;
+const SMALLEST_PRIOR_SHARE: f64 = 1e-9;
+/// The bound is tight where it is at most this share of what the logarithms may cost.
+const TIGHT_BOUND_SHARE: f64 = 0.5;
 
 /// Solves for standard parameters and friction; `triangle` is whitened (residual of unit variance).
 pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Consistent {
@@ -87,11 +88,11 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let mut share = 1.0;
     while path.follow(share * prior.gamma) {
         shares.push((share, path.y.clone()));
-        let is_tight = problem.slack(&path.y, share) <= TIGHT * prior.gamma * problem.barriers();
-        if share <= LEAST_SHARE || (share <= SMALL_SHARE && is_tight) {
+        let is_tight = problem.slack(&path.y, share) <= TIGHT_BOUND_SHARE * prior.gamma * problem.barriers();
+        if share <= SMALLEST_PRIOR_SHARE || (share <= BOUND_PRIOR_SHARE && is_tight) {
             break;
         }
-        let least = if share > SMALL_SHARE { SMALL_SHARE } else { LEAST_SHARE };
+        let least = if share > BOUND_PRIOR_SHARE { BOUND_PRIOR_SHARE } else { SMALLEST_PRIOR_SHARE };
         share = (0.2 * share).max(least);
     }
     let (steps, mut y) = (path.steps, path.y);

@@ -13,8 +13,8 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Longest span, in samples; it bounds the memory.
-const LONGEST: usize = 4096;
+/// Longest span, in samples. It bounds the memory.
+const MAX_SPAN_SAMPLES: usize = 4096;
 
 /// The squares of the sums of `span` successive scores.
 pub(crate) struct OverlappingSums {
@@ -90,7 +90,7 @@ pub(crate) fn span(rho: f64, n: usize) -> usize {
     let rho = rho.min(1.0 - 1.0 / (n as f64 + 1.0));
     let alpha = 4.0 * rho * rho / ((1.0 - rho) * (1.0 + rho)).powi(2);
     let length = 1.1447 * (alpha * n as f64).cbrt();
-    (length.ceil() as usize).clamp(1, (n / 10).clamp(1, LONGEST))
+    (length.ceil() as usize).clamp(1, (n / 10).clamp(1, MAX_SPAN_SAMPLES))
 }
 
 #[cfg(test)]

@@ -15,9 +15,10 @@ use crate::estimators::weighted::{Weights, fit};
 use crate::rows::observation::{Observation, RowWeight};
 use crate::signals::records::Records;
 
-const ITERATIONS: usize = 30;
+/// Most iterations.
+const MAX_ITERATIONS: usize = 30;
 /// Largest change of a parameter, in its sigmas, at which the iteration ends.
-const SETTLED: f64 = 1e-3;
+const SETTLED_CHANGE_SIGMAS: f64 = 1e-3;
 
 /// The robust solution, its weights by joint, and its triangles.
 pub struct Reweighted {
@@ -68,7 +69,7 @@ pub fn reweighted<R: Records + ?Sized>(
         let change = x.iter().zip(&solution.x).enumerate().map(|(c, (a, b))| {
             (a - b).abs() / (solution.variance * solution.inverse[(c, c)]).sqrt().max(f64::MIN_POSITIVE)
         });
-        if change.fold(0.0, f64::max) < SETTLED || iterations == ITERATIONS {
+        if change.fold(0.0, f64::max) < SETTLED_CHANGE_SIGMAS || iterations == MAX_ITERATIONS {
             let outliers = sizes.iter().zip(&scales).map(|(s, scale)| s.beyond(loss.bound() * scale)).collect();
             let means = Means::of(model, records, &x, &scales, loss)?;
             solution.variance *= means.variance();
@@ -134,16 +135,16 @@ struct Sizes {
 }
 
 /// Number of bits of the fraction that are dropped.
-const DROPPED: u32 = 52 - 8;
+const DROPPED_FRACTION_BITS: u32 = 52 - 8;
 
 impl Sizes {
     fn new() -> Sizes {
-        Sizes { counts: vec![0; (f64::INFINITY.to_bits() >> DROPPED) as usize + 1] }
+        Sizes { counts: vec![0; (f64::INFINITY.to_bits() >> DROPPED_FRACTION_BITS) as usize + 1] }
     }
 
     fn add(&mut self, e: f64) {
         if e.is_finite() {
-            self.counts[(e.abs().to_bits() >> DROPPED) as usize] += 1;
+            self.counts[(e.abs().to_bits() >> DROPPED_FRACTION_BITS) as usize] += 1;
         }
     }
 
@@ -159,13 +160,15 @@ impl Sizes {
             left = left.saturating_sub(u64::from(c));
             here
         });
-        let value = |bin: usize| f64::from_bits(((bin as u64) << DROPPED) | (1 << (DROPPED - 1)));
+        let value =
+            |bin: usize| f64::from_bits(((bin as u64) << DROPPED_FRACTION_BITS) | (1 << (DROPPED_FRACTION_BITS - 1)));
         middle.map_or(1.0, |bin| (1.4826 * value(bin)).max(f64::MIN_POSITIVE))
     }
 
     /// The share larger than `limit`.
     fn beyond(&self, limit: f64) -> f64 {
-        let far: u64 = self.counts[(limit.to_bits() >> DROPPED) as usize + 1..].iter().map(|&c| u64::from(c)).sum();
+        let far: u64 =
+            self.counts[(limit.to_bits() >> DROPPED_FRACTION_BITS) as usize + 1..].iter().map(|&c| u64::from(c)).sum();
         far as f64 / self.total().max(1) as f64
     }
 }

@@ -21,8 +21,8 @@
 //! the scatter of their few draws, and their mean is not. Slow noise raises the variance by parts above that by bands,
 //! for nearly every parameter, and what the model lacks raises the variance by bands above that by parts. There the
 //! larger is right. The median over the parameters of the variance by speed over that by part tells which case it is
-//! (`ALIKE`, `APART`, `TELLING`). No sigma is below that of white noise. `tests/benches/coverage.rs` measures the
-//! result.
+//! (`ALIKE_OCTAVES`, `APART_OCTAVES`, `MIN_TELLING_PARAMETERS`). No sigma is below that of white noise.
+//! `tests/benches/coverage.rs` measures the result.
 //!
 //! An error that looks like a column of W cannot be seen here. Examples are a wrong gain, a wrong gravity, and friction
 //! that grows with the speed in another way over the whole range.
@@ -32,24 +32,26 @@ use std::sync::Arc;
 use linear_model::linear_model::Model;
 use numerics::least_squares::Solution;
 
-use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
+use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::huber::Reweighted;
 use crate::estimators::speed_bands::SpeedBands;
 use crate::rows::observation::{Observation, weighted};
 
-/// k of the parts of the record, and of the bands.
-const PART: f64 = 0.95;
-const BAND: f64 = 0.5;
+/// k of the parts of the record.
+const PART_LEVERAGE_EXPONENT: f64 = 0.95;
+/// k of the bands of speed.
+const BAND_LEVERAGE_EXPONENT: f64 = 0.5;
 
 /// Limits for log2 of the ratio of the variance by speed to that by part, median of the parameters. Up to the first
 /// their mean counts, from the second on the larger, and between them a part of both. Measured on 24 records of a UR5:
 /// white noise 0.0 to 0.75; slow noise 1.1 and more; friction of another law, ripple and play 0.5 and more, up to where
 /// both are nearly one.
-const ALIKE: f64 = 0.5;
-const APART: f64 = 1.0;
+const ALIKE_OCTAVES: f64 = 0.5;
+/// The second of these limits.
+const APART_OCTAVES: f64 = 1.0;
 
 /// Fewer parameters do not tell the cases apart, because the ratio of a single one scatters by an octave and more.
-const TELLING: usize = 20;
+const MIN_TELLING_PARAMETERS: usize = 20;
 
 /// The standard deviations of the parameters, by the kind of error they allow for; zero where the data determine
 /// nothing.
@@ -73,10 +75,10 @@ impl ReplicateDeviation {
     ///
     /// It is the larger of both where they disagree, their mean where they do not, and at least that of white noise.
     pub fn sigma(&self) -> Vec<f64> {
-        let ratio = median_ratio(&self.by_speed, &self.by_part).filter(|_| self.white.len() >= TELLING);
+        let ratio = median_ratio(&self.by_speed, &self.by_part).filter(|_| self.white.len() >= MIN_TELLING_PARAMETERS);
         // Where nothing says that they agree, they count as disagreeing.
         let octaves = ratio.map_or(f64::INFINITY, |ratio| ratio.log2().abs());
-        let apart = ((octaves - ALIKE) / (APART - ALIKE)).clamp(0.0, 1.0);
+        let apart = ((octaves - ALIKE_OCTAVES) / (APART_OCTAVES - ALIKE_OCTAVES)).clamp(0.0, 1.0);
         let variance = |part: f64, speed: f64| {
             let apart = if part > 0.0 && speed > 0.0 { apart } else { 1.0 };
             apart * part.max(speed) + (1.0 - apart) * 0.5 * (part + speed)
@@ -136,9 +138,17 @@ pub(crate) fn of_clusters(
 ) -> ReplicateDeviation {
     let root = |variance: Vec<f64>| variance.into_iter().map(|v| slope * v.sqrt()).collect::<Vec<f64>>();
     let count = parts.len() as f64;
-    let by_part = root(whole.variance(parts, PART, ROUNDING).into_iter().map(|v| v * (count - 1.0) / count).collect());
-    let sums = root(whole.variance(parts, 0.0, ROUNDING).into_iter().map(|v| v * count / (count - 1.0)).collect());
-    let by_speed = root(whole.variance(bands, BAND, ROUNDING));
+    let by_part = root(
+        whole
+            .variance(parts, PART_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE)
+            .into_iter()
+            .map(|v| v * (count - 1.0) / count)
+            .collect(),
+    );
+    let sums = root(
+        whole.variance(parts, 0.0, REMAINDER_ROUNDING_SHARE).into_iter().map(|v| v * count / (count - 1.0)).collect(),
+    );
+    let by_speed = root(whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
     ReplicateDeviation { white, by_part, by_speed, correlated }
 }

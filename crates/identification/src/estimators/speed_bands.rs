@@ -13,11 +13,11 @@ use numerics::row_block::RowBlock;
 use crate::estimators::clusters::Cluster;
 use crate::rows::residual_sums::ResidualSum;
 
-/// Upper ends of the bands of speed, as shares of the joint's largest speed; the last band has none.
-const ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
+/// Upper ends of the bands of speed, as shares of the joint's largest speed. The last band has none.
+const SPEED_BAND_ENDS: [f64; 4] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0];
 
 /// Bands of a joint.
-const BANDS: usize = ENDS.len() + 1;
+const BANDS_PER_JOINT: usize = SPEED_BAND_ENDS.len() + 1;
 
 /// How much a row counts, from its joint and its residual.
 pub type CountOf<'a> = Arc<dyn Fn(usize, f64) -> f64 + Send + Sync + 'a>;
@@ -71,7 +71,7 @@ impl Band {
 impl<'a> SpeedBands<'a> {
     /// Without rows.
     pub fn new(model: &Model, largest: &'a [f64], weight: CountOf<'a>) -> SpeedBands<'a> {
-        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); BANDS];
+        let of_joint = |j: usize| vec![Band::new(model.layout.joints[j].columns.len()); BANDS_PER_JOINT];
         SpeedBands { largest, weight, bands: (0..model.n()).flat_map(of_joint).collect() }
     }
 
@@ -87,7 +87,7 @@ impl<'a> SpeedBands<'a> {
     pub(crate) fn products(self) -> impl Iterator<Item = (usize, Vec<f64>)> {
         self.bands.into_iter().enumerate().map(|(k, mut band)| {
             band.complete();
-            (k / BANDS, band.products)
+            (k / BANDS_PER_JOINT, band.products)
         })
     }
 }
@@ -99,13 +99,13 @@ impl ResidualSum for SpeedBands<'_> {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {
             let residuals = &group.residuals[j];
-            let mut roots = [[0.0; 8]; BANDS];
+            let mut roots = [[0.0; 8]; BANDS_PER_JOINT];
             for (lane, r) in group.samples.clone().enumerate().filter(|(_, r)| group.states.used[r * n + j]) {
                 let speed = group.states.dq[r * n + j].abs();
-                let band = ENDS.iter().take_while(|&&end| speed > end * self.largest[j]).count();
+                let band = SPEED_BAND_ENDS.iter().take_while(|&&end| speed > end * self.largest[j]).count();
                 roots[band][lane] = (self.weight)(j, residuals[lane]).sqrt();
             }
-            for (band, roots) in self.bands[j * BANDS..].iter_mut().zip(&roots) {
+            for (band, roots) in self.bands[j * BANDS_PER_JOINT..].iter_mut().zip(&roots) {
                 if roots.iter().any(|root| *root != 0.0) {
                     band.push(&joint.places[..joint.columns.len()], group.entries, residuals, roots);
                 }

@@ -90,13 +90,13 @@ impl Weights {
 }
 
 /// Number of reweightings of WLS.
-const REWEIGHTINGS: usize = 3;
+const REWEIGHTING_ROUNDS: usize = 3;
 
 /// Solves with the weights asked for; also returns the weights.
 pub fn fit(joints: &[Triangle], weights: Weights) -> (Solution, Vec<f64>) {
     let mut w = vec![1.0; joints.len()];
     if weights != Weights::None {
-        for _ in 0..REWEIGHTINGS {
+        for _ in 0..REWEIGHTING_ROUNDS {
             // Any solution will do, because all of them leave the same residuals.
             let x = weighted(joints, &w).solution();
             w = joints.iter().map(|joint| inverse_std(joint, &x)).collect();

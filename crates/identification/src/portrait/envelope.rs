@@ -1,10 +1,10 @@
 //! A line over time that takes no more room than its picture: the smallest and the largest value of each span of time.
 //!
-//! Spans begin as single samples. When there are more than `SPANS` of them, neighbours are put together and the span
-//! becomes twice as long. So the length of a signal need not be known beforehand, and no peak is lost.
+//! Spans begin as single samples. When there are more than `MAX_SPANS` of them, neighbours are put together and the
+//! span becomes twice as long. So the length of a signal need not be known beforehand, and no peak is lost.
 
 /// Largest number of spans, about one per pixel. At least half of them are used once there are as many samples.
-const SPANS: usize = 720;
+const MAX_SPANS: usize = 720;
 
 /// A line over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl Envelope {
                 self.filled += 1;
             }
             _ => {
-                if self.spans.len() == SPANS {
+                if self.spans.len() == MAX_SPANS {
                     self.halve();
                 }
                 self.spans.push(Span { t, low: value, high: value, is_first: self.is_interrupted });
@@ -98,7 +98,7 @@ mod tests {
             line.push(i as f64 * 1e-3, (i as f64 * 1e-3).sin() + peak);
         }
         let spans = line.spans();
-        assert!(spans.len() <= SPANS && spans.len() > SPANS / 2, "{}", spans.len());
+        assert!(spans.len() <= MAX_SPANS && spans.len() > MAX_SPANS / 2, "{}", spans.len());
         assert!(spans.iter().any(|s| s.high > 8.0 && (s.t - 123.456).abs() < 3.0));
         assert!(spans.windows(2).all(|w| w[0].t < w[1].t && !w[1].is_first));
         assert!(line.is_thinned());

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use linear_model::friction::terms::{FrictionTerm, sign};
 use linear_model::linear_model::Model;
 
-/// Largest number of cells along each axis; at least half of them are used once the points fill them.
-const CELLS: i64 = 48;
+/// Largest number of cells along each axis. At least half of them are used once the points fill them.
+const MAX_CELLS_PER_AXIS: i64 = 48;
 /// Points of the law on each side of rest.
-const LAW: usize = 60;
+const LAW_POINTS_PER_SIDE: usize = 60;
 
 /// Points of a plane, thinned by a grid whose cells grow with their reach.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +30,7 @@ impl FrictionCloud {
         if reach != self.reach {
             self.reach = reach;
             // The grid spans the reach to both sides.
-            let exponent = |reach: f64| (2.0 * reach.max(1e-9) / CELLS as f64).log2().ceil() as i32;
+            let exponent = |reach: f64| (2.0 * reach.max(1e-9) / MAX_CELLS_PER_AXIS as f64).log2().ceil() as i32;
             let size = (exponent(reach.0), exponent(reach.1));
             if size != self.size {
                 self.size = size;
@@ -77,7 +77,8 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
         (dq, torque)
     };
     // Points are dense near rest, where Stribeck's effect is. There is none at rest itself, where dry friction jumps.
-    let side = |s: f64| (1..=LAW).map(move |i| s * speed * (i as f64 / LAW as f64).powi(2));
+    let side =
+        |s: f64| (1..=LAW_POINTS_PER_SIDE).map(move |i| s * speed * (i as f64 / LAW_POINTS_PER_SIDE as f64).powi(2));
     side(-1.0).collect::<Vec<_>>().into_iter().rev().chain(side(1.0)).map(at).collect()
 }
 
@@ -97,7 +98,11 @@ mod tests {
         }
         let points = cloud.points();
         // The points fill the cells along a line, some in each column of cells.
-        assert!((CELLS as usize / 2..20 * CELLS as usize).contains(&points.len()), "{}", points.len());
+        assert!(
+            (MAX_CELLS_PER_AXIS as usize / 2..20 * MAX_CELLS_PER_AXIS as usize).contains(&points.len()),
+            "{}",
+            points.len()
+        );
         assert!(points.iter().any(|p| p.0 > 3.0) && points.iter().any(|p| p.0 < -3.0));
     }
 

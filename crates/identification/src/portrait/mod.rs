@@ -26,7 +26,7 @@ use crate::portrait::split::{JointTorque, split};
 use crate::signals::records::{Records, SourceRecords};
 
 /// Gap between two logs on their common axis, as a share of the duration of all logs.
-const GAP: f64 = 0.01;
+const GAP_BETWEEN_LOGS_SHARE: f64 = 0.01;
 
 /// Logs as an estimate predicts them.
 #[derive(Clone, Debug, Default)]
@@ -118,7 +118,7 @@ pub fn portrait(model: &Model, x: &[f64], options: &Options, logs: &[LogSource])
     let mut autocorrelation = Autocorrelation::new(model.n());
     let duration: f64 = logs.iter().map(|log| log.report().duration).sum();
     for log in logs {
-        let from = portrait.logs.last().map_or(0.0, |span: &LogSpan| span.to + GAP * duration);
+        let from = portrait.logs.last().map_or(0.0, |span: &LogSpan| span.to + GAP_BETWEEN_LOGS_SHARE * duration);
         let records = SourceRecords::new(model.regressor, std::slice::from_ref(log), &options.preparation())?;
         let (mut begin, mut to) = (None, from);
         records.each(&mut |states| {

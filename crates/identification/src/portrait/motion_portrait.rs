@@ -12,9 +12,10 @@ use robot::{Pose, Robot};
 
 use crate::portrait::envelope::Envelope;
 
-/// Samples of a period, and the least of a motion; a harmonic has dozens.
-const SAMPLES_OF_A_PERIOD: usize = 240;
-const SAMPLES: usize = 720;
+/// Samples of a period. A harmonic has dozens.
+const SAMPLES_PER_PERIOD: usize = 240;
+/// The least number of samples of a motion.
+const MIN_SAMPLES_PER_MOTION: usize = 720;
 
 /// What is drawn.
 #[derive(Clone, Debug)]
@@ -95,7 +96,7 @@ impl MotionPortrait {
         let (blend, period, duration) = (motion.shape.blend(), motion.shape.period(), motion.duration());
         let tip = known.and_then(|known| Tip::of(known.robot));
         let mut points = Vec::new();
-        let count = (SAMPLES_OF_A_PERIOD * motion.repetitions).max(SAMPLES);
+        let count = (SAMPLES_PER_PERIOD * motion.repetitions).max(MIN_SAMPLES_PER_MOTION);
         for i in 0..count {
             let t = duration * i as f64 / (count - 1) as f64;
             let state = motion.at(t);

@@ -1,7 +1,8 @@
 //! The spectrum of a signal, averaged over short stretches, and the noise of measured torques.
 //!
 //! S(f) = 2 |sum_r h_r e_r exp(-2 pi j f r T)|^2 T / sum_r h_r^2, with Hann's window h, is averaged over stretches of
-//! `STRETCH` samples that overlap by half [Welch 1967]. The result is sqrt(S), in the unit of the signal over sqrt(Hz).
+//! `SAMPLES_PER_STRETCH` samples that overlap by half [Welch 1967]. The result is sqrt(S), in the unit of the signal
+//! over sqrt(Hz).
 
 use std::sync::Arc;
 
@@ -11,12 +12,12 @@ use numerics::fft::RealToComplex;
 use crate::estimate::options::Options;
 
 /// Samples of a stretch.
-const STRETCH: usize = 256;
+const SAMPLES_PER_STRETCH: usize = 256;
 
 /// The noise is looked for above this multiple of the cut-off.
-const ABOVE: f64 = 2.0;
+const NOISE_CUTOFF_RATIO: f64 = 2.0;
 /// Fewest bins there from which the noise is taken.
-const FEWEST: usize = 8;
+const MIN_NOISE_BINS: usize = 8;
 
 /// A spectrum that is being averaged.
 pub struct Spectrum {
@@ -30,12 +31,12 @@ pub struct Spectrum {
 
 impl Default for Spectrum {
     fn default() -> Spectrum {
-        let turn = |i: usize| std::f64::consts::TAU * i as f64 / STRETCH as f64;
+        let turn = |i: usize| std::f64::consts::TAU * i as f64 / SAMPLES_PER_STRETCH as f64;
         Spectrum {
-            transform: numerics::fft::forward(STRETCH),
-            window: (0..STRETCH).map(|i| 0.5 - 0.5 * turn(i).cos()).collect(),
+            transform: numerics::fft::forward(SAMPLES_PER_STRETCH),
+            window: (0..SAMPLES_PER_STRETCH).map(|i| 0.5 - 0.5 * turn(i).cos()).collect(),
             held: Vec::new(),
-            sums: vec![0.0; STRETCH / 2 + 1],
+            sums: vec![0.0; SAMPLES_PER_STRETCH / 2 + 1],
             stretches: 0,
             period: 0.0,
         }
@@ -52,10 +53,10 @@ impl Spectrum {
     /// Takes the next sample.
     pub fn push(&mut self, value: f64) {
         self.held.push(value);
-        if self.held.len() < STRETCH {
+        if self.held.len() < SAMPLES_PER_STRETCH {
             return;
         }
-        let mean = self.held.iter().sum::<f64>() / STRETCH as f64;
+        let mean = self.held.iter().sum::<f64>() / SAMPLES_PER_STRETCH as f64;
         let mut input: Vec<f64> = self.held.iter().zip(&self.window).map(|(e, h)| (e - mean) * h).collect();
         let mut output = self.transform.make_output_vec();
         // This never fails, because both buffers have the length of the plan.
@@ -65,14 +66,14 @@ impl Spectrum {
             }
             self.stretches += 1;
         }
-        self.held.drain(..STRETCH / 2);
+        self.held.drain(..SAMPLES_PER_STRETCH / 2);
     }
 
     /// Hz and the root of the density, without the mean; empty where no stretch was long enough.
     pub fn density(&self) -> Vec<(f64, f64)> {
         let power: f64 = self.window.iter().map(|h| h * h).sum();
         let scale = 2.0 * self.period / (power * self.stretches.max(1) as f64);
-        let hertz = |k: usize| k as f64 / (STRETCH as f64 * self.period);
+        let hertz = |k: usize| k as f64 / (SAMPLES_PER_STRETCH as f64 * self.period);
         let bins = if self.stretches == 0 { 0 } else { self.sums.len() };
         (1..bins).map(|k| (hertz(k), (scale * self.sums[k]).sqrt())).collect()
     }
@@ -105,10 +106,14 @@ pub fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option
         }
     }
     let level = |spectrum: &Spectrum| {
-        let mut above: Vec<f64> =
-            spectrum.density().into_iter().filter(|(hz, _)| *hz > ABOVE * cutoff).map(|(_, root)| root).collect();
+        let mut above: Vec<f64> = spectrum
+            .density()
+            .into_iter()
+            .filter(|(hz, _)| *hz > NOISE_CUTOFF_RATIO * cutoff)
+            .map(|(_, root)| root)
+            .collect();
         above.sort_by(f64::total_cmp);
-        (above.len() >= FEWEST).then(|| above[above.len() / 2]).filter(|level| *level > 0.0)
+        (above.len() >= MIN_NOISE_BINS).then(|| above[above.len() / 2]).filter(|level| *level > 0.0)
     };
     Ok(spectra.iter().map(level).collect())
 }

@@ -12,7 +12,7 @@ use linear_model::linear_model::Model;
 use linear_model::states::States;
 
 /// Words for the parts, in their order.
-pub const PARTS: [&str; 4] = ["inertia", "Coriolis and centrifugal", "gravity", "friction"];
+pub const TORQUE_PART_NAMES: [&str; 4] = ["inertia", "Coriolis and centrifugal", "gravity", "friction"];
 
 /// One joint at one instant; N m (N), rad (m) and its rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

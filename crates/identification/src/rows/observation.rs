@@ -24,8 +24,8 @@ pub struct RowWeight<'a> {
     pub weight: &'a (dyn Fn(usize, f64) -> f64 + Sync),
 }
 
-/// Threads do not pay with fewer samples than this; a log of twenty thousand rows has as many left.
-const PARALLEL: usize = 2_000;
+/// Threads do not pay with fewer samples than this. A log of twenty thousand rows has as many left.
+const MIN_SAMPLES_FOR_THREADS: usize = 2_000;
 
 /// One triangle per joint of the samples in a range.
 fn part_of_rows(model: &Model, states: &States, range: Range<usize>, weight: Option<RowWeight>) -> Vec<Triangle> {
@@ -82,8 +82,8 @@ pub struct Observation {
     pub cutoff: f64,
 }
 
-/// Largest number of parts; more are merged in pairs.
-const MOST_PARTS: usize = 64;
+/// Largest number of parts. More are merged in pairs.
+const MAX_PARTS: usize = 64;
 
 impl Observation {
     /// Streams the samples through the model, in `parts` contiguous parts of equal length.
@@ -117,7 +117,7 @@ impl Observation {
         let part = |k: usize| part_of_rows(model, states, k * len / parts..(k + 1) * len / parts, weight);
         // Parts are independent: which thread computes one changes no bit of it.
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(parts);
-        let triangles = if threads < 2 || len < PARALLEL {
+        let triangles = if threads < 2 || len < MIN_SAMPLES_FOR_THREADS {
             (0..parts).map(part).collect()
         } else {
             std::thread::scope(|scope| {
@@ -145,7 +145,7 @@ impl Observation {
     /// Appends the parts of another record.
     pub fn append(&mut self, other: Observation) {
         self.parts.extend(other.parts);
-        while self.parts.len() > MOST_PARTS {
+        while self.parts.len() > MAX_PARTS {
             let mut parts = std::mem::take(&mut self.parts).into_iter();
             while let Some(mut first) = parts.next() {
                 for (a, b) in first.iter_mut().zip(parts.next().into_iter().flatten()) {
@@ -220,7 +220,7 @@ mod tests {
     fn threads_change_no_bit() {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
-        let states = arm.states(PARALLEL + 1);
+        let states = arm.states(MIN_SAMPLES_FOR_THREADS + 1);
         let threaded = Observation::of(&model, &states, 7);
         for (k, part) in threaded.parts.iter().enumerate() {
             let range = k * states.len() / 7..(k + 1) * states.len() / 7;

@@ -43,7 +43,7 @@ impl<A: ResidualSum, B: ResidualSum> ResidualSum for (A, B) {
 }
 
 /// Samples of a part of a record.
-const PART: usize = 8192;
+const SAMPLES_PER_PART: usize = 8192;
 
 /// The sums over all records under parameters `x`, starting from `empty`.
 ///
@@ -56,7 +56,7 @@ pub fn residual_sums<R: Records + ?Sized, S: ResidualSum>(
 ) -> Result<S, Error> {
     let mut all = empty.clone();
     records.each(&mut |states| {
-        let (len, count) = (states.len(), states.len().div_ceil(PART).max(1));
+        let (len, count) = (states.len(), states.len().div_ceil(SAMPLES_PER_PART).max(1));
         let parts: Vec<Range<usize>> = (0..count).map(|k| k * len / count..(k + 1) * len / count).collect();
         let sum = |_, part: &Range<usize>| {
             let mut sum = empty.clone();

@@ -56,15 +56,16 @@ impl Butterworth {
 
     /// Filters signals of one length without phase shift; signals shorter than two samples are returned as they are.
     ///
-    /// Each sample waits for the one before it, so `ABREAST` signals filtered side by side take hardly longer than one.
+    /// Each sample waits for the one before it, so `SIGNALS_PER_PASS` signals filtered side by side take hardly longer
+    /// than one.
     pub fn zero_phase(&self, mut signals: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let n = signals.first().map_or(0, Vec::len);
         if n < 2 {
             return signals;
         }
         let pad = (3 * (self.order + 1)).min(n - 1);
-        for group in signals.chunks_mut(ABREAST) {
-            let (mut before, mut behind) = (vec![[0.0; ABREAST]; pad], vec![[0.0; ABREAST]; pad]);
+        for group in signals.chunks_mut(SIGNALS_PER_PASS) {
+            let (mut before, mut behind) = (vec![[0.0; SIGNALS_PER_PASS]; pad], vec![[0.0; SIGNALS_PER_PASS]; pad]);
             for (lane, x) in group.iter().enumerate() {
                 for i in 0..pad {
                     before[i][lane] = 2.0 * x[0] - x[pad - i];
@@ -73,11 +74,11 @@ impl Butterworth {
             }
             let mut run = Run::new(&self.sections, before[0]);
             run.forward(&mut before);
-            in_lanes(group, (0..n).step_by(ROWS), |rows| run.forward(rows));
+            in_lanes(group, (0..n).step_by(ROWS_PER_COPY), |rows| run.forward(rows));
             run.forward(&mut behind);
             let mut run = Run::new(&self.sections, behind[pad - 1]);
             run.backward(&mut behind);
-            in_lanes(group, (0..n).step_by(ROWS).rev(), |rows| run.backward(rows));
+            in_lanes(group, (0..n).step_by(ROWS_PER_COPY).rev(), |rows| run.backward(rows));
         }
         signals
     }
@@ -85,18 +86,18 @@ impl Butterworth {
 
 /// Rows copied at a time between the signals, which are stored one by one, and the filter, which takes them side by
 /// side. So few rows stay in the cache.
-const ROWS: usize = 256;
+const ROWS_PER_COPY: usize = 256;
 
-/// Hands the signals to `filter` in blocks of `ROWS` rows that start at `firsts`, and writes the result back.
+/// Hands the signals to `filter` in blocks of `ROWS_PER_COPY` rows that start at `firsts`, and writes the result back.
 fn in_lanes(
     group: &mut [Vec<f64>],
     firsts: impl Iterator<Item = usize>,
-    mut filter: impl FnMut(&mut [[f64; ABREAST]]),
+    mut filter: impl FnMut(&mut [[f64; SIGNALS_PER_PASS]]),
 ) {
     let n = group.first().map_or(0, Vec::len);
-    let mut rows = [[0.0; ABREAST]; ROWS];
+    let mut rows = [[0.0; SIGNALS_PER_PASS]; ROWS_PER_COPY];
     for first in firsts {
-        let range = first..n.min(first + ROWS);
+        let range = first..n.min(first + ROWS_PER_COPY);
         let rows = &mut rows[..range.len()];
         for (lane, x) in group.iter().enumerate() {
             rows.iter_mut().zip(&x[range.clone()]).for_each(|(row, x)| row[lane] = *x);
@@ -110,12 +111,12 @@ fn in_lanes(
 
 /// The filter on its way through signals.
 struct Run {
-    sections: Vec<(Section, [[f64; ABREAST]; 2])>,
+    sections: Vec<(Section, [[f64; SIGNALS_PER_PASS]; 2])>,
 }
 
 impl Run {
     /// Starts in the steady state of an endless constant `first`.
-    fn new(sections: &[Section], first: [f64; ABREAST]) -> Run {
+    fn new(sections: &[Section], first: [f64; SIGNALS_PER_PASS]) -> Run {
         let start = |&Section { b, a }: &Section| {
             let state = [first.map(|first| (1.0 - b[0]) * first), first.map(|first| (b[2] - a[1]) * first)];
             (Section { b, a }, state)
@@ -124,12 +125,12 @@ impl Run {
     }
 
     /// Filters in place, from the first sample on.
-    fn forward(&mut self, samples: &mut [[f64; ABREAST]]) {
+    fn forward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
         self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut()));
     }
 
     /// Filters in place, from the last sample back.
-    fn backward(&mut self, samples: &mut [[f64; ABREAST]]) {
+    fn backward(&mut self, samples: &mut [[f64; SIGNALS_PER_PASS]]) {
         self.sections.iter_mut().for_each(|(section, state)| section.over(state, samples.iter_mut().rev()));
     }
 }
@@ -137,10 +138,14 @@ impl Run {
 impl Section {
     /// Filters in place; its state stays in registers on the way.
     #[inline]
-    fn over<'a>(&self, state: &mut [[f64; ABREAST]; 2], samples: impl Iterator<Item = &'a mut [f64; ABREAST]>) {
+    fn over<'a>(
+        &self,
+        state: &mut [[f64; SIGNALS_PER_PASS]; 2],
+        samples: impl Iterator<Item = &'a mut [f64; SIGNALS_PER_PASS]>,
+    ) {
         let (Section { b, a }, [mut z0, mut z1]) = (*self, *state);
         for sample in samples {
-            for lane in 0..ABREAST {
+            for lane in 0..SIGNALS_PER_PASS {
                 let u = sample[lane];
                 let v = b[0] * u + z0[lane];
                 z0[lane] = b[1] * u - a[0] * v + z1[lane];
@@ -153,7 +158,7 @@ impl Section {
 }
 
 /// Signals that are filtered at once.
-const ABREAST: usize = 8;
+const SIGNALS_PER_PASS: usize = 8;
 
 #[cfg(test)]
 mod tests {

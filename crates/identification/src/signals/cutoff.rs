@@ -39,30 +39,32 @@ pub struct FrequencyContent {
     pub cutoff: f64,
 }
 
-const FACTOR: f64 = 20.0;
-const SHARE: f64 = 0.95;
+/// Ratio of the cut-off to the highest f95 of the joints.
+const CUTOFF_FREQUENCY_RATIO: f64 = 20.0;
+/// Share of a joint's energy that lies below its f95.
+const MOTION_ENERGY_SHARE: f64 = 0.95;
 
 /// A bin counts as motion from this multiple of the noise of a bin on.
-const ABOVE_NOISE: f64 = 20.0;
+const MOTION_TO_NOISE_RATIO: f64 = 20.0;
 
-/// Share of the largest energy from which on a joint counts; it is a tenth of the speed.
-const COUNTS: f64 = 1e-2;
+/// Share of the largest energy from which on a joint counts. It is a tenth of the speed.
+const COUNTED_ENERGY_SHARE: f64 = 1e-2;
 
 /// Energy of the noise at the cut-off, as a share of that of the acceleration.
-const NOISE: f64 = 1e-4;
+const NOISE_ENERGY_SHARE: f64 = 1e-4;
 
 /// Noise never lowers the cut-off below this multiple of the f95 of all joints together. At a multiple of 3 the filter
 /// would cut the motion itself.
-const LEAST_FACTOR: f64 = 5.0;
+const MIN_CUTOFF_FREQUENCY_RATIO: f64 = 5.0;
 
-/// Samples that are transformed at once; a power of two, about a minute at 1 kHz.
-const PIECE: usize = 1 << 16;
+/// Samples that are transformed at once. It is a power of two, about a minute at 1 kHz.
+const SAMPLES_PER_TRANSFORM: usize = 1 << 16;
 
 /// Samples of a piece from which its noise is estimated.
-const NOISE_PIECE: usize = 1 << 12;
+const SAMPLES_PER_NOISE_ESTIMATE: usize = 1 << 12;
 
 /// Fewer samples have no spectrum to speak of.
-const SHORTEST: usize = 8;
+const MIN_SPECTRUM_SAMPLES: usize = 8;
 
 /// The energy of velocity, rad^2/s (m^2/s), by frequency. The key is the bits of the frequency in Hz, which sort like
 /// the numbers.
@@ -127,8 +129,8 @@ impl MotionEnergy {
         for (waiting, q) in self.waiting.iter_mut().zip(q) {
             waiting.extend_from_slice(q);
         }
-        while self.waiting.first().is_some_and(|q| q.len() >= PIECE) {
-            self.transform(PIECE);
+        while self.waiting.first().is_some_and(|q| q.len() >= SAMPLES_PER_TRANSFORM) {
+            self.transform(SAMPLES_PER_TRANSFORM);
         }
     }
 
@@ -143,14 +145,16 @@ impl MotionEnergy {
         self.end_record();
         let energy: Vec<f64> = self.joints.iter().map(|joint| joint.motion.values().sum()).collect();
         let most = energy.iter().copied().fold(0.0, f64::max);
-        let counts = |e: f64| e > 0.0 && e >= COUNTS * most;
-        let f95 = |(joint, &e): (&JointEnergy, &f64)| if counts(e) { quantile(&joint.motion, SHARE * e) } else { 0.0 };
+        let counts = |e: f64| e > 0.0 && e >= COUNTED_ENERGY_SHARE * most;
+        let f95 = |(joint, &e): (&JointEnergy, &f64)| {
+            if counts(e) { quantile(&joint.motion, MOTION_ENERGY_SHARE * e) } else { 0.0 }
+        };
         let f95: Vec<f64> = self.joints.iter().zip(&energy).map(f95).collect();
         let fastest = f95.iter().copied().fold(0.0, f64::max);
-        let cutoff = if fastest > 0.0 { (FACTOR * fastest).min(self.highest) } else { self.highest };
+        let cutoff = if fastest > 0.0 { (CUTOFF_FREQUENCY_RATIO * fastest).min(self.highest) } else { self.highest };
         let counting = self.joints.iter().zip(&energy).filter(|(_, e)| counts(**e));
         let noisy = counting.map(|(joint, _)| joint.noise_limit()).fold(f64::INFINITY, f64::min);
-        FrequencyContent { f95, cutoff: cutoff.min(noisy.max(LEAST_FACTOR * self.f95_of_all())) }
+        FrequencyContent { f95, cutoff: cutoff.min(noisy.max(MIN_CUTOFF_FREQUENCY_RATIO * self.f95_of_all())) }
     }
 
     /// Frequency below which 95 % of the energy of all joints together lies, Hz.
@@ -160,21 +164,21 @@ impl MotionEnergy {
             *all.entry(frequency).or_insert(0.0) += energy;
         }
         let sum: f64 = all.values().sum();
-        quantile(&all, SHARE * sum)
+        quantile(&all, MOTION_ENERGY_SHARE * sum)
     }
 
     /// Transforms the first `count` of the waiting samples.
     fn transform(&mut self, count: usize) {
-        if count < SHORTEST {
+        if count < MIN_SPECTRUM_SAMPLES {
             return self.waiting.iter_mut().for_each(|q| q.truncate(0));
         }
         // A length with small factors, because the transform of a prime length is several times slower.
         let of_motion = numerics::fft::forward(smooth_length(count));
-        let of_noise = numerics::fft::forward(smooth_length(count.min(NOISE_PIECE)));
+        let of_noise = numerics::fft::forward(smooth_length(count.min(SAMPLES_PER_NOISE_ESTIMATE)));
         let (period, joints) = (self.period, &mut self.joints);
         let energy = |_: usize, q: &Vec<f64>| {
             let variance = noise_of(&q[..count], of_noise.as_ref());
-            match excursion(&q[..count]) < REST.max(NOISE_RANGE * variance.sqrt()) {
+            match excursion(&q[..count]) < REST_RANGE.max(REST_RANGE_SIGMAS * variance.sqrt()) {
                 true => (Vec::new(), 0.0),
                 false => (energy_of(&q[..count], period, of_motion.as_ref()), variance),
             }
@@ -191,11 +195,12 @@ impl MotionEnergy {
 }
 
 impl JointEnergy {
-    /// Largest frequency up to which noise is at most [`NOISE`] of the acceleration, Hz; infinite without noise.
+    /// Largest frequency up to which noise is at most [`NOISE_ENERGY_SHARE`] of the acceleration, Hz; infinite without
+    /// noise.
     fn noise_limit(&self) -> f64 {
         let squared = |bits: &u64| (TAU * f64::from_bits(*bits)).powi(2);
         let acceleration: f64 = self.motion.iter().map(|(bits, energy)| squared(bits) * energy).sum();
-        (NOISE * acceleration / self.noise).powf(0.2)
+        (NOISE_ENERGY_SHARE * acceleration / self.noise).powf(0.2)
     }
 }
 
@@ -209,12 +214,12 @@ fn quantile(energy: &Energy, sum: f64) -> f64 {
     reached.map_or(0.0, |(bits, _)| f64::from_bits(*bits))
 }
 
-/// Joints whose extremes are closer than this (rad, m) are at rest; what they show is noise.
-const REST: f64 = 1e-3;
+/// Joints whose extremes are closer than this (rad, m) are at rest. What they show is noise.
+const REST_RANGE: f64 = 1e-3;
 
 /// Joints whose extremes are closer than this many standard deviations of their noise are at rest too. The extremes of
 /// a million samples of noise are ten apart.
-const NOISE_RANGE: f64 = 20.0;
+const REST_RANGE_SIGMAS: f64 = 20.0;
 
 /// From the lowest to the highest position.
 fn excursion(q: &[f64]) -> f64 {
@@ -235,7 +240,7 @@ fn energy_of(q: &[f64], period: f64, fft: &dyn RealToComplex<f64>) -> Vec<(u64, 
     let squares: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
     let noise = mean_square(&squares[n / 4..]);
     // Beyond a fifth of the rate, differentiated noise would outweigh the motion.
-    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > ABOVE_NOISE * noise);
+    let moving = squares.iter().enumerate().take(n / 5).skip(1).filter(|(_, s)| **s > MOTION_TO_NOISE_RATIO * noise);
     let energy = |(k, square): (usize, &f64)| {
         let frequency = k as f64 / (n as f64 * period);
         (frequency.to_bits(), (TAU * frequency).powi(2) * square * period / n as f64)

@@ -7,7 +7,7 @@
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
 /// Steps whose relative difference is less than this count as even, because a clock is written in rounded numbers.
-const EVEN: f64 = 1e-3;
+const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 
 /// The instants at which signals are sampled, examined once for all signals.
 pub struct Differences<'a> {
@@ -22,7 +22,8 @@ impl<'a> Differences<'a> {
     /// `t` is in s and ascends.
     pub fn new(t: &'a [f64]) -> Differences<'a> {
         let step = |t: &[f64]| (t[4] - t[0]) / 4.0;
-        let is_even = |t: &[f64]| t.windows(2).all(|pair| (pair[1] - pair[0] - step(t)).abs() <= EVEN * step(t));
+        let is_even =
+            |t: &[f64]| t.windows(2).all(|pair| (pair[1] - pair[0] - step(t)).abs() <= EVEN_STEP_TOLERANCE * step(t));
         let ends = [0, 1, t.len().saturating_sub(2), t.len().saturating_sub(1)];
         let mut uneven: Vec<usize> = ends.into_iter().filter(|&i| i < t.len()).collect();
         uneven.extend(t.windows(5).enumerate().filter(|(_, t)| !is_even(t)).map(|(i, _)| i + 2));

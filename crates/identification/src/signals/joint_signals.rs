@@ -22,7 +22,7 @@ use crate::signals::cutoff::{FrequencyContent, MotionEnergy};
 use crate::signals::differences::Differences;
 use crate::signals::resample::{interpolate, uniform_clock};
 use crate::signals::reversals::{columns, directions};
-use crate::signals::signal_options::{REVERSAL, Signal, Velocity, possible_delay};
+use crate::signals::signal_options::{REVERSAL_CUTOFF_RATIO, Signal, Velocity, possible_delay};
 use crate::signals::standstill::standstill;
 use crate::signals::velocity_check::check_velocity;
 
@@ -105,7 +105,7 @@ impl JointSignals {
         let motion = || filtering.motion(q, dq, ddq);
         let torques = || filtering.rounded(tau);
         let directions = || wide.map(|wide| filtering.directions(filters.reversal.pass(wide), &couplings));
-        let (motion, tau, directions) = match t.len() < PARALLEL {
+        let (motion, tau, directions) = match t.len() < MIN_SAMPLES_FOR_SECOND_THREAD {
             true => (motion(), torques(), directions()),
             false => std::thread::scope(|scope| {
                 let (torques, directions) = (scope.spawn(torques), scope.spawn(directions));
@@ -155,7 +155,7 @@ impl Pass {
 
 /// Share of the rate up to which the slope of positions shows a reversal. The noise of a slope grows with the power 3/2
 /// of its cut-off, and beyond this share the steps of an encoder turn the sign over many times.
-const FASTEST_SLOPE: f64 = 0.2;
+const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
 
 /// The low-passes of a log.
 struct Filters {
@@ -178,8 +178,8 @@ impl Filters {
         let pass = |cutoff: f64| Pass::new(signal.order, cutoff, period);
         let (motion, effort) = (pass(cutoff)?, pass(effort_cutoff)?);
         let wide = signal.reversal_cutoff.unwrap_or_else(|| match differentiated {
-            true => (REVERSAL * effort_cutoff).min(FASTEST_SLOPE / period).max(effort_cutoff),
-            false => REVERSAL * effort_cutoff,
+            true => (REVERSAL_CUTOFF_RATIO * effort_cutoff).min(MAX_REVERSAL_CUTOFF_SHARE / period).max(effort_cutoff),
+            false => REVERSAL_CUTOFF_RATIO * effort_cutoff,
         });
         // Where the rate does not allow for it, the velocity stays as it was measured.
         let reversal = if wide < 0.45 / period { pass(wide)? } else { Pass(None) };
@@ -292,7 +292,7 @@ fn signs(dq: &[f64], couplings: &[Coupling], n: usize) -> Directions {
 }
 
 /// With fewer samples than this, a second thread does not pay.
-const PARALLEL: usize = 20_000;
+const MIN_SAMPLES_FOR_SECOND_THREAD: usize = 20_000;
 
 /// The uniform clock that signals are to be brought to; `None` where they stay on their own.
 fn clock(log: &Log, signal: &Signal) -> Result<Option<Vec<f64>>, Error> {

@@ -98,18 +98,18 @@ pub(crate) fn states_or_none(
     Ok(records)
 }
 
-/// Larger than any signal of a robot in any unit; the squares of far larger numbers would overflow.
-const ABSURD: f64 = 1e100;
+/// Larger than any signal of a robot in any unit. The squares of far larger numbers would overflow.
+const ABSURD_SIGNAL: f64 = 1e100;
 
 /// A thousand turns, rad. Cables stop a joint between links after a few turns, and a rotor before its gear turns some
 /// hundred times as far. A wheel that has gone farther can start anew without loss, because torques depend on its angle
 /// within a turn only. From 2^27 rad on the generated sine would not be a number.
-const NO_ANGLE: f64 = 1000.0 * std::f64::consts::TAU;
+const LARGEST_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
 
 /// Refuses positions that cannot be angles of a joint, such as the counts of an encoder.
 fn check_angles(regressor: &dyn Regressor, log: &Log, q: &[Vec<f64>]) -> Result<(), Error> {
     for (k, q) in q.iter().enumerate().filter(|(k, _)| !regressor.is_prismatic(*k)) {
-        if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > NO_ANGLE) {
+        if let Some((r, angle)) = q.iter().enumerate().find(|(_, q)| q.abs() > LARGEST_ANGLE_RAD) {
             let (row, name) = (log.rows.get(r).copied().unwrap_or(0), &log.coordinates[k]);
             let message = format!(
                 "row {row}: {name} is at {angle:.4e} rad, more than a thousand turns, where the angle of a joint in rad is \
@@ -133,7 +133,8 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     let signals = preparation.transmission.apply(log)?;
     check_angles(regressor, &signals.log, &signals.q)?;
     let states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
-    let finite = [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD));
+    let finite =
+        [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD_SIGNAL));
     if !finite {
         return Err(Error::at(&name, 0, "the signals leave the range of numbers; look for absurd values in the log"));
     }

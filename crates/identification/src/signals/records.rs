@@ -1,7 +1,8 @@
 //! The records of an identification: states held in memory, or made anew at every pass where they are too many.
 //!
 //! A log of several blocks (`logs::LogStream`) gives the same states wherever its blocks come from. The states are made
-//! once and held where they and the logs fit into `HELD` bytes. A million rows of seven joints fit, decimated or not.
+//! once and held where they and the logs fit into `MAX_HELD_BYTES` bytes. A million rows of seven joints fit, decimated
+//! or not.
 
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
@@ -52,7 +53,7 @@ enum Source<'a> {
 impl<'a> SourceRecords<'a> {
     /// Fails when a log does not fit the robot, the transmission or the signal preparation.
     pub fn new(regressor: &'a dyn Regressor, logs: &'a [LogSource], preparation: &Preparation) -> Result<Self, Error> {
-        SourceRecords::new_within(regressor, logs, preparation, HELD)
+        SourceRecords::new_within(regressor, logs, preparation, MAX_HELD_BYTES)
     }
 
     /// As `new`, where `held` is the bytes up to which logs of several blocks and their states are held.
@@ -91,7 +92,7 @@ impl<'a> SourceRecords<'a> {
 }
 
 /// Bytes up to which the numbers of long logs and their states are held.
-const HELD: usize = 1 << 29;
+const MAX_HELD_BYTES: usize = 1 << 29;
 
 /// The preparation with the content of all logs together, which sets the cut-off.
 fn with_content(logs: &[LogSource], preparation: &Preparation) -> Result<Preparation, Error> {

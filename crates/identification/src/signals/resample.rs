@@ -1,7 +1,7 @@
 //! From the clock of a log to a uniform one, by linear interpolation.
 
 /// More samples than this mean a wrong rate, not a long log.
-const MAX_SAMPLES: f64 = 1e8;
+const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
 
 /// Instants `period` apart from the first to at most the last of `t`; `None` for a period that
 /// gives fewer than two or absurdly many of them.
@@ -9,7 +9,7 @@ pub fn uniform_clock(t: &[f64], period: f64) -> Option<Vec<f64>> {
     let (first, last) = (*t.first()?, *t.last()?);
     // The factor keeps rounding from losing a whole period.
     let steps = ((last - first) / period * (1.0 + 1e-12)).floor();
-    let usable = (1.0..MAX_SAMPLES).contains(&steps);
+    let usable = (1.0..MAX_RESAMPLED_SAMPLES).contains(&steps);
     usable.then(|| (0..=steps as usize).map(|i| first + i as f64 * period).collect())
 }
 

@@ -37,7 +37,7 @@ pub struct Signal {
     /// Make the columns of dry friction of a velocity with a cut-off of its own, and pass them through the filter of
     /// the torques. The filter then rounds their jumps at reversals as it rounds those of the torques.
     pub filtered_sign: bool,
-    /// Cut-off of that velocity, Hz; by default [`REVERSAL`] times that of the torques.
+    /// Cut-off of that velocity, Hz; by default [`REVERSAL_CUTOFF_RATIO`] times that of the torques.
     pub reversal_cutoff: Option<f64>,
 }
 
@@ -63,19 +63,19 @@ impl Default for Signal {
 }
 
 /// Cut-off of the velocity that shows reversals, as a multiple of that of the torques.
-pub const REVERSAL: f64 = 10.0;
+pub const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 
 /// Longest delay, s. A delay is a fault of a logger, and none is as long as a second.
-const LONGEST_DELAY: f64 = 1.0;
+const LONGEST_DELAY_S: f64 = 1.0;
 
 /// Returns `seconds` where torques can lag positions by them.
 ///
 /// Fails, saying what is expected, where they cannot.
 pub fn possible_delay(seconds: f64) -> Result<f64, String> {
     // This is false for NaN too.
-    let is_possible = seconds.abs() < LONGEST_DELAY;
+    let is_possible = seconds.abs() < LONGEST_DELAY_S;
     is_possible.then_some(seconds).ok_or_else(|| {
-        format!("a delay of {seconds} s: seconds between -{LONGEST_DELAY} and {LONGEST_DELAY} are expected")
+        format!("a delay of {seconds} s: seconds between -{LONGEST_DELAY_S} and {LONGEST_DELAY_S} are expected")
     })
 }
 

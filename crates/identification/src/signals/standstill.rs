@@ -1,28 +1,28 @@
 //! When a joint stands still.
 //!
 //! Stiction is not in the model. A joint at rest carries any torque up to its Coulomb friction, so its rows are wrong.
-//! A reversal is no standstill, because it is over in less than `SPAN`.
+//! A reversal is no standstill, because it is over in less than `STANDSTILL_SPAN_S`.
 
-/// Time for which a joint must stay within [`BAND`], s.
-const SPAN: f64 = 0.2;
+/// Time for which a joint must stay within [`STANDSTILL_BAND`], s.
+const STANDSTILL_SPAN_S: f64 = 0.2;
 
-/// Width of the band, rad (m); it is 1e-3 rad/s over the span.
-const BAND: f64 = 2e-4;
+/// Width of the band, rad (m). It is 1e-3 rad/s over the span.
+const STANDSTILL_BAND: f64 = 2e-4;
 
 /// Tells for each sample of a position whether it belongs to a span in which the position stays within the band.
 pub fn standstill(q: &[f64], period: f64) -> Vec<bool> {
-    let span = ((SPAN / period).ceil() as usize).max(2);
+    let span = ((STANDSTILL_SPAN_S / period).ceil() as usize).max(2);
     let mut still = vec![false; q.len()];
     let mut first = 0;
     while first + span <= q.len() {
-        if (q[first + span - 1] - q[first]).abs() > BAND {
+        if (q[first + span - 1] - q[first]).abs() > STANDSTILL_BAND {
             first += 1;
             continue;
         }
         let (mut low, mut high) = (q[first], q[first]);
         let mut stays = |&x: &f64| {
             (low, high) = (low.min(x), high.max(x));
-            high - low <= BAND
+            high - low <= STANDSTILL_BAND
         };
         let length = q[first..].iter().take_while(|x| stays(x)).count();
         if length >= span {

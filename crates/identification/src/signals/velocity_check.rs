@@ -4,19 +4,19 @@
 //! units, signs and clock are right. Whole spans are compared and not samples, so that quantised positions do not
 //! matter.
 
-use logs::{Error, GAP};
+use logs::{Error, GAP_PERIODS};
 
 /// Number of spans of a log.
-const SPANS: usize = 200;
+const SPANS_PER_LOG: usize = 200;
 
 /// Joints whose largest change over a span is smaller than this are not checked, rad (m).
-const LITTLE: f64 = 0.02;
+const SMALLEST_CHECKED_CHANGE: f64 = 0.02;
 
 /// Slopes of velocity on position outside this range are not explained by noise.
-const SLOPES: std::ops::Range<f64> = 0.8..1.25;
+const PLAUSIBLE_SLOPES: std::ops::Range<f64> = 0.8..1.25;
 
 /// Where positions explain less than this share of the velocities, there is nothing to compare.
-const RELATED: f64 = 0.8;
+const SMALLEST_EXPLAINED_SHARE: f64 = 0.8;
 
 /// Fails for the first joint whose velocity is not the slope of its position; `period` in s.
 pub fn check_velocity(
@@ -27,12 +27,12 @@ pub fn check_velocity(
     dq: &[Vec<f64>],
     period: f64,
 ) -> Result<(), Error> {
-    let length = (t.len() / SPANS).max(5);
+    let length = (t.len() / SPANS_PER_LOG).max(5);
     for ((name, q), dq) in coordinates.iter().zip(q).zip(dq) {
         let (mut aa, mut ab, mut bb, mut largest) = (0.0, 0.0, 0.0, 0.0f64);
         for start in (0..t.len().saturating_sub(length)).step_by(length) {
             let span = start..start + length;
-            if span.clone().any(|i| t[i + 1] - t[i] > GAP * period) {
+            if span.clone().any(|i| t[i + 1] - t[i] > GAP_PERIODS * period) {
                 continue;
             }
             let a = q[span.end] - q[span.start];
@@ -40,7 +40,10 @@ pub fn check_velocity(
             (aa, ab, bb, largest) = (aa + a * a, ab + a * b, bb + b * b, largest.max(a.abs()));
         }
         let slope = ab / aa;
-        if largest < LITTLE || ab * ab < RELATED * aa * bb || SLOPES.contains(&slope) {
+        if largest < SMALLEST_CHECKED_CHANGE
+            || ab * ab < SMALLEST_EXPLAINED_SHARE * aa * bb
+            || PLAUSIBLE_SLOPES.contains(&slope)
+        {
             continue;
         }
         let close = |x: f64| (slope / x - 1.0).abs() < 0.05;

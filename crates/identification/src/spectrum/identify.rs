@@ -13,7 +13,7 @@ use logs::Error;
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::residuals::{Residuals, Squares};
-use crate::estimate::verdict::LACKING;
+use crate::estimate::verdict::LACKING_MODEL_CHI_SQUARE;
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
@@ -193,7 +193,7 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     if !misfit.is_lacking() {
         return;
     }
-    let named = |(name, x): (&String, &f64)| (*x > LACKING).then(|| format!("{name} {x:.1}"));
+    let named = |(name, x): (&String, &f64)| (*x > LACKING_MODEL_CHI_SQUARE).then(|| format!("{name} {x:.1}"));
     let joints: Vec<String> = regressor.coordinates().iter().zip(&misfit.joints).filter_map(named).collect();
     estimate.remarks.push(format!(
         "the model lacks something that these experiments show: chi^2 per freedom is {:.1} where noise alone gives less than 1 \
@@ -222,7 +222,7 @@ fn widen_with_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
 }
 
 /// Relative drift of friction from experiment to experiment. Warm and cold drives differ by less.
-const DRIFTS: f64 = 0.3;
+const LARGE_FRICTION_DRIFT: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
     let mut text = format!("friction of equation (5), its sign turning over {} rad/s", found.shape.rest_velocity);
@@ -233,7 +233,7 @@ fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {
         text.push_str(&format!(", with a Stribeck term at {speed} rad/s"));
     }
     let percent = 100.0 * found.drift_spread;
-    if found.drift_spread > DRIFTS {
+    if found.drift_spread > LARGE_FRICTION_DRIFT {
         text.push_str(&format!(
             ", its columns scaled differently from experiment to experiment, by {percent:.0} %: no friction does that; they \
              take up something else that the model does not have"

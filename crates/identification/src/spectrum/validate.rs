@@ -22,9 +22,9 @@ use crate::estimate::validation::{JointValidation, MotionValidation, TorquePictu
 use crate::signals::butterworth::Butterworth;
 
 /// Samples dropped at both ends of a motion, where the differences wrap around.
-const BORDER: usize = 30;
+const BORDER_SAMPLES: usize = 30;
 /// Instants in a picture.
-const PICTURE: usize = 400;
+const INSTANTS_PER_PICTURE: usize = 400;
 
 /// Torques of one joint in one motion.
 struct Compared {
@@ -134,18 +134,19 @@ fn compare(
     let Some(filter) = Butterworth::low_pass(4, cutoff, 1.0 / h) else {
         return Err(Error::at(name, 0, format!("a sample time of {h} s is too long for a cut-off of {cutoff} Hz")));
     };
-    if count < 4 * BORDER || record.q.len() != n || record.current.len() != n {
-        let found = format!("{count} samples of {} joints; at least {} of {n} are needed", record.q.len(), 4 * BORDER);
+    if count < 4 * BORDER_SAMPLES || record.q.len() != n || record.current.len() != n {
+        let found =
+            format!("{count} samples of {} joints; at least {} of {n} are needed", record.q.len(), 4 * BORDER_SAMPLES);
         return Err(Error::at(name, 0, found));
     }
     let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
-    let cut = |x: &[f64]| x[BORDER..count - BORDER].to_vec();
+    let cut = |x: &[f64]| x[BORDER_SAMPLES..count - BORDER_SAMPLES].to_vec();
     let cut_all = |x: &[Vec<f64>]| x.iter().map(|x| cut(x)).collect::<Vec<_>>();
     let motion = MeasuredMotion { q: cut_all(&smooth), dq: cut_all(&dq), ddq: cut_all(&ddq) };
     let columns = motion.regressor_columns(regressor);
     let joint = |j: usize| Compared {
-        t: (BORDER..count - BORDER).map(|i| i as f64 * h).collect(),
+        t: (BORDER_SAMPLES..count - BORDER_SAMPLES).map(|i| i as f64 * h).collect(),
         tau: cut(&filter.zero_phase(vec![record.current[j].iter().map(|c| c * gain[j]).collect()])[0]),
         rigid: (0..motion.len()).map(|i| columns[j].iter().zip(parameters).map(|(d, x)| d[i] * x).sum()).collect(),
         friction: FrictionShape::ASYMMETRIC.fill(&motion.dq[j], &motion.ddq[j], &[], h),
@@ -179,7 +180,7 @@ fn not_white(x: &[f64]) -> Vec<f64> {
 }
 
 fn picture(coordinate: &str, c: &Compared, predicted: &[f64]) -> TorquePicture {
-    let step = c.t.len().div_ceil(PICTURE).max(1);
+    let step = c.t.len().div_ceil(INSTANTS_PER_PICTURE).max(1);
     // Four digits behind the point are finer than any screen.
     let thin = |x: &[f64]| x.iter().step_by(step).map(|x| (x * 1e4).round() / 1e4).collect();
     TorquePicture { coordinate: coordinate.into(), t: thin(&c.t), measured: thin(&c.tau), predicted: thin(predicted) }

@@ -36,7 +36,7 @@ pub struct LogReport {
     pub longest_step: f64,
     /// Whether no step is 1 % off the median.
     pub uniform: bool,
-    /// Steps longer than [`GAP`] periods.
+    /// Steps longer than [`GAP_PERIODS`] periods.
     pub gaps: usize,
     /// Jumps by a turn in the positions, taken back.
     pub wrapped: usize,
@@ -51,16 +51,16 @@ pub struct LogReport {
 }
 
 /// A step of the clock this many times the median is a gap: nothing is interpolated across it.
-pub const GAP: f64 = 10.0;
+pub const GAP_PERIODS: f64 = 10.0;
 
 /// If the clock runs backwards in a larger share of the rows, that is no jitter: the file holds two runs.
-const BACKWARDS: f64 = 0.01;
+const LARGEST_BACKWARD_SHARE: f64 = 0.01;
 
-/// s: a clock with a larger step is taken to be in another unit, unless its header says seconds.
-const SLOW: f64 = 0.5;
+/// A clock with a larger step, s, is taken to be in another unit, unless its header says seconds.
+const SLOWEST_CLOCK_STEP_S: f64 = 0.5;
 
-/// s: a clock with a smaller step is in another unit, because no robot is sampled that fast.
-const FAST: f64 = 1e-6;
+/// A clock with a smaller step, s, is in another unit, because no robot is sampled that fast.
+const FASTEST_CLOCK_STEP_S: f64 = 1e-6;
 
 /// Fewer samples than this cannot be filtered and differentiated.
 pub const MIN_ROWS: usize = 50;
@@ -74,7 +74,7 @@ impl LogReport {
         }
         self.uniform &= even(step, self.period) && (next.kept < 2 || (next.uniform && even(next.period, self.period)));
         self.longest_step = self.longest_step.max(next.longest_step).max(step);
-        self.gaps += next.gaps + usize::from(step > GAP * self.period);
+        self.gaps += next.gaps + usize::from(step > GAP_PERIODS * self.period);
         // At rest on both sides of the seam, the joints are at rest across it.
         let seam = if self.rest_after > 0.0 && next.rest_before > 0.0 { step } else { 0.0 };
         let resting = |r: &LogReport| r.rest > 0.0 && r.rest_before >= r.duration;
@@ -112,7 +112,7 @@ impl LogReport {
         if self.rows == 0 {
             return at(1, "there is a header but no row of numbers below it".into());
         }
-        if self.clock_backwards as f64 > BACKWARDS * self.rows as f64 {
+        if self.clock_backwards as f64 > LARGEST_BACKWARD_SHARE * self.rows as f64 {
             let message = format!(
                 "column `{time}` runs backwards in {} rows, here first: two runs in one file, or not the time; split the file",
                 self.clock_backwards
@@ -141,7 +141,7 @@ impl LogReport {
         if !(self.period.is_finite() && self.duration.is_finite()) {
             return at(0, "the clock leaves the range of numbers".into());
         }
-        if self.period < FAST {
+        if self.period < FASTEST_CLOCK_STEP_S {
             let message = format!(
                 "column `{time}` steps by {:e} s, which no robot is sampled at; its unit is not the one of its name",
                 self.period
@@ -150,7 +150,7 @@ impl LogReport {
         }
         let said =
             ["_s", "(s)", "[s]", "sec", "secs", "seconds"].iter().any(|unit| time.to_lowercase().ends_with(unit));
-        if self.period > SLOW && !said {
+        if self.period > SLOWEST_CLOCK_STEP_S && !said {
             let message = format!(
                 "column `{time}` steps by {} s: too slow to see dynamics; if it is in ms, name it `{time}_ms`, if in s, \
                  `{time}_s`",
@@ -185,7 +185,7 @@ impl fmt::Display for LogReport {
                 self.gaps,
                 "gap",
                 "gaps",
-                format!("in the clock longer than {GAP} steps (the parts between are filtered by themselves)"),
+                format!("in the clock longer than {GAP_PERIODS} steps (the parts between are filtered by themselves)"),
             ),
         ] {
             if count > 0 {

@@ -74,10 +74,10 @@ pub fn unwrap(q: &mut [f64]) -> usize {
     count
 }
 
-/// A jump is this many times faster than all but the fastest hundredth of the steps..
-const FAST: f64 = 20.0;
-/// .. and faster than this, rad/s.
-const LEAST: f64 = 1.0;
+/// A jump is this many times faster than all but the fastest hundredth of the steps.
+const JUMP_SPEED_RATIO: f64 = 20.0;
+/// A jump is also faster than this, rad/s.
+const SMALLEST_JUMP_SPEED_RAD_S: f64 = 1.0;
 
 /// The steps of a position that are jumps: a spike, or poses logged without the way between.
 fn jumps(t: &[f64], q: &[f64]) -> usize {
@@ -90,7 +90,7 @@ fn jumps(t: &[f64], q: &[f64]) -> usize {
     // jumps.
     let at = rates.len() - 1 - rates.len() / 100;
     let usual = *rates.select_nth_unstable_by(at, f64::total_cmp).1;
-    let limit = (FAST * usual).max(LEAST);
+    let limit = (JUMP_SPEED_RATIO * usual).max(SMALLEST_JUMP_SPEED_RAD_S);
     rates.iter().filter(|rate| **rate > limit).count()
 }
 
@@ -99,11 +99,11 @@ fn saturated(effort: &[f64]) -> Option<f64> {
     let (low, high) = effort.iter().fold((f64::MAX, f64::MIN), |(l, h), &x| (l.min(x), h.max(x)));
     let at = |bound: f64| effort.iter().filter(|x| **x == bound).count();
     let share = (at(low) + at(high)) as f64 / effort.len() as f64;
-    (low < high && share > SATURATED).then_some(share)
+    (low < high && share > SATURATED_SAMPLES_SHARE).then_some(share)
 }
 
 /// A larger share of the samples at the limits is no accident.
-const SATURATED: f64 = 0.01;
+const SATURATED_SAMPLES_SHARE: f64 = 0.01;
 
 #[cfg(test)]
 mod tests {

@@ -166,10 +166,10 @@ impl fmt::Display for Columns {
 
 /// The unit of a clock that counts from 1970, found by the assumption that no log is from before 1990 or after 2100.
 fn epoch_unit(clock: &[f64]) -> Option<(&'static str, f64)> {
-    const SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
+    const SECONDS_SINCE_1970: std::ops::Range<f64> = 631e6..4102e6;
     let first = clock.iter().find(|t| t.is_finite())?;
     let units = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
-    units.into_iter().find(|unit| SINCE_1970.contains(&(first * unit.1)))
+    units.into_iter().find(|unit| SECONDS_SINCE_1970.contains(&(first * unit.1)))
 }
 
 struct Finder<'a> {

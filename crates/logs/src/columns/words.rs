@@ -32,7 +32,7 @@ pub type Unit = (&'static str, f64);
 type Words = (Quantity, &'static [&'static str], &'static [Unit]);
 
 /// Stems, then units with the factor to SI. The first unit is the one of a header that names none.
-const WORDS: [Words; 6] = [
+const QUANTITY_WORDS: [Words; 6] = [
     (
         Time,
         &["t", "time", "timestamp", "stamp", "clock", "timestamps", "times", "sec", "secs", "seconds"],
@@ -143,7 +143,7 @@ const WORDS: [Words; 6] = [
 
 /// The units of a quantity, the one of headers without a unit first.
 pub fn units(quantity: Quantity) -> &'static [Unit] {
-    WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
+    QUANTITY_WORDS.iter().find(|w| w.0 == quantity).map_or(&[], |w| w.2)
 }
 
 /// A unit as people write it, of one as headers write it.
@@ -231,7 +231,7 @@ pub fn readings(table: &Table, coordinates: &[String]) -> Result<Vec<Reading>, E
 }
 
 /// Words that mark a quantity as measured, or name what it is part of.
-const QUALIFIERS: [&str; 13] = [
+const QUALIFIER_WORDS: [&str; 13] = [
     "actual",
     "act",
     "meas",
@@ -250,7 +250,7 @@ const QUALIFIERS: [&str; 13] = [
 /// A header in lower case without its qualifiers: `joint_states.elbow.position`, `actual_joint_pos_1`, `q_meas_1`.
 fn unqualified(header: &str) -> String {
     let mut header = header.trim_start_matches(['%', '#', '/', '_', ' ']).to_string();
-    for word in QUALIFIERS {
+    for word in QUALIFIER_WORDS {
         if let Some(at) = header.find(word) {
             let (before, after) = (&header[..at], &header[at + word.len()..]);
             let apart = |c: Option<char>| c.is_none_or(|c| !c.is_ascii_alphanumeric());
@@ -287,7 +287,7 @@ fn parse(header: &str, coordinates: &[String]) -> Vec<(Quantity, Designator, Uni
     let header = plain(header);
     let header = header.trim_matches('_');
     let mut out = Vec::new();
-    for (quantity, stems, units) in WORDS {
+    for (quantity, stems, units) in QUANTITY_WORDS {
         for (rest, unit) in without_unit(header, units) {
             for stem in stems {
                 if let Some(joint) = joint_beside(rest, stem, quantity, units, coordinates) {

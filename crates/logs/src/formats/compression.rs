@@ -28,24 +28,26 @@ pub enum Compression {
 }
 
 /// Largest size of an unpacked block. Writers make blocks of some megabytes.
-pub const MAX_UNPACKED: usize = 1 << 30;
+pub const MAX_UNPACKED_BYTES: usize = 1 << 30;
 
-/// Nor may a block unfold to more than this many times its bytes, plus `SMALL`. Measured numbers do not compress so
-/// far.
-const MAX_RATIO: usize = 64;
-const SMALL: usize = 1 << 26;
+/// Nor may a block unfold to more than this many times its bytes, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers do
+/// not compress so far.
+const MAX_UNPACKING_RATIO: usize = 64;
+/// Bytes that every block may unfold to beside that.
+const UNPACKING_ALLOWANCE_BYTES: usize = 1 << 26;
 
-/// The largest ratios of the formats: a copy of 64 bytes takes 3, a run of 255 takes 1.
+/// The largest ratio of snappy: a copy of 64 bytes takes 3.
 #[cfg(feature = "parquet")]
-const SNAPPY_RATIO: usize = 64;
+const MAX_SNAPPY_RATIO: usize = 64;
+/// The largest ratio of LZ4: a run of 255 takes 1.
 #[cfg(feature = "parquet")]
-const LZ4_RATIO: usize = 256;
+const MAX_LZ4_RATIO: usize = 256;
 
 impl Compression {
     /// The `size` bytes that `packed` holds; another number of them is an error.
     #[cfg(feature = "mcap")]
     pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
-        let most = most_of(packed).min(MAX_UNPACKED);
+        let most = most_of(packed).min(MAX_UNPACKED_BYTES);
         if size > most {
             return Err(format!("a block of {} bytes claims to hold {size}; at most {most} are read", packed.len()));
         }
@@ -76,14 +78,14 @@ impl Compression {
             #[cfg(feature = "parquet")]
             Compression::Snappy => {
                 let claimed = snap::raw::decompress_len(packed).map_err(|e| failed(&e))?;
-                if claimed > most.min(packed.len().saturating_mul(SNAPPY_RATIO)) {
+                if claimed > most.min(packed.len().saturating_mul(MAX_SNAPPY_RATIO)) {
                     return Err(format!("{} bytes cannot unfold to the {claimed} they claim", packed.len()));
                 }
                 snap::raw::Decoder::new().decompress_vec(packed).map_err(|e| failed(&e))?
             }
             #[cfg(feature = "parquet")]
             Compression::Lz4Block => {
-                let room = most.min(packed.len().saturating_mul(LZ4_RATIO));
+                let room = most.min(packed.len().saturating_mul(MAX_LZ4_RATIO));
                 lz4_flex::block::decompress(packed, room).map_err(|e| failed(&e))?
             }
             #[cfg(feature = "parquet")]
@@ -102,7 +104,7 @@ impl Compression {
 
 /// The most that these bytes may unfold to.
 fn most_of(packed: &[u8]) -> usize {
-    packed.len().saturating_mul(MAX_RATIO).saturating_add(SMALL)
+    packed.len().saturating_mul(MAX_UNPACKING_RATIO).saturating_add(UNPACKING_ALLOWANCE_BYTES)
 }
 
 /// Blocks behind two lengths of four bytes each, the highest first: unpacked and packed.

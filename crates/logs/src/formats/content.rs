@@ -20,7 +20,7 @@ pub enum Content {
 use Content::*;
 
 /// First bytes, the kind they mark, its name, the feature that reads it, and whether the feature is built in.
-const KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
+const FILE_KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
     (b"\x1f\x8b", Gzip, "", "", true),
     (b"\x28\xb5\x2f\xfd", Zstd, "a zstd stream", "zstd", cfg!(feature = "zstd")),
     (b"PK\x03\x04", Numpy, "a .npz of NumPy", "npz", cfg!(feature = "npz")),
@@ -33,12 +33,12 @@ const KINDS: [(&[u8], Content, &str, &str, bool); 9] = [
 ];
 
 /// Number of first bytes that tell the kind of a file.
-pub const HEAD: usize = 16;
+pub const MAGIC_BYTES: usize = 16;
 
 impl Content {
-    /// The kind of a file with these first bytes, [`HEAD`] of them or all.
+    /// The kind of a file with these first bytes, [`MAGIC_BYTES`] of them or all.
     pub fn of(head: &[u8]) -> Content {
-        KINDS.iter().find(|kind| head.starts_with(kind.0)).map_or(Text, |kind| kind.1)
+        FILE_KINDS.iter().find(|kind| head.starts_with(kind.0)).map_or(Text, |kind| kind.1)
     }
 
     /// Why files of this kind are not read, and what to do; `None` where they are.
@@ -48,7 +48,7 @@ impl Content {
                 "this is a bag of ROS 1, which is not read; convert it: `mcap convert in.bag out.mcap`".into(),
             );
         }
-        KINDS.iter().find(|kind| kind.1 == self && !kind.4).map(|(_, _, name, feature, _)| {
+        FILE_KINDS.iter().find(|kind| kind.1 == self && !kind.4).map(|(_, _, name, feature, _)| {
             format!(
                 "this is {name}, and this program was built without what reads it; build it with the feature \
                  `{feature}` of the package `logs`"
@@ -64,7 +64,7 @@ mod tests {
     /// With a feature off its files are refused by the feature's name; with it on they are not.
     #[test]
     fn a_feature_left_out_is_named() {
-        for (magic, content, _, feature, built) in KINDS {
+        for (magic, content, _, feature, built) in FILE_KINDS {
             assert_eq!(Content::of(&[magic, b"and more"].concat()), content);
             let refusal = content.refusal();
             assert_eq!(refusal.is_some(), !built || content == Bag, "{feature}");

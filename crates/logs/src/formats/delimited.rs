@@ -3,7 +3,8 @@
 //!
 //! The text is read in windows, which are cut into blocks of whole rows. The processor's threads read the blocks. The
 //! results are joined in order and do not depend on the number of threads. Memory is that of a window and of the rows
-//! handed out: a row has at most [`ROW`] bytes, a table at most `MAX_CELLS` numbers. `rows` decides what a row is.
+//! handed out: a row has at most [`MAX_ROW_BYTES`] bytes, a table at most `MAX_CELLS` numbers. `rows` decides what a
+//! row is.
 
 use std::io::{BufReader, Cursor, Error as IoError, ErrorKind, Read};
 use std::path::Path;
@@ -11,28 +12,28 @@ use std::path::Path;
 use memchr::memchr_iter;
 
 use crate::Error;
-use crate::formats::content::{Content, HEAD as MAGIC};
+use crate::formats::content::{Content, MAGIC_BYTES};
 use crate::formats::number::{is_word, number};
 use crate::formats::rows::{Block, Dialect};
 use crate::table::{MAX_CELLS, Table, check_header};
 
 /// Bytes in which the header must stand.
-const HEAD: u64 = 1 << 20;
+const MAX_HEADER_BYTES: u64 = 1 << 20;
 
 /// Most bytes of a row with the lines before it, and of a block. Ten thousand numbers in full take a quarter of it.
-const ROW: usize = 1 << 20;
+const MAX_ROW_BYTES: usize = 1 << 20;
 
 /// Blocks of a window.
-const BLOCKS: usize = 8;
+const BLOCKS_PER_WINDOW: usize = 8;
 
 /// Numbers of a block, however short its rows are.
-const BLOCK_CELLS: usize = 1 << 18;
+const MAX_CELLS_PER_TEXT_BLOCK: usize = 1 << 18;
 
 /// Fewer bytes are read by one thread, because starting another takes as long.
-const ALONE: usize = 1 << 18;
+const MIN_BYTES_FOR_THREADS: usize = 1 << 18;
 
 /// A file in which most rows are ragged is refused once its ragged rows have more cells than this.
-const MISSING: usize = 1 << 21;
+const MAX_RAGGED_CELLS: usize = 1 << 21;
 
 /// Rows of a text on their way into tables.
 pub struct TableReader<'a> {
@@ -65,7 +66,7 @@ impl<'a> TableReader<'a> {
         let failed = |e: IoError| Error::at(&file, 0, format!("cannot be read: {e}"));
         let mut source = std::fs::File::open(path).map_err(failed)?;
         let mut head = Vec::new();
-        source.by_ref().take(MAGIC as u64).read_to_end(&mut head).map_err(failed)?;
+        source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
         TableReader::of_content(&file, Content::of(&head), Cursor::new(head).chain(source))
     }
 
@@ -81,7 +82,7 @@ impl<'a> TableReader<'a> {
     pub fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
         let mut head = Vec::new();
         let failed = |e: IoError| unreadable(file, 0, &e);
-        text.by_ref().take(HEAD).read_to_end(&mut head).map_err(failed)?;
+        text.by_ref().take(MAX_HEADER_BYTES).read_to_end(&mut head).map_err(failed)?;
         if head.starts_with("\u{feff}".as_bytes()) {
             head.drain(..3);
         }
@@ -105,7 +106,8 @@ impl<'a> TableReader<'a> {
             lines().take_while(|(_, l)| is_comment(l)).last().map(|(_, l)| l.trim_ascii_start()[1..].to_vec());
         let start = head.split_inclusive(|&b| b == b'\n').take(line).map(<[u8]>::len).sum::<usize>();
         let dialect = Dialect { delimiter, wanted: Vec::new() };
-        let Some(row) = dialect.first_row(&head[start..]).filter(|row| start + row.bytes < HEAD as usize) else {
+        let Some(row) = dialect.first_row(&head[start..]).filter(|row| start + row.bytes < MAX_HEADER_BYTES as usize)
+        else {
             return Err(Error::at(file, line + 1, format!("the header cannot be read: {}", too_long())));
         };
         let mut header: Vec<String> = row.cells.iter().map(|c| String::from_utf8_lossy(c).into_owned()).collect();
@@ -125,7 +127,7 @@ impl<'a> TableReader<'a> {
             header,
             text: Box::new(text),
             at: start + row.bytes,
-            is_last: head.len() < HEAD as usize,
+            is_last: head.len() < MAX_HEADER_BYTES as usize,
             window: head,
             ends: line + row.ends,
             idle: 0,
@@ -180,7 +182,7 @@ impl<'a> TableReader<'a> {
             for (block, bytes) in blocks.into_iter().zip(cuts.iter().map(|cut| cut.0)) {
                 self.at += bytes;
                 self.idle = if block.rows == 0 { self.idle + bytes } else { 0 };
-                if self.idle > ROW {
+                if self.idle > MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
                 }
                 self.append(&mut table, &block, self.ends + 1)?;
@@ -194,7 +196,7 @@ impl<'a> TableReader<'a> {
     /// Takes rows of units below the header into the header.
     fn units(&mut self) -> Result<(), Error> {
         while self.rows == 0 && self.waiting.is_none() {
-            self.fill(ROW)?;
+            self.fill(MAX_ROW_BYTES)?;
             let Some(row) = self.dialect.first_row(&self.window[self.at..]) else { break };
             let is_whole = self.is_last || self.at + row.bytes < self.window.len();
             if !is_whole || !row.cells.iter().all(|c| is_word(c, self.dialect.delimiter)) {
@@ -216,7 +218,7 @@ impl<'a> TableReader<'a> {
         }
         self.window.drain(..self.at);
         self.at = 0;
-        let missing = (BLOCKS * ROW - unread) as u64;
+        let missing = (BLOCKS_PER_WINDOW * MAX_ROW_BYTES - unread) as u64;
         let read = self.text.by_ref().take(missing).read_to_end(&mut self.window).map_err(|e| {
             let line = self.ends + 1 + memchr_iter(b'\n', &self.window).count();
             unreadable(&self.file, line, &e)
@@ -227,15 +229,15 @@ impl<'a> TableReader<'a> {
 
     /// Cuts the window into blocks of at most `most` whole rows together: the bytes and a bound of the rows of each.
     fn cuts(&mut self, most: usize) -> Result<Vec<(usize, usize)>, Error> {
-        self.fill(ROW + 1)?;
+        self.fill(MAX_ROW_BYTES + 1)?;
         let (mut at, mut left, mut cuts) = (self.at, most, Vec::new());
-        let room = (BLOCK_CELLS / self.header.len()).max(1);
-        while left > 0 && at < self.window.len() && cuts.len() < BLOCKS {
-            let end = self.window.len().min(at + ROW);
+        let room = (MAX_CELLS_PER_TEXT_BLOCK / self.header.len()).max(1);
+        while left > 0 && at < self.window.len() && cuts.len() < BLOCKS_PER_WINDOW {
+            let end = self.window.len().min(at + MAX_ROW_BYTES);
             let is_last = self.is_last && end == self.window.len();
             let (bytes, rows) = self.dialect.whole_rows(&self.window[at..end], left.min(room), is_last);
             if bytes == 0 {
-                if cuts.is_empty() && end - at == ROW {
+                if cuts.is_empty() && end - at == MAX_ROW_BYTES {
                     return Err(unreadable(&self.file, self.ends + 1, &too_long()));
                 }
                 break;
@@ -260,7 +262,7 @@ impl<'a> TableReader<'a> {
         let share = |part: &[(&[u8], usize)]| -> Vec<Block> {
             part.iter().map(|(text, rows)| dialect.read(text, *rows)).collect()
         };
-        let threads = if at - self.at < ALONE { 1 } else { self.threads.min(texts.len()) };
+        let threads = if at - self.at < MIN_BYTES_FOR_THREADS { 1 } else { self.threads.min(texts.len()) };
         if threads < 2 {
             return share(&texts);
         }
@@ -295,7 +297,7 @@ impl<'a> TableReader<'a> {
         }
         for row in block.ragged.iter().map(|row| rows + row) {
             table.ragged += 1;
-            if table.ragged > row.div_ceil(2) && table.ragged.saturating_mul(width) > MISSING {
+            if table.ragged > row.div_ceil(2) && table.ragged.saturating_mul(width) > MAX_RAGGED_CELLS {
                 let message =
                     format!("{} of {} rows have more or fewer cells than the header has names", table.ragged, row + 1);
                 return Err(Error::at(&self.file, table.line(row), message));
@@ -331,7 +333,7 @@ fn unreadable(file: &str, line: usize, e: &IoError) -> Error {
 
 fn too_long() -> IoError {
     let message = format!(
-        "{ROW} bytes without the end of a row: a line that is too long, a quotation mark that is never closed, or no rows"
+        "{MAX_ROW_BYTES} bytes without the end of a row: a line that is too long, a quotation mark that is never closed, or no rows"
     );
     IoError::new(ErrorKind::FileTooLarge, message)
 }

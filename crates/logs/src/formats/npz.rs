@@ -12,7 +12,7 @@ use crate::formats::arrays::Array;
 use crate::table::{MAX_CELLS, Table};
 
 /// Bytes of all arrays, unpacked.
-const MAX_BYTES: usize = 8 * MAX_CELLS;
+const MAX_ARRAY_BYTES: usize = 8 * MAX_CELLS;
 
 /// Reads the arrays of a file; a lone .npy has no names and is refused.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
@@ -55,7 +55,7 @@ struct Entry<'a> {
 
 /// Every file in a zip, by its central directory.
 ///
-/// Fails when files overlap or claim more than [`MAX_BYTES`] together.
+/// Fails when files overlap or claim more than [`MAX_ARRAY_BYTES`] together.
 fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
     let end = bytes.windows(4).rposition(|w| w == b"PK\x05\x06").ok_or("the zip has no directory: cut short?")?;
     let count = number(bytes, end + 10, 2)?;
@@ -76,8 +76,8 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
         let content =
             start.checked_add(packed).and_then(|end| bytes.get(start..end)).ok_or("the zip ends too early")?;
         all = all.saturating_add(size);
-        if all > MAX_BYTES {
-            return Err(format!("with `{text}` its arrays claim {all} bytes; at most {MAX_BYTES} are read"));
+        if all > MAX_ARRAY_BYTES {
+            return Err(format!("with `{text}` its arrays claim {all} bytes; at most {MAX_ARRAY_BYTES} are read"));
         }
         places.push((local, start + packed));
         out.push(Entry { name: text, method, packed: content, size });

@@ -42,7 +42,7 @@ pub fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
         let mut end = at + 1;
         loop {
             let (value, digits) = some_digits(&bytes[end..]);
-            integer = integer.wrapping_mul(TENS[digits]).wrapping_add(value);
+            integer = integer.wrapping_mul(INTEGER_POWERS_OF_TEN[digits]).wrapping_add(value);
             end += digits;
             if digits < 8 {
                 break;
@@ -56,7 +56,7 @@ pub fn leading(bytes: &[u8]) -> Option<(f64, usize)> {
     if !is_plain || integer > 1 << 53 {
         return fast_float2::parse_partial(bytes).ok();
     }
-    let x = integer as f64 / POWERS[decimals];
+    let x = integer as f64 / EXACT_POWERS_OF_TEN[decimals];
     Some((if is_negative { -x } else { x }, at))
 }
 
@@ -83,10 +83,10 @@ fn some_digits(bytes: &[u8]) -> (u64, usize) {
 }
 
 /// Powers of ten of so many digits.
-const TENS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+const INTEGER_POWERS_OF_TEN: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
 /// Powers of ten that are floating-point numbers.
-const POWERS: [f64; 19] =
+const EXACT_POWERS_OF_TEN: [f64; 19] =
     [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
 
 /// Whether a cell is a word: text, and no number.

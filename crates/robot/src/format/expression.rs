@@ -6,13 +6,13 @@ use crate::error::Error;
 use crate::value::{CoordinateId, Name, Symbol, SymbolId, Value, parse};
 
 /// Larger numbers, in SI units, are no robot's: products of a few of them would drown all other terms.
-pub(in crate::format) const LARGEST: f64 = 1e15;
+pub(in crate::format) const LARGEST_NUMBER: f64 = 1e15;
 
 /// A longer expression is not of a robot. The bound also limits the depth of recursion over values.
-const MAX_LENGTH: usize = 1000;
+const MAX_EXPRESSION_CHARACTERS: usize = 1000;
 /// Most operations of a value with its symbols written out. A chain of symbols, each twice the one before it, would
 /// take for ever to evaluate.
-const MAX_COST: usize = 4000;
+const MAX_VALUE_OPERATIONS: usize = 4000;
 
 /// Why a value cannot be given to a symbol.
 pub(in crate::format) fn no_symbol(name: &str, known: &[&str]) -> String {
@@ -53,10 +53,10 @@ impl Names {
                 let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
                 return Err(source.whole(no_symbol(name, &known)));
             };
-            if !(value.abs() <= LARGEST) {
-                return Err(
-                    source.whole(format!("the value of {name} is {value}: no robot has a number beyond {LARGEST:e}"))
-                );
+            if !(value.abs() <= LARGEST_NUMBER) {
+                return Err(source.whole(format!(
+                    "the value of {name} is {value}: no robot has a number beyond {LARGEST_NUMBER:e}"
+                )));
             }
             (symbol.value, symbol.generic) = (Value::Number(*value), false);
         }
@@ -81,11 +81,11 @@ impl Names {
     }
 
     pub fn finite(&self, source: Source, what: &str, node: &Node, x: f64) -> Result<(), Error> {
-        if x.abs() <= LARGEST {
+        if x.abs() <= LARGEST_NUMBER {
             return Ok(());
         }
         if x.is_finite() {
-            return Err(source.at(node, format!("{what} is {x:e}: no robot has a number beyond {LARGEST:e}")));
+            return Err(source.at(node, format!("{what} is {x:e}: no robot has a number beyond {LARGEST_NUMBER:e}")));
         }
         let found = match node.content {
             Content::Number(x) => x.to_string(),
@@ -107,8 +107,10 @@ impl Names {
                 return Err(source.at(node, message));
             }
         };
-        if text.len() > MAX_LENGTH {
-            return Err(source.at(node, format!("{what} is an expression of more than {MAX_LENGTH} characters")));
+        if text.len() > MAX_EXPRESSION_CHARACTERS {
+            return Err(
+                source.at(node, format!("{what} is an expression of more than {MAX_EXPRESSION_CHARACTERS} characters"))
+            );
         }
         let value = parse(text, &find).map_err(|e| {
             let refusal = match identifiers(text).find(|w| find(w).is_none()) {
@@ -124,8 +126,9 @@ impl Names {
             };
             source.at(node, format!("{what}: {refusal}"))
         })?;
-        if self.cost(&value) > MAX_COST {
-            let message = format!("{what} takes more than {MAX_COST} operations with its symbols written out");
+        if self.cost(&value) > MAX_VALUE_OPERATIONS {
+            let message =
+                format!("{what} takes more than {MAX_VALUE_OPERATIONS} operations with its symbols written out");
             return Err(source.at(node, message));
         }
         Ok(value)

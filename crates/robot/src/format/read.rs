@@ -13,7 +13,7 @@ use crate::format::options::ReadOptions;
 use crate::robot::Robot;
 
 /// Larger files are refused: no robot needs them, and a reader's memory is a multiple of its text.
-const MAX_BYTES: u64 = 16 << 20;
+const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// Reads the robot described by the file at `path`; its extension tells the format (`yaml`, `yml`:
 /// YAML; `urdf`, `xml`: URDF; `par`: SYMORO, in UTF-8 or Latin-1).
@@ -34,8 +34,8 @@ pub fn read_with(path: &Path, options: ReadOptions) -> Result<Robot, Error> {
 ///
 /// Fails when the text is larger than 16 MiB or does not describe a robot.
 pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
-    let format = Format::of(path, text)?;
-    if text.len() as u64 > MAX_BYTES {
+    let format = DescriptionFormat::of(path, text)?;
+    if text.len() as u64 > MAX_FILE_BYTES {
         return Err(whole_file(&path.display().to_string(), "the text is larger than 16 MiB".into()));
     }
     format.parse(text, path, options)
@@ -46,7 +46,7 @@ pub fn parse_with(text: &str, path: &Path, options: ReadOptions) -> Result<Robot
 /// Fails when the file cannot be read, is larger than 16 MiB, or is not in its encoding.
 pub fn text_of(path: &Path) -> Result<String, Error> {
     // The format of standard input shows only after it is read.
-    decoded(path, is_standard_input(path) || Format::of(path, "")? == Format::Par)
+    decoded(path, is_standard_input(path) || DescriptionFormat::of(path, "")? == DescriptionFormat::Par)
 }
 
 /// `-` is standard input, as elsewhere.
@@ -55,22 +55,22 @@ fn is_standard_input(path: &Path) -> bool {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Format {
+enum DescriptionFormat {
     Yaml,
     Urdf,
     Par,
 }
 
-impl Format {
+impl DescriptionFormat {
     /// The format by the extension. That of standard input is told by its start: an XML tag, or the comment of a .par
     /// file.
-    fn of(path: &Path, text: &str) -> Result<Format, Error> {
+    fn of(path: &Path, text: &str) -> Result<DescriptionFormat, Error> {
         if is_standard_input(path) {
             let start = text.trim_start_matches('\u{feff}').trim_start();
             return Ok(match start {
-                _ if start.starts_with('<') => Format::Urdf,
-                _ if start.starts_with("(*") => Format::Par,
-                _ => Format::Yaml,
+                _ if start.starts_with('<') => DescriptionFormat::Urdf,
+                _ if start.starts_with("(*") => DescriptionFormat::Par,
+                _ => DescriptionFormat::Yaml,
             });
         }
         if path.is_dir() {
@@ -79,9 +79,9 @@ impl Format {
         }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
-            "yaml" | "yml" => Ok(Format::Yaml),
-            "urdf" | "xml" => Ok(Format::Urdf),
-            "par" => Ok(Format::Par),
+            "yaml" | "yml" => Ok(DescriptionFormat::Yaml),
+            "urdf" | "xml" => Ok(DescriptionFormat::Urdf),
+            "par" => Ok(DescriptionFormat::Par),
             _ => {
                 let message =
                     format!("a robot is described by a .yaml, .yml, .urdf, .xml or .par file, not by `.{extension}`");
@@ -93,9 +93,9 @@ impl Format {
     fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
         let file_name = path.display().to_string();
         match self {
-            Format::Yaml => read_yaml_with(text, &file_name, options),
-            Format::Urdf => read_urdf_with(text, &file_name, options),
-            Format::Par => read_par_with(text, &file_name, options),
+            DescriptionFormat::Yaml => read_yaml_with(text, &file_name, options),
+            DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
+            DescriptionFormat::Par => read_par_with(text, &file_name, options),
         }
     }
 }
@@ -110,7 +110,7 @@ pub fn read_text(path: &Path) -> Result<String, Error> {
 /// All of a source, or as much as shows that it is too large.
 fn begun(source: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    source.take(MAX_BYTES + 1).read_to_end(&mut bytes)?;
+    source.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -134,7 +134,7 @@ fn decoded(path: &Path, may_be_latin: bool) -> Result<String, Error> {
         true => standard_input().map_err(fail)?.to_vec(),
         false => begun(File::open(path).map_err(fail)?).map_err(fail)?,
     };
-    if bytes.len() as u64 > MAX_BYTES {
+    if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(whole_file(file_name, "the file is larger than 16 MiB".into()));
     }
     if may_be_latin && std::str::from_utf8(&bytes).is_err() {

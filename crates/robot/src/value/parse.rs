@@ -15,10 +15,11 @@ pub fn parse(text: &str, name: &dyn Fn(&str) -> Option<Name>) -> Result<Value, S
 }
 
 /// Deeper nesting than this is not a robot but an attack on the stack.
-const MAX_DEPTH: usize = 64;
+const MAX_NESTING_LEVELS: usize = 64;
 /// A power is written out as a product.
 const MAX_EXPONENT: f64 = 4.0;
-const MAX_POWER: f64 = 1000.0;
+/// Most operations of such a product.
+const MAX_POWER_OPERATIONS: f64 = 1000.0;
 
 fn operations(value: &Value) -> usize {
     let f = operations;
@@ -79,8 +80,8 @@ impl Parser<'_> {
 
     fn factor(&mut self) -> Result<Value, String> {
         self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err(format!("the expression nests deeper than {MAX_DEPTH} levels"));
+        if self.depth > MAX_NESTING_LEVELS {
+            return Err(format!("the expression nests deeper than {MAX_NESTING_LEVELS} levels"));
         }
         let v = self.unnested_factor();
         self.depth -= 1;
@@ -111,7 +112,7 @@ impl Parser<'_> {
         let Value::Number(exponent) = self.primary()? else {
             return Err("the exponent of a power must be a number".into());
         };
-        if exponent.max(1.0) * operations(&base) as f64 > MAX_POWER {
+        if exponent.max(1.0) * operations(&base) as f64 > MAX_POWER_OPERATIONS {
             return Err("a power of so long an expression is too long to write out".into());
         }
         let boxed = Box::new;

@@ -24,12 +24,12 @@ use std::collections::BTreeMap;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::fleet::replicate::{LogAccount, MOST_BLOCKS, Replicate};
+use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
 use crate::estimate::fleet::settings::Settings;
 use crate::rows::observation::Observation;
 
 /// Largest number of logs, or groups of logs, that are kept apart.
-pub const MOST_REPLICATES: usize = 64;
+pub const MAX_REPLICATES: usize = 64;
 
 /// A log that could not be used.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -153,17 +153,17 @@ impl Accumulator {
     fn settle(&mut self) {
         let logs: usize = self.replicates.iter().map(|r| r.logs.len()).sum();
         let blocks = match logs {
-            0..=4 => MOST_BLOCKS,
-            5..=15 => MOST_BLOCKS / 4,
+            0..=4 => MAX_BLOCKS_PER_LOG,
+            5..=15 => MAX_BLOCKS_PER_LOG / 4,
             _ => 1,
         };
         self.replicates.iter_mut().for_each(|r| r.fold_to(blocks));
         self.replicates.sort_by(|a, b| a.key().cmp(&b.key()));
-        if logs > MOST_REPLICATES {
+        if logs > MAX_REPLICATES {
             let mut groups: BTreeMap<u64, Replicate> = BTreeMap::new();
             for replicate in std::mem::take(&mut self.replicates) {
                 let digest = replicate.key().map_or("", |key| key.1);
-                let group = u64::from_str_radix(digest, 16).unwrap_or(0) % MOST_REPLICATES as u64;
+                let group = u64::from_str_radix(digest, 16).unwrap_or(0) % MAX_REPLICATES as u64;
                 match groups.get_mut(&group) {
                     Some(sum) => sum.absorb(replicate),
                     None => {
@@ -222,7 +222,7 @@ mod tests {
             duration: 1.0,
             period: 0.01,
         };
-        Replicate { logs: vec![account], observation: Observation::of(&model, &states, MOST_BLOCKS) }
+        Replicate { logs: vec![account], observation: Observation::of(&model, &states, MAX_BLOCKS_PER_LOG) }
     }
 
     /// Merges parts of some logs one after the other, with each log in one part, and logs and parts in any order.
@@ -261,7 +261,7 @@ mod tests {
         let logs: Vec<Replicate> = (0..150).map(log).collect();
         let mut random = Random::new(2);
         let (one, other) = (merged(&logs, &mut random), merged(&logs, &mut random));
-        assert!(one.replicates().len() <= MOST_REPLICATES && one.logs().len() == 150);
+        assert!(one.replicates().len() <= MAX_REPLICATES && one.logs().len() == 150);
         let sum = |all: &Accumulator| all.observation().unwrap().joints(|_| true).remove(0);
         let (a, b) = (sum(&one), sum(&other));
         assert_eq!((a.rows, b.rows), (15_000, 15_000));

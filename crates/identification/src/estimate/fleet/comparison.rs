@@ -178,7 +178,7 @@ impl Comparison {
 }
 
 /// Robots that did not change are named one by one up to this number, and counted beyond.
-const NAMED: usize = 8;
+const MAX_NAMED_ROBOTS: usize = 8;
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -190,7 +190,7 @@ impl fmt::Display for Comparison {
             self.reference,
             100.0 * self.rate
         )?;
-        let are_many = all - changed > NAMED;
+        let are_many = all - changed > MAX_NAMED_ROBOTS;
         for robot in self.robots.iter().filter(|robot| robot.changed || !are_many) {
             robot.fmt(f)?;
         }
@@ -247,7 +247,7 @@ impl ComparedRobot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::fleet::replicate::{LogAccount, MOST_BLOCKS, Replicate};
+    use crate::estimate::fleet::replicate::{LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
     use crate::estimate::fleet::settings::Settings;
     use crate::estimate::options::Options;
     use crate::rows::observation::Observation;
@@ -276,7 +276,7 @@ mod tests {
         };
         let reference = ModelReference { name: "arm".into(), fingerprint: "1".into() };
         let mut all = Accumulator::new(Settings::new(&arm, reference, None, &options).unwrap());
-        let observation = Observation { cutoff: 10.0, ..Observation::of(&model, &states, MOST_BLOCKS) };
+        let observation = Observation { cutoff: 10.0, ..Observation::of(&model, &states, MAX_BLOCKS_PER_LOG) };
         all.add(Replicate { logs: vec![account], observation }).unwrap();
         all
     }

@@ -1,8 +1,8 @@
 //! One log as triangles: blocks of its rows, an account of where they come from, and how the joints moved.
 //!
-//! A log is kept in [`MOST_BLOCKS`] blocks, of which fewer are left as more logs come together (`accumulator`). Blocks
-//! are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit whenever
-//! it was folded.
+//! A log is kept in [`MAX_BLOCKS_PER_LOG`] blocks, of which fewer are left as more logs come together (`accumulator`).
+//! Blocks are folded four at a time, neighbours first. So a log of which four blocks are left is the same to the bit
+//! whenever it was folded.
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};
@@ -12,10 +12,10 @@ use crate::rows::observation::Observation;
 use crate::signals::records::{Records, SourceRecords};
 
 /// Largest number of blocks of one log.
-pub const MOST_BLOCKS: usize = 16;
+pub const MAX_BLOCKS_PER_LOG: usize = 16;
 
 /// Number of blocks that are folded into one.
-const FOLDED: usize = 4;
+const BLOCKS_PER_FOLD: usize = 4;
 
 /// Where the rows of one log come from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,7 +53,7 @@ impl Replicate {
     pub fn of(model: &Model, log: &LogSource, records: &SourceRecords) -> Result<Replicate, Error> {
         let (mut all, mut samples): (Option<Observation>, usize) = (None, 0);
         records.each(&mut |states| {
-            let one = Observation::of(model, states, MOST_BLOCKS);
+            let one = Observation::of(model, states, MAX_BLOCKS_PER_LOG);
             samples += states.len();
             match &mut all {
                 Some(all) => all.append(one),
@@ -63,7 +63,7 @@ impl Replicate {
         let Some(mut observation) = all else {
             return Err(Error::at(&log.name(), 0, "no sample is left of it"));
         };
-        while observation.parts.len() > MOST_BLOCKS {
+        while observation.parts.len() > MAX_BLOCKS_PER_LOG {
             fold(&mut observation, 2);
         }
         let report = log.report();
@@ -87,7 +87,7 @@ impl Replicate {
     /// Leaves at most `blocks` blocks of it.
     pub fn fold_to(&mut self, blocks: usize) {
         while self.observation.parts.len() > blocks.max(1) {
-            fold(&mut self.observation, FOLDED);
+            fold(&mut self.observation, BLOCKS_PER_FOLD);
         }
     }
 
@@ -163,7 +163,7 @@ mod tests {
     fn folding_forgets_its_steps() {
         let arm = Pendulum::new();
         let model = Model::new(&arm, &[], &[]);
-        let observation = Observation::of(&model, &arm.states(1000), MOST_BLOCKS);
+        let observation = Observation::of(&model, &arm.states(1000), MAX_BLOCKS_PER_LOG);
         let whole = Replicate { logs: Vec::new(), observation };
         let (mut at_once, mut slowly) = (whole.clone(), whole);
         at_once.fold_to(1);

@@ -16,7 +16,7 @@ use crate::estimate::fleet::accumulator::Accumulator;
 use crate::estimate::fleet::settings::ColumnsAlone;
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::identified::INTERVAL;
-use crate::estimate::identify::{AT_REST, of_signals, report, with_deviations};
+use crate::estimate::identify::{NO_JOINT_MOVES, of_signals, report, with_deviations};
 use crate::estimate::remarks::driving;
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
 use crate::estimators::replicate_deviation::white_deviation;
@@ -24,7 +24,7 @@ use crate::estimators::weighted::fit;
 use crate::rows::observation::Observation;
 
 /// With fewer blocks than this a deviation is uncertain by more than a half.
-const FEW_BLOCKS: usize = 8;
+const SUFFICIENT_BLOCKS: usize = 8;
 
 /// The numbers that the sums of a robot give, before they are put into words.
 pub(super) struct Solved {
@@ -43,7 +43,7 @@ impl Solved {
         })?;
         let joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
-            return Err(Error::new(AT_REST));
+            return Err(Error::new(NO_JOINT_MOVES));
         }
         let (solution, weights) = fit(&joints, sums.settings().options.weights);
         let deviation = block_deviation(&observation.parts, &weights, &solution);
@@ -113,7 +113,7 @@ impl Accumulator {
             (logs, replicates) if blocks <= replicates => format!("{logs} logs"),
             (logs, _) => format!("{blocks} blocks of {logs} logs"),
         };
-        let warning = if blocks < FEW_BLOCKS { ", which are few: more logs make it surer" } else { "" };
+        let warning = if blocks < SUFFICIENT_BLOCKS { ", which are few: more logs make it surer" } else { "" };
         format!("the deviation is that between {of}{warning}")
     }
 }

@@ -15,26 +15,26 @@ use logs::Error;
 use numerics::triangle::Triangle;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MOST_REPLICATES};
-use crate::estimate::fleet::replicate::{Digest, LogAccount, MOST_BLOCKS, Replicate};
+use crate::estimate::fleet::accumulator::{Accumulator, FailedLog, MAX_REPLICATES};
+use crate::estimate::fleet::replicate::{Digest, LogAccount, MAX_BLOCKS_PER_LOG, Replicate};
 use crate::estimate::fleet::settings::Settings;
 use crate::rows::observation::Observation;
 
 /// The word that such a file begins with.
-const WORD: &str = "rist-tri";
+const TRI_MAGIC_WORD: &str = "rist-tri";
 
 /// The version that is written and read.
 ///
 /// Version 1 holds accelerations by differences of second order, and digests of other blocks, so its sums do not add to
 /// these.
-const VERSION: u32 = 2;
+const TRI_FORMAT_VERSION: u32 = 2;
 
 /// Largest number of entries of all triangles of a file, zeros included. It limits to 4 GiB the memory that a
 /// stranger's head may ask for.
-const MOST_CELLS: usize = 1 << 29;
+const MAX_TRIANGLE_ENTRIES: usize = 1 << 29;
 
 /// Largest length of the first line.
-const LONGEST_LINE: usize = 120;
+const MAX_FIRST_LINE_BYTES: usize = 120;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -74,13 +74,13 @@ impl Accumulator {
         let damaged = || at("its triangles are not those of its head: make it again".into());
         head.settings.columns_alone().map_err(|e| at(e.to_string()))?;
         let (n, p) = (head.settings.coordinates.len(), head.settings.columns.len());
-        let mut words = Words { left: body, cells: MOST_CELLS };
+        let mut words = Words { left: body, cells: MAX_TRIANGLE_ENTRIES };
         let mut replicates = Vec::new();
         for ReplicateHead { logs } in head.replicates {
             let observation = words.replicate(n, p).filter(|_| !logs.is_empty()).ok_or_else(damaged)?;
             replicates.push(Replicate { logs, observation });
         }
-        if !words.left.is_empty() || replicates.len() > MOST_REPLICATES {
+        if !words.left.is_empty() || replicates.len() > MAX_REPLICATES {
             return Err(damaged());
         }
         Ok(Accumulator::of(head.settings, replicates, head.failed))
@@ -90,30 +90,30 @@ impl Accumulator {
 /// Joins the first line, the head and the triangles.
 fn joined(head: &str, body: &[u8]) -> Vec<u8> {
     let digest = Digest::EMPTY.bytes(head.as_bytes()).bytes(body).0;
-    let line = format!("{WORD} {VERSION} {} {} {digest:016x}\n", head.len(), body.len());
+    let line = format!("{TRI_MAGIC_WORD} {TRI_FORMAT_VERSION} {} {} {digest:016x}\n", head.len(), body.len());
     [line.as_bytes(), head.as_bytes(), body].concat()
 }
 
 /// Head and triangles, checked against the first line.
 fn divided(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
-    let end = bytes.iter().take(LONGEST_LINE).position(|&b| b == b'\n');
+    let end = bytes.iter().take(MAX_FIRST_LINE_BYTES).position(|&b| b == b'\n');
     let line = end.and_then(|end| std::str::from_utf8(&bytes[..end]).ok()).unwrap_or_default();
     let words: Vec<&str> = line.split(' ').collect();
-    if words.first() != Some(&WORD) {
+    if words.first() != Some(&TRI_MAGIC_WORD) {
         let found = if bytes.is_empty() { "it is empty" } else { "its first line does not say so" };
         return Err(format!("no sums of rist accumulate (.tri): {found}"));
     }
     match words.get(1).and_then(|word| word.parse::<u32>().ok()) {
-        Some(VERSION) => {}
-        Some(version) if version > VERSION => {
+        Some(TRI_FORMAT_VERSION) => {}
+        Some(version) if version > TRI_FORMAT_VERSION => {
             return Err(format!(
-                "version {version} of its format, and this program reads up to {VERSION}: read it with the rist that wrote \
+                "version {version} of its format, and this program reads up to {TRI_FORMAT_VERSION}: read it with the rist that wrote \
                  it, or a newer one"
             ));
         }
         Some(version) => {
             return Err(format!(
-                "version {version} of its format, whose sums do not add to those of version {VERSION}: make it again from its logs"
+                "version {version} of its format, whose sums do not add to those of version {TRI_FORMAT_VERSION}: make it again from its logs"
             ));
         }
         None => return Err(format!("its first line, `{line}`, has no version: make it again")),
@@ -195,7 +195,7 @@ impl Words<'_> {
     }
 
     fn replicate(&mut self, n: usize, p: usize) -> Option<Observation> {
-        let blocks = self.count(MOST_BLOCKS).filter(|&blocks| blocks > 0)?;
+        let blocks = self.count(MAX_BLOCKS_PER_LOG).filter(|&blocks| blocks > 0)?;
         let part = |words: &mut Self| (0..n).map(|_| words.triangle(p)).collect::<Option<Vec<Triangle>>>();
         let parts = (0..blocks).map(|_| part(self)).collect::<Option<_>>()?;
         let mut observation = Observation { parts, ..Observation::default() };
@@ -246,7 +246,7 @@ mod tests {
             duration: 0.1 + 0.2,
             period: 0.01,
         };
-        let mut observation = Observation::of(&linear, &arm.states(100), MOST_BLOCKS);
+        let mut observation = Observation::of(&linear, &arm.states(100), MAX_BLOCKS_PER_LOG);
         observation.f95 = vec![0.1];
         all.add(Replicate { logs: vec![account], observation }).unwrap();
         all.fail("b.csv".into(), "b.csv: cut short\n\tin its middle".into());
@@ -288,7 +288,7 @@ mod tests {
     fn a_head_is_believed_only_so_far() {
         let nested = joined(&"[".repeat(100_000), &[]);
         assert!(Accumulator::from_bytes("a.tri", &nested).unwrap_err().to_string().contains("its head is not that"));
-        let mut words = Words { left: &[0; 1000], cells: MOST_CELLS };
+        let mut words = Words { left: &[0; 1000], cells: MAX_TRIANGLE_ENTRIES };
         assert!(words.triangle(1 << 20).is_none() && words.triangle(usize::MAX - 1).is_none());
     }
 
@@ -300,7 +300,7 @@ mod tests {
             (b'1', "version 1 of its format, whose sums do not add to those of version 2: make it again"),
         ];
         for (version, message) in versions {
-            bytes[WORD.len() + 1] = version;
+            bytes[TRI_MAGIC_WORD.len() + 1] = version;
             let refused = Accumulator::from_bytes("a.tri", &bytes).unwrap_err().to_string();
             assert!(refused.contains(message), "{refused}");
         }

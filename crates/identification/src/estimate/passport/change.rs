@@ -42,7 +42,7 @@ pub enum Change {
 use Change::*;
 
 /// One degree, rad.
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
 
 impl Change {
     /// Which columns it exchanges, where it exchanges all of a kind.
@@ -73,7 +73,7 @@ impl Change {
             SwappedVelocities(k, l) => [dq, ddq].into_iter().for_each(|x| x.swap(k, l)),
             Degrees => {
                 for x in [q, dq, ddq] {
-                    x.iter_mut().zip(is_angle).filter(|(_, angle)| **angle).for_each(|(x, _)| *x *= DEGREE);
+                    x.iter_mut().zip(is_angle).filter(|(_, angle)| **angle).for_each(|(x, _)| *x *= DEGREE_RAD);
                 }
             }
             Opposed(_) | SwappedTorques(..) | Weightless => {}
@@ -115,10 +115,10 @@ impl Description<'_> {
         let is_angle: Vec<bool> = (0..n).map(|k| !self.regressor.is_prismatic(k)).collect();
         let non_zeros = self.regressor.non_zeros();
         let mut out = vec![0.0; rows.len() * n];
-        let mut inputs = vec![0.0; TOGETHER * 3 * n];
+        let mut inputs = vec![0.0; INSTANTS_PER_PASS * 3 * n];
         let stride = non_zeros.len().max(1);
-        let mut entries = vec![Eight::default(); TOGETHER / 8 * stride];
-        for (some, out) in rows.chunks(TOGETHER).zip(out.chunks_mut((TOGETHER * n).max(1))) {
+        let mut entries = vec![Eight::default(); INSTANTS_PER_PASS / 8 * stride];
+        for (some, out) in rows.chunks(INSTANTS_PER_PASS).zip(out.chunks_mut((INSTANTS_PER_PASS * n).max(1))) {
             for (input, &r) in inputs.chunks_exact_mut(3 * n).zip(some) {
                 let at = r * n..(r + 1) * n;
                 let (q, rates) = input.split_at_mut(n);
@@ -151,10 +151,10 @@ impl Description<'_> {
 }
 
 /// Instants whose regressors are made together: eight for each lane of the widest processor.
-const TOGETHER: usize = 64;
+const INSTANTS_PER_PASS: usize = 64;
 
 /// Joints with fewer samples than this say nothing.
-pub const FEWEST: usize = 60;
+pub const MIN_SAMPLES_PER_JOINT: usize = 60;
 
 /// Column k of an array with n columns, at the chosen samples.
 pub fn column(x: &[f64], n: usize, k: usize, rows: &[usize]) -> Vec<f64> {
@@ -175,7 +175,7 @@ pub fn misfits(found: &[Partial], as_it_is: &[Partial], changes: &[Change], scal
         let slope = scale * (p.slope() / scale).clamp(0.5, 2.0);
         let whole = as_it_is[torque_of(changes, j).0].yy;
         let share = if whole > 0.0 { p.yy / whole } else { 0.0 };
-        (p.left(slope) * share).min(MOST)
+        (p.left(slope) * share).min(MAX_MISFIT)
     };
     found.iter().enumerate().map(misfit).collect()
 }
@@ -200,4 +200,4 @@ pub fn torque_of(changes: &[Change], j: usize) -> (usize, f64) {
 }
 
 /// Largest misfit: a description that makes it worse might as well be absent.
-const MOST: f64 = 1.0;
+const MAX_MISFIT: f64 = 1.0;

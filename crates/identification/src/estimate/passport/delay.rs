@@ -15,7 +15,7 @@ use numerics::least_squares::solve;
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
 
-use crate::estimate::passport::change::{FEWEST, used};
+use crate::estimate::passport::change::{MIN_SAMPLES_PER_JOINT, used};
 use crate::estimate::passport::samples::Samples;
 
 /// A delay of all torques.
@@ -27,28 +27,30 @@ pub struct Lag {
     pub share: f64,
 }
 
-/// The share that a delay must explain, and its shortest and longest length, s. Measured robots reach a share of 0.05
-/// by chance.
-const LATE: f64 = 0.15;
-const LEAST: f64 = 0.003;
-const LONGEST: f64 = 0.12;
+/// The share that a delay must explain. Measured robots reach a share of 0.05 by chance.
+const SMALLEST_DELAY_SHARE: f64 = 0.15;
+/// The shortest delay that is told, s.
+const SHORTEST_DELAY_S: f64 = 0.003;
+/// The longest delay that is looked for, s.
+const LONGEST_DELAY_S: f64 = 0.12;
 
-/// Steps of Gauss-Newton, none longer than this, s, because the rates hold for a short while only.
-const STEPS: usize = 14;
-const LONGEST_STEP: f64 = 0.01;
+/// Most steps of Gauss-Newton.
+const MAX_GAUSS_NEWTON_STEPS: usize = 14;
+/// None of these steps is longer than this, s, because the rates hold for a short while only.
+const LONGEST_GAUSS_NEWTON_STEP_S: f64 = 0.01;
 /// A step below this changes nothing that is reported, s.
-const SETTLED: f64 = 1e-4;
+const SETTLED_STEP_S: f64 = 1e-4;
 
 /// Robots of more joints have too many columns for a look.
-const FEW: usize = 8;
+const MAX_JOINTS_FOR_DELAY: usize = 8;
 
 /// Largest number of rows that are taken of a joint.
-const ROWS: usize = 200;
+const MAX_ROWS_PER_JOINT: usize = 200;
 
 /// The delay that explains the torques; `None` where there is none.
 pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) -> Option<Lag> {
     let n = samples.kept.n;
-    if n > FEW {
+    if n > MAX_JOINTS_FOR_DELAY {
         return None;
     }
     let mut joints: Vec<JointRows> = (0..n).filter_map(|j| JointRows::of(regressor, samples, rows, j)).collect();
@@ -58,19 +60,19 @@ pub fn common_lag(regressor: &dyn Regressor, samples: &Samples, rows: &[usize]) 
     joints.iter_mut().zip(&at_first.squares).for_each(|(joint, square)| joint.weight = 1.0 / square.sqrt());
     let at_first = fit(&joints, n, seconds)?;
     let mut found = at_first.clone();
-    for _ in 0..STEPS {
-        if found.step.abs() < SETTLED {
+    for _ in 0..MAX_GAUSS_NEWTON_STEPS {
+        if found.step.abs() < SETTLED_STEP_S {
             break;
         }
-        seconds += found.step.clamp(-LONGEST_STEP, LONGEST_STEP);
-        if seconds.abs() > LONGEST {
+        seconds += found.step.clamp(-LONGEST_GAUSS_NEWTON_STEP_S, LONGEST_GAUSS_NEWTON_STEP_S);
+        if seconds.abs() > LONGEST_DELAY_S {
             return None;
         }
         found = fit(&joints, n, seconds)?;
     }
     let shares = found.squares.iter().zip(&at_first.squares).map(|(now, first)| 1.0 - now / first);
     let share = shares.sum::<f64>() / joints.len() as f64;
-    (share > LATE && seconds.abs() > LEAST).then_some(Lag { seconds, share })
+    (share > SMALLEST_DELAY_SHARE && seconds.abs() > SHORTEST_DELAY_S).then_some(Lag { seconds, share })
 }
 
 /// The rows of one joint.
@@ -119,9 +121,14 @@ impl JointRows {
                 tau: kept.tau[r * n + j],
             }
         };
-        let found: Vec<Row> = chosen.iter().step_by(chosen.len().div_ceil(ROWS).max(1)).map(row).collect();
+        let found: Vec<Row> =
+            chosen.iter().step_by(chosen.len().div_ceil(MAX_ROWS_PER_JOINT).max(1)).map(row).collect();
         let size = found.iter().map(|row| row.tau * row.tau).sum::<f64>().sqrt();
-        (found.len() >= FEWEST && size > 0.0).then_some(JointRows { joint: j, weight: 1.0 / size, rows: found })
+        (found.len() >= MIN_SAMPLES_PER_JOINT && size > 0.0).then_some(JointRows {
+            joint: j,
+            weight: 1.0 / size,
+            rows: found,
+        })
     }
 }
 

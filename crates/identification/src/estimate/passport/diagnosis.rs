@@ -10,9 +10,9 @@ use logs::Suspect;
 
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{Fault, Finding, NOMINAL, significant};
+use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES, significant};
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::{Passport, TELLING};
+use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
@@ -28,10 +28,10 @@ pub struct Look<'a> {
 }
 
 /// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
-const COMPUTED: f64 = 2e-3;
+const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
 /// Exponents that differ by more than this from a whole number are no power of ten.
-const POWER: f64 = 0.2;
+const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
 
 impl Look<'_> {
     /// Appends the findings, and what cannot be told.
@@ -66,7 +66,7 @@ impl Look<'_> {
         let is_foreign = matches!(findings.as_slice(), [f] if f.fault == Fault::OtherRobot);
         if findings.is_empty() || is_foreign {
             // Torques that come very late fit their motion as little as those of another robot do.
-            let lag = self.delay().filter(|lag| !is_foreign || lag.share > EXPLAINED);
+            let lag = self.delay().filter(|lag| !is_foreign || lag.share > SMALLEST_DELAY_SHARE_IF_FOREIGN);
             if let Some(lag) = lag {
                 findings = vec![late(&lag)];
             }
@@ -101,17 +101,17 @@ impl Look<'_> {
         if let Some(finding) = self.computed(description) {
             return vec![finding];
         }
-        let telling: Vec<f64> = slopes.iter().filter(|p| p.share() > TELLING).map(Partial::slope).collect();
+        let telling: Vec<f64> = slopes.iter().filter(|p| p.share() > COUNTED_SLOPE_SHARE).map(Partial::slope).collect();
         let mut found = Vec::new();
         let negative = telling.iter().filter(|s| **s < 0.0).count();
         let all_signs = telling.len() >= 2 && 4 * negative >= 3 * telling.len();
         let scale = self.common_scale(&telling);
         let list = || {
-            let text = |p: &Partial| if p.share() > TELLING { significant(p.slope()) } else { "-".into() };
+            let text = |p: &Partial| if p.share() > COUNTED_SLOPE_SHARE { significant(p.slope()) } else { "-".into() };
             let texts: Vec<String> = slopes.iter().map(text).collect();
             format!("slopes of the description {}", texts.join(" "))
         };
-        if !NOMINAL.contains(&scale) {
+        if !NOMINAL_INERTIAL_SLOPES.contains(&scale) {
             found.push(self.unit(scale, slopes, list()));
         }
         if all_signs {
@@ -124,7 +124,7 @@ impl Look<'_> {
         }
         let scale = if all_signs {
             -scale
-        } else if NOMINAL.contains(&scale) {
+        } else if NOMINAL_INERTIAL_SLOPES.contains(&scale) {
             1.0
         } else {
             scale
@@ -167,7 +167,7 @@ impl Look<'_> {
         let left: f64 = measured.clone().zip(&torques).map(|(a, b)| (a - b).powi(2)).sum();
         let whole: f64 = measured.map(|x| x * x).sum();
         let relative = (left / whole).sqrt();
-        (relative < COMPUTED).then(|| Finding {
+        (relative < COMPUTED_TORQUE_RESIDUAL).then(|| Finding {
             fault: Fault::Computed,
             joints: Vec::new(),
             evidence: format!("the description predicts them with {relative:.1e} of themselves, without any friction"),
@@ -178,7 +178,7 @@ impl Look<'_> {
     fn unit(&self, scale: f64, slopes: &[Partial], evidence: String) -> Finding {
         let power = scale.log10().round();
         let joints = Vec::new();
-        if power.abs() >= 2.0 && (scale.log10() - power).abs() < POWER {
+        if power.abs() >= 2.0 && (scale.log10() - power).abs() < POWER_OF_TEN_TOLERANCE {
             let word = match power as i32 {
                 3 => "name the columns tau1_mNm, .. (1 N mm = 1 mN m)".into(),
                 2 => "name the columns tau1_Ncm, ..".into(),
@@ -187,7 +187,7 @@ impl Look<'_> {
             };
             return Finding { fault: Fault::TorqueUnit(power as i32), joints, evidence, remedy: word };
         }
-        let telling = slopes.iter().enumerate().filter(|(_, p)| p.share() > TELLING);
+        let telling = slopes.iter().enumerate().filter(|(_, p)| p.share() > COUNTED_SLOPE_SHARE);
         let gains = telling.map(|(k, p)| format!("{}={}", self.name(k), significant(1.0 / p.slope().abs())));
         Finding {
             fault: Fault::NoTorque,
@@ -231,13 +231,13 @@ impl Look<'_> {
         passport: &Passport,
         list: String,
     ) -> Option<Finding> {
-        let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY);
+        let is_heavy = |k: &usize| counts(&slopes[*k], scale, HEAVY_JOINT_SHARE);
         let heavy: Vec<usize> = (0..self.n()).filter(is_heavy).collect();
         let mean = heavy.iter().map(|&k| misfits[k]).sum::<f64>() / heavy.len().max(1) as f64;
         // Where the joint's own row cannot explain the torque either, it is noise and not another robot.
-        let noisy = |k: usize| passport.joints[k].friction.is_some_and(|f| f.residual > NOISY);
+        let noisy = |k: usize| passport.joints[k].friction.is_some_and(|f| f.residual > NOISY_TORQUE_RESIDUAL);
         let clear = heavy.iter().any(|&k| !noisy(k));
-        (heavy.len() >= 2 && clear && mean > FOREIGN).then(|| Finding {
+        (heavy.len() >= 2 && clear && mean > FOREIGN_ROBOT_MISFIT).then(|| Finding {
             fault: Fault::OtherRobot,
             joints: Vec::new(),
             evidence: format!(
@@ -258,7 +258,7 @@ impl Look<'_> {
 }
 
 /// Share of what is left that a delay explains where the description alone would say that this is another robot.
-const EXPLAINED: f64 = 0.5;
+const SMALLEST_DELAY_SHARE_IF_FOREIGN: f64 = 0.5;
 
 fn late(lag: &Lag) -> Finding {
     Finding {
@@ -275,10 +275,10 @@ fn suspicions(velocities: &[(usize, Option<usize>, Finding)]) -> Vec<(usize, usi
 
 /// Another robot is judged by joints where the description's torque is more than this share of the measured one, in
 /// squares.
-const HEAVY: f64 = 0.2;
+const HEAVY_JOINT_SHARE: f64 = 0.2;
 
 /// Mean misfit of these joints from which on the robot is another.
-const FOREIGN: f64 = 0.6;
+const FOREIGN_ROBOT_MISFIT: f64 = 0.6;
 
 /// |residual| / |torque| of the joint's own row above which its torque is noise.
-const NOISY: f64 = 0.5;
+const NOISY_TORQUE_RESIDUAL: f64 = 0.5;

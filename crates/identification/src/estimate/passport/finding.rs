@@ -56,7 +56,7 @@ pub enum Fault {
 }
 
 /// Common slopes within these are errors of nominal inertials, not another unit.
-pub const NOMINAL: std::ops::Range<f64> = 0.25..4.0;
+pub const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
 /// The columns of a log that share an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl Fault {
     pub fn is_gross(self) -> bool {
         match self {
             Fault::Computed | Fault::Saturated(_) | Fault::Delay(_) => false,
-            Fault::Gains(factor) => !NOMINAL.contains(&factor),
+            Fault::Gains(factor) => !NOMINAL_INERTIAL_SLOPES.contains(&factor),
             _ => true,
         }
     }

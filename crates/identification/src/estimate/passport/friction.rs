@@ -10,7 +10,7 @@
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
 
-use crate::estimate::passport::change::{FEWEST, column, used};
+use crate::estimate::passport::change::{MIN_SAMPLES_PER_JOINT, column, used};
 use crate::estimate::passport::regression::{Basis, product, square};
 
 /// Friction of one joint as its own row of the equations sees it.
@@ -30,7 +30,7 @@ pub struct OwnFriction {
 pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], j: usize) -> Option<OwnFriction> {
     let (n, p) = (states.n, regressor.parameters().len());
     let rows: Vec<usize> = used(states, rows, j).into_iter().map(|i| rows[i]).collect();
-    if rows.len() < FEWEST.max(3 * p / 2) {
+    if rows.len() < MIN_SAMPLES_PER_JOINT.max(3 * p / 2) {
         return None;
     }
     let mut base = vec![vec![0.0; rows.len()]; p];
@@ -51,7 +51,7 @@ pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], 
     let (vt, dt) = (product(&v, &left), product(&d, &left));
     let determinant = vv * dd - vd * vd;
     let size = square(&mean.without(tau)).sqrt();
-    if determinant <= CLEAR * vv * dd || size == 0.0 {
+    if determinant <= SMALLEST_SQUARED_SINE * vv * dd || size == 0.0 {
         return None;
     }
     let (viscous, dry) = ((dd * vt - vd * dt) / determinant, (vv * dt - vd * vt) / determinant);
@@ -61,31 +61,31 @@ pub fn own_friction(regressor: &dyn Regressor, states: &States, rows: &[usize], 
     // The power is w . (b, c), w = (dq.dq, dq.direction); its variance is w' M^-1 w times that of the residual.
     let (w, u) = (square(&dq), product(&dq, &direction));
     let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
-    let deviation = unexplained * (spread / INDEPENDENT).sqrt();
+    let deviation = unexplained * (spread / MAX_INDEPENDENT_SAMPLES).sqrt();
     // Whether one part of friction brakes by more than its deviation.
-    let above = |x: f64, other: f64| x > unexplained * (other / (INDEPENDENT * determinant)).sqrt();
+    let above = |x: f64, other: f64| x > unexplained * (other / (MAX_INDEPENDENT_SAMPLES * determinant)).sqrt();
     let found = OwnFriction {
         brakes: product(&friction, &dq) / (size * speed),
         deviation: deviation / (size * speed),
         residual: unexplained / size,
         drives: false,
     };
-    let is_negative = -found.brakes > DRIVES.max(BEYOND * found.deviation);
+    let is_negative = -found.brakes > SMALLEST_DRIVING_SHARE.max(DRIVING_FRICTION_SIGMAS * found.deviation);
     let drives = is_negative && !above(viscous, dd) && !above(dry, vv);
-    (found.deviation < UNTOLD).then_some(OwnFriction { drives, ..found })
+    (found.deviation < LARGEST_FRICTION_DEVIATION).then_some(OwnFriction { drives, ..found })
 }
 
 /// Residuals of a log are errors of the model more than noise. They are worth no more independent samples than this.
-const INDEPENDENT: f64 = 30.0;
+const MAX_INDEPENDENT_SAMPLES: f64 = 30.0;
 
-/// Friction that drives must be more than this share of the torque,
-const DRIVES: f64 = 0.02;
-/// .. and more than so many standard deviations.
-const BEYOND: f64 = 4.0;
+/// Friction that drives must be more than this share of the torque.
+const SMALLEST_DRIVING_SHARE: f64 = 0.02;
+/// Friction that drives must be more than so many of its standard deviations.
+const DRIVING_FRICTION_SIGMAS: f64 = 4.0;
 
 /// Friction is not known where its deviation is larger than this share of the torque. A slow log in which gravity and
 /// friction look alike (KR300) has 0.5 to 2.
-const UNTOLD: f64 = 0.25;
+const LARGEST_FRICTION_DEVIATION: f64 = 0.25;
 
 /// dq and its direction are told apart where the square of the sine between them is above this.
-const CLEAR: f64 = 1e-6;
+const SMALLEST_SQUARED_SINE: f64 = 1e-6;

@@ -28,7 +28,7 @@ mod trials;
 
 use logs::{Error, Suspect};
 
-use crate::estimate::passport::change::{Description, FEWEST, column, used};
+use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
 pub(crate) use crate::estimate::passport::finding::significant;
 use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::regression::Partial;
@@ -41,7 +41,7 @@ use crate::estimate::passport::trials::Trials;
 use crate::signals::records::Records;
 
 /// Least number of samples that are looked at, where there are as many.
-const TRIED: usize = 400;
+const MIN_TRIED_SAMPLES: usize = 400;
 
 /// Looks at a log, given its records, what is odd about its columns, and the description's base parameters.
 ///
@@ -56,7 +56,7 @@ pub fn passport<R: Records + ?Sized>(
 ) -> Result<Passport, Error> {
     let n = regressor.coordinates().len();
     let samples = Samples::of(records, n)?;
-    let rows = samples.every(samples.kept.len() / TRIED);
+    let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
     let mut passport = Passport::default();
@@ -83,5 +83,6 @@ fn explained(samples: &Samples, rows: &[usize], j: usize, partial: &Partial) -> 
     let chosen: Vec<usize> = places.iter().map(|&i| rows[i]).collect();
     let mean = Basis::of(vec![vec![1.0; chosen.len()]]);
     let variance = square(&mean.without(column(&samples.kept.tau, samples.kept.n, j, &chosen)));
-    (variance > 0.0 && chosen.len() >= FEWEST).then(|| 1.0 - partial.yy * (1.0 - partial.share()) / variance)
+    (variance > 0.0 && chosen.len() >= MIN_SAMPLES_PER_JOINT)
+        .then(|| 1.0 - partial.yy * (1.0 - partial.share()) / variance)
 }

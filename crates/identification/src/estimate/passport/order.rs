@@ -14,28 +14,28 @@ use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::search::{Search, Sum};
 use crate::estimate::passport::trials::Trials;
 
-/// Robots of at most so many joints are tried in all orders; seven joints have 5 040.
-const FEW: usize = 7;
+/// Robots of at most so many joints are tried in all orders. Seven joints have 5 040.
+const MAX_JOINTS_FOR_ALL_ORDERS: usize = 7;
 
 /// Samples that rank the orders.
-const RANKED: usize = 100;
+const RANKING_SAMPLES: usize = 100;
 
 /// An exchange of something of two joints.
 type Exchange = fn(usize, usize) -> Change;
 
 /// Exchanges of all signals, of motions and of torques. The first two exchange the same motions.
-const KINDS: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMotions, Change::SwappedTorques];
+const EXCHANGE_KINDS: [Exchange; 3] = [Change::SwappedJoints, Change::SwappedMotions, Change::SwappedTorques];
 
 impl Search<'_> {
     /// The order that leaves least, as exchanges, with its misfits; `None` for a single joint.
     pub fn order(&self, as_it_is: &[Partial], sum: Sum) -> Option<(Vec<Change>, Vec<f64>)> {
-        let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKED).max(1)).copied().collect();
+        let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
         let unmoved = few.described(&[]);
         let rough = few.partials_of(&unmoved, &[]);
         let orders = orders(self.description.regressor.coordinates());
         let left = |_, order: &Vec<usize>| {
-            let [joints, motions, torques] = KINDS.map(|kind| exchanges(order, kind));
+            let [joints, motions, torques] = EXCHANGE_KINDS.map(|kind| exchanges(order, kind));
             let moved = few.described(&motions);
             [(joints, &moved), (motions, &moved), (torques, &unmoved)].map(|(changes, described)| {
                 sum(&misfits(&few.partials_of(described, &changes), &rough, &changes, self.scale))
@@ -43,7 +43,7 @@ impl Search<'_> {
         };
         let mut least: Option<(f64, Vec<Change>)> = None;
         let ranked = in_order(&orders, left, |i, found| {
-            for (left, kind) in found.into_iter().zip(KINDS) {
+            for (left, kind) in found.into_iter().zip(EXCHANGE_KINDS) {
                 if least.as_ref().is_none_or(|(least, _)| left.total_cmp(least).is_lt()) {
                     least = Some((left, exchanges(&orders[i], kind)));
                 }
@@ -60,7 +60,7 @@ impl Search<'_> {
 /// The orders to try, without the one as it is; `order[k]` is the joint whose columns are those of joint k.
 fn orders(coordinates: &[String]) -> Vec<Vec<usize>> {
     let n = coordinates.len();
-    let mut found = match n <= FEW {
+    let mut found = match n <= MAX_JOINTS_FOR_ALL_ORDERS {
         true => all(n),
         false => usual(coordinates),
     };

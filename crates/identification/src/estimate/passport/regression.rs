@@ -5,7 +5,7 @@
 //! that x explains of what F leaves is (x'.y')^2 / (x'.x' y'.y').
 
 /// A column that keeps less than this share of its norm beside the columns before it is rounding.
-const ROUNDING: f64 = 1e-9;
+const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
 
 /// Orthonormal columns of equal length.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +20,7 @@ impl Basis {
             // Orthogonalising twice is enough to be orthogonal to rounding.
             let mut column = basis.without(basis.without(column));
             let left = square(&column).sqrt();
-            if left > ROUNDING * norm {
+            if left > DEPENDENT_COLUMN_SHARE * norm {
                 column.iter_mut().for_each(|x| *x /= left);
                 basis.0.push(column);
             }

@@ -35,14 +35,14 @@ pub struct Passport {
     pub untold: Vec<String>,
 }
 
-/// Share explained by the description, above which a joint's slope counts, and below which it is not shown. Between the
-/// two it is in brackets.
-pub const TELLING: f64 = 0.5;
-const SLIGHT: f64 = 0.05;
+/// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
+pub const COUNTED_SLOPE_SHARE: f64 = 0.5;
+/// Share below which a slope is not shown.
+const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 /// Gains that differ by this factor from those of the description are worth a word. Inertials are rarely so wrong in
 /// all joints.
-const DOUBTED: f64 = 1.8;
+const DOUBTED_GAIN_FACTOR: f64 = 1.8;
 
 impl Passport {
     /// Whether a finding forbids to use an estimate from this log.
@@ -56,7 +56,7 @@ impl Passport {
     /// A torque that is s times the description's comes from a gain that is s times too large.
     pub fn gains_are(&mut self, gains: &[f64]) {
         let telling = |(j, gain): (&JointPassport, &f64)| {
-            let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > TELLING))?.abs();
+            let slope = j.slope.filter(|_| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE))?.abs();
             Some((slope, format!("{}={}", j.coordinate, significant(gain / slope))))
         };
         let mut found: Vec<(f64, String)> = self.joints.iter().zip(gains).filter_map(telling).collect();
@@ -67,7 +67,7 @@ impl Passport {
         };
         let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
         self.findings.retain(|f| !is_unit(f));
-        if self.findings.is_empty() && !(1.0 / DOUBTED..DOUBTED).contains(&factor) {
+        if self.findings.is_empty() && !(1.0 / DOUBTED_GAIN_FACTOR..DOUBTED_GAIN_FACTOR).contains(&factor) {
             let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
             self.findings.push(Finding {
                 fault: Fault::Gains(factor),
@@ -100,8 +100,8 @@ impl fmt::Display for Passport {
         for j in &self.joints {
             // A slope that stands on little says little.
             let slope = match (j.slope, j.share) {
-                (Some(slope), Some(share)) if share > TELLING => significant(slope),
-                (Some(slope), Some(share)) if share > SLIGHT => format!("({})", significant(slope)),
+                (Some(slope), Some(share)) if share > COUNTED_SLOPE_SHARE => significant(slope),
+                (Some(slope), Some(share)) if share > SHOWN_SLOPE_SHARE => format!("({})", significant(slope)),
                 _ => "-".into(),
             };
             let friction = match j.friction {

@@ -10,10 +10,10 @@ use logs::Error;
 use crate::signals::records::Records;
 
 /// Least number of torque entries that are kept, over all joints: a few thousand samples of an arm.
-const ENTRIES: usize = 16_384;
+const MIN_TORQUE_ENTRIES: usize = 16_384;
 
 /// Least number of samples, for robots of many joints.
-const FEWEST: usize = 512;
+const MIN_KEPT_SAMPLES: usize = 512;
 
 /// What a passport is made from.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +50,7 @@ impl Samples {
         for part in [&mut all.kept, &mut all.before, &mut all.after] {
             part.n = n;
         }
-        let most = (ENTRIES / n.max(1)).max(FEWEST);
+        let most = (MIN_TORQUE_ENTRIES / n.max(1)).max(MIN_KEPT_SAMPLES);
         let (mut every, mut count) = (1, 0);
         records.each(&mut |states| {
             for r in 1..states.len().saturating_sub(1) {
@@ -140,7 +140,7 @@ mod tests {
     fn a_long_record_is_thinned_and_summed_whole() {
         let states = Pendulum::new().states(100_000);
         let samples = Samples::of([states.clone()].as_slice(), 1).unwrap();
-        assert!((ENTRIES..2 * ENTRIES).contains(&samples.kept.len()), "{}", samples.kept.len());
+        assert!((MIN_TORQUE_ENTRIES..2 * MIN_TORQUE_ENTRIES).contains(&samples.kept.len()), "{}", samples.kept.len());
         let step = samples.kept.t[1] - samples.kept.t[0];
         // Of 100 000 samples of 0.01 s, at most 32 768 are kept: every fourth.
         assert!((step - 0.04).abs() < 1e-9, "{step}");

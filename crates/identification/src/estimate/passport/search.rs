@@ -35,37 +35,39 @@ pub struct Suspicion {
 }
 
 /// More mistakes than this are another robot.
-const MISTAKES: usize = 3;
+const MAX_MISTAKES: usize = 3;
 
-/// All changes together must leave less than this share of the misfits,
-const SHARE: f64 = 0.6;
-/// .. each must remove so much of their sum,
-const GAIN: f64 = 0.5;
-/// .. and an arbitrary zero must leave less than this share of what the plain changes leave.
-const ARBITRARY: f64 = 0.7;
+/// All changes together must leave less than this share of the misfits.
+const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
+/// Each change must remove so much of the sum of the misfits.
+const SMALLEST_MISFIT_GAIN: f64 = 0.5;
+/// An arbitrary zero must leave less than this share of what the plain changes leave.
+const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
 /// Mean misfit below which an order of the columns, one of thousands, explains the log.
-const ORDERED: f64 = 0.15;
+const EXPLAINED_BY_ORDER_MISFIT: f64 = 0.15;
 
 /// Share of the misfits that a swap must remove, where velocities are known to belong to other positions.
-const KNOWN: f64 = 0.1;
+const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
 /// A joint counts where the description's torque is more than this share of the measured one, in squares. A wrist that
 /// is all friction does not count.
-const LITTLE: f64 = 0.05;
+const COUNTED_JOINT_SHARE: f64 = 0.05;
 
 /// Whether the description's torque is more than a share of the measured one, in squares.
 pub fn counts(partial: &Partial, scale: f64, share: f64) -> bool {
     partial.weight() * scale * scale > share
 }
 
-/// Pairs farther apart along the coordinates are not tried in robots of more joints than [`FEW`].
-const NEAR: usize = 3;
-const FEW: usize = 8;
+/// Pairs farther apart along the coordinates are not tried in robots of more joints than [`MAX_JOINTS_FOR_ALL_PAIRS`].
+const NEAR_PAIR_DISTANCE: usize = 3;
+/// Robots of at most so many joints are searched for exchanges of all pairs.
+const MAX_JOINTS_FOR_ALL_PAIRS: usize = 8;
 
-/// Steps of the search for a zero, and how near a zero must be to a quarter turn to count as one, rad.
-const STEP: f64 = PI / 12.0;
-const QUARTER: f64 = PI / 36.0;
+/// Steps of the search for a zero, rad.
+const ZERO_SEARCH_STEP_RAD: f64 = PI / 12.0;
+/// How near a zero must be to a quarter turn to count as one, rad.
+const QUARTER_TURN_TOLERANCE_RAD: f64 = PI / 36.0;
 
 /// The sum of those misfits that count.
 pub type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
@@ -73,16 +75,16 @@ pub type Sum<'a> = &'a (dyn Fn(&[f64]) -> f64 + Sync);
 impl Search<'_> {
     /// The mistakes found, and the misfits of the joints with them undone.
     pub fn best(&self, as_it_is: &[Partial]) -> (Vec<Suspicion>, Vec<f64>) {
-        let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, LITTLE)).collect();
+        let counted: Vec<bool> = as_it_is.iter().map(|p| counts(p, self.scale, COUNTED_JOINT_SHARE)).collect();
         let n = counted.iter().filter(|c| **c).count().max(1) as f64;
         let sum = |misfits: &[f64]| misfits.iter().zip(&counted).filter(|(_, c)| **c).map(|(m, _)| m).sum::<f64>();
         let unchanged = misfits(as_it_is, as_it_is, &[], self.scale);
         let (mut found, mut undone, mut current) = (Vec::new(), Vec::new(), unchanged.clone());
-        while found.len() < MISTAKES {
+        while found.len() < MAX_MISTAKES {
             let before = sum(&current);
             // That velocities belong to other positions is known, so only the wrong columns are asked for.
             let known = found.is_empty() && !self.velocities.is_empty();
-            if before < GAIN && !known {
+            if before < SMALLEST_MISFIT_GAIN && !known {
                 break;
             }
             let next = match known {
@@ -91,7 +93,7 @@ impl Search<'_> {
             };
             let Some((change, misfits)) = next else { break };
             let after = sum(&misfits);
-            let gain = if known { KNOWN * before } else { GAIN };
+            let gain = if known { KNOWN_SWAP_GAIN_SHARE * before } else { SMALLEST_MISFIT_GAIN };
             if before - after < gain {
                 break;
             }
@@ -101,14 +103,16 @@ impl Search<'_> {
         }
         let (whole, left) = (sum(&unchanged), sum(&current));
         // A single mistake that explains the log well needs no order.
-        if whole >= GAIN && (found.len() != 1 || left > ORDERED * n) {
-            let ordered = self.order(as_it_is, &sum).filter(|(_, m)| sum(m) < (ORDERED * n).min(ARBITRARY * left));
+        if whole >= SMALLEST_MISFIT_GAIN && (found.len() != 1 || left > EXPLAINED_BY_ORDER_MISFIT * n) {
+            let ordered = self
+                .order(as_it_is, &sum)
+                .filter(|(_, m)| sum(m) < (EXPLAINED_BY_ORDER_MISFIT * n).min(LARGEST_SHARE_LEFT_BY_ZERO * left));
             if let Some((changes, misfits)) = ordered {
                 return (vec![Suspicion { changes, before: whole / n, after: sum(&misfits) / n }], misfits);
             }
         }
         // A first mistake of two may explain little by itself; all together must explain most.
-        if left > SHARE * whole {
+        if left > LARGEST_MISFIT_SHARE_LEFT * whole {
             return (Vec::new(), unchanged);
         }
         (merged(found), current)
@@ -121,7 +125,7 @@ impl Search<'_> {
         let zeros: Vec<Change> =
             (0..as_it_is.len()).filter(is_angle).map(|k| self.zero(k, undone, as_it_is, sum)).collect();
         match self.least(&zeros, undone, as_it_is, sum) {
-            Some(zero) if sum(&zero.1) < ARBITRARY * sum(&plain.1) => Some(zero),
+            Some(zero) if sum(&zero.1) < LARGEST_SHARE_LEFT_BY_ZERO * sum(&plain.1) => Some(zero),
             _ => Some(plain),
         }
     }
@@ -152,7 +156,7 @@ impl Search<'_> {
             if !self.description.regressor.is_prismatic(k) {
                 all.extend([Turned(k, FRAC_PI_2), Turned(k, PI), Turned(k, -FRAC_PI_2)]);
             }
-            let last = if n > FEW { (k + NEAR + 1).min(n) } else { n };
+            let last = if n > MAX_JOINTS_FOR_ALL_PAIRS { (k + NEAR_PAIR_DISTANCE + 1).min(n) } else { n };
             for l in k + 1..last {
                 all.extend([SwappedMotions(k, l), SwappedTorques(k, l), SwappedJoints(k, l)]);
             }
@@ -177,11 +181,11 @@ impl Search<'_> {
             sum(&misfits(&few.partials(&changes), &rough, &changes, self.scale))
         };
         let left = |angle: f64| sum(&self.all_tried(&turned(angle), as_it_is));
-        let steps = (2.0 * PI / STEP).round() as i32;
-        let coarse = (1..steps).map(|i| STEP * f64::from(i));
+        let steps = (2.0 * PI / ZERO_SEARCH_STEP_RAD).round() as i32;
+        let coarse = (1..steps).map(|i| ZERO_SEARCH_STEP_RAD * f64::from(i));
         let best = coarse.map(|a| (a, least(a))).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |b| b.0);
-        let (mut low, mut high) = (best - STEP, best + STEP);
-        for _ in 0..ROUNDS {
+        let (mut low, mut high) = (best - ZERO_SEARCH_STEP_RAD, best + ZERO_SEARCH_STEP_RAD);
+        for _ in 0..ZERO_SEARCH_ROUNDS {
             let third = (high - low) / 3.0;
             if left(low + third) < left(high - third) {
                 high -= third;
@@ -191,7 +195,8 @@ impl Search<'_> {
         }
         let angle = 0.5 * (low + high);
         let quarter = (angle / FRAC_PI_2).round() * FRAC_PI_2;
-        let angle = if quarter != 0.0 && (angle - quarter).abs() < QUARTER { quarter } else { angle };
+        let angle =
+            if quarter != 0.0 && (angle - quarter).abs() < QUARTER_TURN_TOLERANCE_RAD { quarter } else { angle };
         Change::Turned(k, if angle > PI { angle - 2.0 * PI } else { angle })
     }
 }
@@ -209,7 +214,7 @@ fn merged(found: Vec<Suspicion>) -> Vec<Suspicion> {
 }
 
 /// Rounds of the search between two steps, which give half a degree.
-const ROUNDS: usize = 10;
+const ZERO_SEARCH_ROUNDS: usize = 10;
 
 impl Suspicion {
     /// The joints that were changed, of n.

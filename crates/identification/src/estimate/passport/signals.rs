@@ -7,24 +7,23 @@ use crate::estimate::passport::diagnosis::Look;
 use crate::estimate::passport::finding::{Fault, Finding};
 use crate::estimate::passport::friction::OwnFriction;
 use crate::estimate::passport::report::{JointPassport, Passport};
+use crate::estimate::remarks::LARGEST_ARM_ANGLE_RAD;
 
 /// A joint that moves less than this says nothing, rad (m).
-const MOVES: f64 = 0.02;
+const SMALLEST_TELLING_RANGE: f64 = 0.02;
 
 /// Periods without which a log is too short. There and back once is the least that tells inertia from gravity and
 /// friction, but a measured motion of one period (cobot6) lacks its ends.
-const PERIODS: f64 = 0.75;
+const MIN_PERIODS: f64 = 0.75;
 
-/// Squared correlation above which a velocity is the slope of a position, and below which it is not. Measured
-/// velocities reach 0.97 and more with their own positions.
-const SLOPE_OF: f64 = 0.8;
-const NOT_SLOPE_OF: f64 = 0.5;
+/// Squared correlation above which a velocity is the slope of a position. Measured velocities reach 0.97 and more with
+/// their own positions.
+const SLOPE_CORRELATION: f64 = 0.8;
+/// Squared correlation up to which a velocity is not the slope of a position.
+const NO_SLOPE_CORRELATION: f64 = 0.5;
 
-/// Share of the rows at a limit above which a torque is saturated; quantised currents reach 1 % by chance.
-const SATURATED: f64 = 0.05;
-
-/// Arms turn less far than this, and columns in degrees farther, rad.
-const FAR: f64 = 4.0 * std::f64::consts::PI;
+/// Share of the rows at a limit above which a torque is saturated. Quantised currents reach 1 % by chance.
+const SATURATED_ROWS_SHARE: f64 = 0.05;
 
 impl Look<'_> {
     /// Torques that never change, and torques that stand at a limit.
@@ -41,7 +40,7 @@ impl Look<'_> {
             });
         }
         for suspect in self.suspects {
-            let Some(share) = suspect.saturated.filter(|share| *share > SATURATED) else { continue };
+            let Some(share) = suspect.saturated.filter(|share| *share > SATURATED_ROWS_SHARE) else { continue };
             found.push(Finding {
                 fault: Fault::Saturated(share),
                 joints: vec![suspect.coordinate.clone()],
@@ -54,9 +53,9 @@ impl Look<'_> {
 
     /// A log in which nothing comes back.
     pub fn short(&self) -> Option<Finding> {
-        let moving = (0..self.n()).filter(|&k| self.range(k) > MOVES);
+        let moving = (0..self.n()).filter(|&k| self.range(k) > SMALLEST_TELLING_RANGE);
         let periods = moving.map(|k| self.samples.periods(k)).fold(0.0, f64::max);
-        (periods < PERIODS).then(|| Finding {
+        (periods < MIN_PERIODS).then(|| Finding {
             fault: Fault::Short(periods),
             joints: Vec::new(),
             evidence: format!("{periods:.2} times there and back at most"),
@@ -70,7 +69,7 @@ impl Look<'_> {
     pub fn degrees(&self) -> Option<Finding> {
         let far = |k: &usize| {
             let (low, high) = self.samples.range[*k];
-            !self.regressor.is_prismatic(*k) && low.abs().max(high.abs()) > FAR
+            !self.regressor.is_prismatic(*k) && low.abs().max(high.abs()) > LARGEST_ARM_ANGLE_RAD
         };
         let joints: Vec<usize> = (0..self.n()).filter(far).collect();
         let farthest = joints.iter().map(|&k| self.samples.range[k].1.abs().max(self.samples.range[k].0.abs()));
@@ -86,13 +85,13 @@ impl Look<'_> {
     /// Joints whose velocity is not the slope of their position, with the joint of whose position it is the slope.
     pub fn velocities(&self) -> Vec<(usize, Option<usize>, Finding)> {
         let mut found = Vec::new();
-        for k in (0..self.n()).filter(|&k| self.range(k) > MOVES && self.samples.velocity[k] > 0.0) {
+        for k in (0..self.n()).filter(|&k| self.range(k) > SMALLEST_TELLING_RANGE && self.samples.velocity[k] > 0.0) {
             let own = self.samples.alike(k, k);
-            if own > NOT_SLOPE_OF {
+            if own > NO_SLOPE_CORRELATION {
                 continue;
             }
             let other = (0..self.n()).filter(|&l| l != k).map(|l| (l, self.samples.alike(k, l)));
-            let other = other.filter(|(_, alike)| *alike > SLOPE_OF).max_by(|a, b| a.1.total_cmp(&b.1));
+            let other = other.filter(|(_, alike)| *alike > SLOPE_CORRELATION).max_by(|a, b| a.1.total_cmp(&b.1));
             let (evidence, remedy) = match other {
                 Some((l, alike)) => (
                     format!(
@@ -117,8 +116,10 @@ impl Look<'_> {
     pub fn friction(&self, passport: &Passport, known: &[Finding]) -> Vec<Finding> {
         let accused = |name: &String| known.iter().any(|f| f.joints.contains(name));
         let judged: Vec<_> = passport.joints.iter().filter_map(|j| Some((j, j.friction?))).collect();
-        let drives: Vec<_> =
-            judged.iter().filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > MOVES).collect();
+        let drives: Vec<_> = judged
+            .iter()
+            .filter(|(j, f)| f.drives && !accused(&j.coordinate) && j.range > SMALLEST_TELLING_RANGE)
+            .collect();
         let evidence = |brakes: f64| format!("friction is {:.0} % of its torque, and negative", -100.0 * brakes);
         if drives.len() >= 2 && 3 * drives.len() >= 2 * judged.len() {
             let mean = drives.iter().map(|d| d.1.brakes).sum::<f64>() / drives.len() as f64;

@@ -7,7 +7,9 @@ use std::sync::OnceLock;
 
 use linear_model::states::States;
 
-use crate::estimate::passport::change::{Change, Description, FEWEST, column, motion_of, torque_of, used};
+use crate::estimate::passport::change::{
+    Change, Description, MIN_SAMPLES_PER_JOINT, column, motion_of, torque_of, used,
+};
 use crate::estimate::passport::regression::{Basis, Partial};
 
 /// A log and a description, to be held against one another.
@@ -56,7 +58,7 @@ impl<'a> Trials<'a> {
     pub fn partials_of(&self, described: &[f64], changes: &[Change]) -> Vec<Partial> {
         let n = self.states.n;
         let joint = |(j, own): (usize, &Own)| {
-            if own.places.len() < FEWEST {
+            if own.places.len() < MIN_SAMPLES_PER_JOINT {
                 return Partial::default();
             }
             let (k, (of, sign)) = (motion_of(changes, j), torque_of(changes, j));

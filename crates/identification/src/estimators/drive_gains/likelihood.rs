@@ -73,7 +73,8 @@ pub struct DriveGains {
     pub condition_number: f64,
 }
 
-const STEPS: usize = 50;
+/// Most steps of the search.
+const MAX_STEPS: usize = 50;
 
 /// Gains and parameters by maximum likelihood.
 ///
@@ -91,7 +92,7 @@ pub fn drive_gains(joints: &[JointEquations], known: &[Gain]) -> Result<DriveGai
     };
     let mut noise = noises(&x, &g, &|_| 0.0);
     let (mut steps, mut last) = (None, solve(&Triangle::new(p + unknown.len())));
-    for step in 0..STEPS {
+    for step in 0..MAX_STEPS {
         last = gauss_newton(joints, known, &unknown, &x, &g, &noise);
         let used = used(joints, &unknown, &x, &g, &noise, &last);
         // A gain changes by at most half in one step, so it keeps its sign.

@@ -24,7 +24,7 @@ pub enum Scaling {
 }
 
 /// Singular values of the exact columns below this share of the largest are rounding.
-const RANK: f64 = 1e-10;
+const RELATIVE_RANK_TOLERANCE: f64 = 1e-10;
 
 /// An orthonormal basis of the columns, singular values below `tolerance` left out.
 fn range(svd: &SVD<f64, Dyn, Dyn>, tolerance: f64) -> Option<DMatrix<f64>> {
@@ -87,7 +87,7 @@ pub fn gains_by_total_least_squares(
     });
     // What the exact columns leave of the noisy ones.
     let svd = exact.svd(true, true);
-    let tolerance = RANK * svd.singular_values.max();
+    let tolerance = RELATIVE_RANK_TOLERANCE * svd.singular_values.max();
     let basis = range(&svd, tolerance)?;
     let rest = &noisy - &basis * (basis.transpose() * &noisy);
     let column = |r: usize| unknown.iter().position(|&u| u == place[r].0).unwrap_or(unknown.len());

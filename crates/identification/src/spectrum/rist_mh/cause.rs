@@ -5,7 +5,8 @@
 //!   1 - (chi_1^2 / nu_1) / (chi_0^2 / nu_0),
 //! and how likely it is that its m columns take as much from a residual that has nothing to do with them,
 //!   F = ((chi_0^2 - chi_1^2) / m) / (chi_1^2 / nu_1) ~ F(m, nu_1).
-//! The candidate with the largest share is the cause, if it takes at least [`NAMED`] and F is beyond [`LEVEL`].
+//! The candidate with the largest share is the cause, if it takes at least [`NAMED_CAUSE_SHARE`] and F is beyond
+//! [`SIGNIFICANCE_LEVEL`].
 //!
 //! The share decides. What a model lacks is no noise, so over some hundred rows F lets pass any column that resembles
 //! it a little. A cause that leaves half of the residual where it was is at most one of several. F protects where the
@@ -31,16 +32,17 @@ use crate::spectrum::rist_mh::misfit::Misfit;
 
 /// Share of chi^2 per freedom that a cause must take away to be named. With half it explains more than all others
 /// together.
-pub const NAMED: f64 = 0.5;
+pub const NAMED_CAUSE_SHARE: f64 = 0.5;
 /// Probability of an F by chance below which columns count.
-pub const LEVEL: f64 = 1e-3;
+pub const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Most periods a turn that are tried. No encoder resolves ripple of more.
-const MOST_PERIODS: usize = 1024;
-/// A joint is named only where its size is beyond this many deviations, which is [`LEVEL`] of a normal error.
-const TOLD: f64 = 3.3;
+const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
+/// A joint is named only where its size is beyond this many deviations, which is [`SIGNIFICANCE_LEVEL`] of a normal
+/// error.
+const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named only where its columns carry this share of what those of the strongest joint carry. Less is a trace
 /// of another joint.
-const TRACE: f64 = 0.02;
+const TRACE_CARRIED_SHARE: f64 = 0.02;
 
 /// What the model most likely lacks.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +71,9 @@ impl HarmonicData<'_> {
         candidates.iter_mut().for_each(|effects| effects.retain(|e| !options.effects.contains(e)));
         let tried = candidates.iter().filter(|effects| !effects.is_empty());
         let found = tried.filter_map(|effects| self.with(effects, fit, left, options));
-        found.reduce(|a, b| if b.explained > a.explained { b } else { a }).filter(|cause| cause.explained >= NAMED)
+        found
+            .reduce(|a, b| if b.explained > a.explained { b } else { a })
+            .filter(|cause| cause.explained >= NAMED_CAUSE_SHARE)
     }
 
     /// The cause that a fit with these effects finds; `None` where chance may have done it.
@@ -82,7 +86,7 @@ impl HarmonicData<'_> {
         let columns: usize = effects.iter().map(|e| e.columns()).sum();
         let f = (left.chi_square - misfit.chi_square) / columns as f64 / misfit.total;
         // Not a number is no evidence.
-        let is_beyond = exceeded(f, columns as f64, misfit.freedom) < LEVEL;
+        let is_beyond = exceeded(f, columns as f64, misfit.freedom) < SIGNIFICANCE_LEVEL;
         let explained = 1.0 - misfit.total / left.total;
         if !is_beyond || !explained.is_finite() {
             return None;
@@ -96,8 +100,10 @@ impl HarmonicData<'_> {
             // alone is no spring.
             let is_yielding = size.effect.yielding().is_some();
             let told = if is_yielding { 1 } else { size.values.len() };
-            let beyond = |(x, s): (&f64, &f64)| if is_yielding { *x > TOLD * s } else { x.abs() > TOLD * s };
-            *carried >= TRACE * most && size.values.iter().zip(&size.deviations).take(told).any(beyond)
+            let beyond = |(x, s): (&f64, &f64)| {
+                if is_yielding { *x > NAMED_JOINT_SIGMAS * s } else { x.abs() > NAMED_JOINT_SIGMAS * s }
+            };
+            *carried >= TRACE_CARRIED_SHARE * most && size.values.iter().zip(&size.deviations).take(told).any(beyond)
         };
         let named: Vec<bool> = sizes.iter().zip(&carried).map(is_told).collect();
         let mut named = named.into_iter();
@@ -178,7 +184,7 @@ impl HarmonicData<'_> {
         let m = best.columns.len() as f64;
         let freedom = left.len() as f64 - basis.len() as f64 - m;
         let f = best.explained / m / ((square(&left) - best.explained) / freedom);
-        (exceeded(f, m, freedom) * (tried.count() as f64) < LEVEL).then_some(best)
+        (exceeded(f, m, freedom) * (tried.count() as f64) < SIGNIFICANCE_LEVEL).then_some(best)
     }
 
     /// The periods a turn that the motion of a joint can show.
@@ -189,7 +195,7 @@ impl HarmonicData<'_> {
         let range = ends.1 - ends.0;
         let slowest = of_joint().map(|s| s.speed()).fold(f64::INFINITY, f64::min);
         let turn = std::f64::consts::TAU;
-        let most = (turn * options.band.equations / slowest).min(MOST_PERIODS as f64);
+        let most = (turn * options.band.equations / slowest).min(MAX_RIPPLE_PERIODS_PER_TURN as f64);
         let least = (0.5 * turn / range).ceil().max(1.0);
         least as usize..(most as usize + 1).max(least as usize)
     }

@@ -49,13 +49,13 @@ impl Default for HarmonicOptions {
 /// Above it a link follows its own yielding more than its motor. R3G with joints of 12 Hz errs by 0.08 % with a chi^2
 /// of 5; with equations up to 20 Hz, by 0.19 % with 28. Joints of 15 and 25 Hz err by 0.14 and 0.10 %; with equations
 /// up to 20 Hz, by 0.13 and 0.08 % (`tests/benches/misfit.rs`, six draws).
-const YIELDING: f64 = 10.0;
+const MAX_YIELDING_FREQUENCY_HZ: f64 = 10.0;
 
 impl HarmonicOptions {
     /// Estimates these effects with the rest; behind springs and gaps the equations end earlier.
     pub fn with_effects(mut self, effects: Vec<Effect>) -> HarmonicOptions {
         if effects.iter().any(|e| matches!(e, Effect::Elastic { .. } | Effect::Play { .. })) {
-            self.band.equations = self.band.equations.min(YIELDING);
+            self.band.equations = self.band.equations.min(MAX_YIELDING_FREQUENCY_HZ);
         }
         self.effects.extend(effects);
         self

@@ -11,10 +11,10 @@ use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::harmonics::JointSpectrum;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 
-/// Steps of the evidence iteration, which contracts by about half each time; the last steps change nothing.
+/// Steps of the evidence iteration, which contracts by about half each time. The last steps change nothing.
 const DRIFT_ITERATIONS: usize = 12;
 /// A relative spread below this is no drift.
-const LEAST_SPREAD: f64 = 2e-3;
+const SMALLEST_DRIFT_SPREAD: f64 = 2e-3;
 
 /// The joint and the cluster of an equation.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,7 @@ impl Fit {
             for _ in 0..DRIFT_ITERATIONS {
                 let before = fit.spread;
                 fit.solve(data, options);
-                if fit.spread < LEAST_SPREAD || (fit.spread - before).abs() < 1e-3 * before {
+                if fit.spread < SMALLEST_DRIFT_SPREAD || (fit.spread - before).abs() < 1e-3 * before {
                     break;
                 }
             }
@@ -85,7 +85,7 @@ impl Fit {
     }
 
     pub fn has_drift(&self) -> bool {
-        self.spread >= LEAST_SPREAD
+        self.spread >= SMALLEST_DRIFT_SPREAD
     }
 
     /// 1 + u of a spectrum.

@@ -33,7 +33,7 @@ pub struct HarmonicGains {
 }
 
 /// Largest number of choices of the friction.
-const ROUNDS: usize = 8;
+const MAX_FRICTION_CHOICES: usize = 8;
 
 impl HarmonicData<'_> {
     /// Estimates the gains where not all are known; the data have them afterwards.
@@ -46,7 +46,7 @@ impl HarmonicData<'_> {
         let mut gains = drive_gains(&equations, known)?;
         fit.deviations_by_frequency(self, &plain, known, &mut gains);
         let mut found = HarmonicGains { gains, equations, friction: None, rounds: None };
-        for round in 0..ROUNDS {
+        for round in 0..MAX_FRICTION_CHOICES {
             let is_usable = |(k, d): (&f64, &bool)| *d && *k > 0.0 && k.is_finite();
             if !found.gains.gain.iter().zip(&found.gains.gain_determined).all(is_usable) {
                 found.friction = None;
@@ -61,7 +61,7 @@ impl HarmonicData<'_> {
             let is_same = found.friction.is_some_and(|f| f.shape == fit.shape);
             let is_settled = is_same && !(0..self.n).any(moved);
             let mut friction = self.finished(&fit, options, criteria, known);
-            if is_settled || round + 1 == ROUNDS {
+            if is_settled || round + 1 == MAX_FRICTION_CHOICES {
                 self.explain(&mut friction, &fit, options);
             }
             let rounds = is_settled.then_some(round + 1);

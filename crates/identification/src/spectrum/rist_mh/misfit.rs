@@ -13,19 +13,19 @@
 //! a direction that one experiment alone shows keeps a value.
 //!
 //! a grows with chi^2 / freedom of the joint that lacks most. It is 0 at 1, where noise explains all, and 1 at
-//! [`LACKING`], so that an interval does not jump where the model is said to lack something. Each joint is looked at
-//! alone, because the chatter of the others makes their part of the total small.
+//! [`LACKING_MODEL_CHI_SQUARE`], so that an interval does not jump where the model is said to lack something. Each
+//! joint is looked at alone, because the chatter of the others makes their part of the total small.
 
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-use crate::estimate::verdict::LACKING;
-use crate::estimators::clusters::{Cluster, ROUNDING, Whole};
+use crate::estimate::verdict::LACKING_MODEL_CHI_SQUARE;
+use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::Fit;
 
 /// Share of a cluster that is taken out of A.
-const OUT: f64 = 0.95;
+const CLUSTER_SHARE_TAKEN_OUT: f64 = 0.95;
 
 /// How well the model explains the experiments.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,13 +48,13 @@ pub struct Misfit {
 impl Misfit {
     /// Whether the model lacks something that the experiments show; `false` where no noise was measured.
     pub fn is_lacking(&self) -> bool {
-        self.total.is_finite() && self.total > LACKING
+        self.total.is_finite() && self.total > LACKING_MODEL_CHI_SQUARE
     }
 
     /// a: 0 where noise explains all, 1 where the model lacks something.
     fn beyond_noise(&self) -> f64 {
         let most = self.joints.iter().copied().fold(self.total, f64::max);
-        if most.is_finite() { ((most - 1.0) / (LACKING - 1.0)).clamp(0.0, 1.0) } else { 0.0 }
+        if most.is_finite() { ((most - 1.0) / (LACKING_MODEL_CHI_SQUARE - 1.0)).clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
@@ -100,7 +100,8 @@ impl HarmonicData<'_> {
 fn by_experiment(triangles: &[Triangle], x: &[f64]) -> Vec<f64> {
     let clusters: Vec<Cluster> = triangles.iter().map(|rows| Cluster::of(rows, x)).collect();
     let share = clusters.len().saturating_sub(1) as f64 / clusters.len().max(1) as f64;
-    let variance = Whole::of_clusters(x.len(), &clusters).variance(&clusters, OUT, ROUNDING);
+    let variance =
+        Whole::of_clusters(x.len(), &clusters).variance(&clusters, CLUSTER_SHARE_TAKEN_OUT, REMAINDER_ROUNDING_SHARE);
     variance.iter().map(|v| (v * share).sqrt()).collect()
 }
 
@@ -172,8 +173,8 @@ mod tests {
     #[test]
     fn the_allowance_grows_and_does_not_jump() {
         assert_eq!(misfit(&[0.3, 1.0], 0.6).beyond_noise(), 0.0);
-        assert_eq!(misfit(&[0.1, 1.5], 0.6).beyond_noise(), 0.5 / (LACKING - 1.0));
-        let said = misfit(&[0.1, 5.0], LACKING * (1.0 + f64::EPSILON));
+        assert_eq!(misfit(&[0.1, 1.5], 0.6).beyond_noise(), 0.5 / (LACKING_MODEL_CHI_SQUARE - 1.0));
+        let said = misfit(&[0.1, 5.0], LACKING_MODEL_CHI_SQUARE * (1.0 + f64::EPSILON));
         assert!(said.is_lacking() && said.beyond_noise() == 1.0);
         // Where no noise was measured, nothing is known.
         assert_eq!(misfit(&[0.1, f64::INFINITY], f64::INFINITY).beyond_noise(), 0.0);

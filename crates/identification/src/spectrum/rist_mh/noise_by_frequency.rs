@@ -18,9 +18,10 @@ use crate::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
 use crate::spectrum::rist_mh::fit::{Fit, GainEquation};
 
-/// Most steps of scoring, far more than it takes, and the change below which nothing printed moves.
-const SCORINGS: usize = 30;
-const SCORED: f64 = 1e-6;
+/// Most steps of scoring, far more than it takes.
+const MAX_SCORING_STEPS: usize = 30;
+/// A step of scoring below which nothing printed moves.
+const SETTLED_SCORING_STEP: f64 = 1e-6;
 
 /// A row from which the scale of the noise is estimated.
 struct Row {
@@ -107,7 +108,7 @@ fn log_linear(rows: &[Row]) -> [f64; 2] {
         return [0.0, 0.0];
     }
     let mut found = [(squares / free).ln(), 0.0];
-    for _ in 0..SCORINGS {
+    for _ in 0..MAX_SCORING_STEPS {
         let (mut score, mut information) = ([0.0; 2], [0.0; 3]);
         for Row { u, square, free } in rows {
             let left = square / (found[0] + found[1] * u).exp() - free;
@@ -123,7 +124,7 @@ fn log_linear(rows: &[Row]) -> [f64; 2] {
         // A step of one is a factor of e.
         let length = 1.0 / step.iter().fold(1.0_f64, |most, s| most.max(s.abs()));
         found = [found[0] + length * step[0], found[1] + length * step[1]];
-        if step.iter().all(|s| s.abs() < SCORED) {
+        if step.iter().all(|s| s.abs() < SETTLED_SCORING_STEP) {
             break;
         }
     }

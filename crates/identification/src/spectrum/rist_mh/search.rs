@@ -32,10 +32,10 @@ use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 use crate::spectrum::rist_mh::fit::Fit;
 use crate::spectrum::rist_mh::misfit::Misfit;
 
-/// Most rounds in which springs and gaps are followed, and the relative change of their sizes at which nothing printed
-/// moves.
-const YIELDINGS: usize = 12;
-const SETTLED: f64 = 1e-4;
+/// Most rounds in which springs and gaps are followed.
+const MAX_YIELDING_ROUNDS: usize = 12;
+/// Relative change of the sizes of springs and gaps at which nothing printed moves.
+const SETTLED_SIZE_CHANGE: f64 = 1e-4;
 
 /// Parameters, friction and how well they explain the record.
 #[derive(Clone, Debug)]
@@ -175,12 +175,12 @@ impl<'a> HarmonicData<'a> {
     fn settle(&mut self, fit: &mut Fit, options: &HarmonicOptions) {
         let sizes = |fit: &Fit, columns: usize| fit.x[fit.x.len() - columns..].to_vec();
         let columns = self.effect_columns();
-        for _ in 0..YIELDINGS {
+        for _ in 0..MAX_YIELDING_ROUNDS {
             let before = sizes(fit, columns);
             self.yield_by(fit);
             let deviation = if options.weights { fit.calibrated(self) } else { fit.deviation.clone() };
             *fit = Fit::new(self, &fit.shape, options, deviation);
-            let is_settled = |(a, b): (&f64, &f64)| (a - b).abs() <= SETTLED * b.abs();
+            let is_settled = |(a, b): (&f64, &f64)| (a - b).abs() <= SETTLED_SIZE_CHANGE * b.abs();
             if sizes(fit, columns).iter().zip(&before).all(is_settled) {
                 break;
             }

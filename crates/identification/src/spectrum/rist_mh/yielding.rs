@@ -18,10 +18,10 @@ use crate::spectrum::rist_mh::fit::Fit;
 
 /// Most that a joint yields by the step of a difference, rad. It is far above rounding, and too little to bend a
 /// column.
-const STEP: f64 = 1e-5;
+const LARGEST_DIFFERENCE_STEP_RAD: f64 = 1e-5;
 
 /// Torque over which a link crosses its gap, over the root mean square torque.
-const CROSSING: f64 = 0.1;
+const GAP_CROSSING_TORQUE_SHARE: f64 = 0.1;
 
 impl HarmonicData<'_> {
     /// Number of columns of all effects.
@@ -100,7 +100,7 @@ impl HarmonicData<'_> {
         let mut slopes: Vec<(usize, Vec<Vec<f64>>)> = Vec::new();
         for (column, _, e) in &yields {
             let largest = e.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
-            let step = STEP / largest.max(f64::MIN_POSITIVE);
+            let step = LARGEST_DIFFERENCE_STEP_RAD / largest.max(f64::MIN_POSITIVE);
             let stepped = moved(&|c| if c == *column { step } else { 0.0 }, &links);
             let there = stepped.regressor_columns(self.regressor);
             let slope = |j: usize| torque(&there[j]).iter().zip(&at[j]).map(|(b, a)| (b - a) / step).collect();
@@ -159,7 +159,7 @@ impl HarmonicData<'_> {
 /// The side of the gap at which the torque holds the link, from -1/2 to 1/2.
 fn sides(torque: &[f64]) -> Vec<f64> {
     let square = torque.iter().map(|t| t * t).sum::<f64>() / torque.len().max(1) as f64;
-    let width = CROSSING * square.sqrt();
+    let width = GAP_CROSSING_TORQUE_SHARE * square.sqrt();
     torque.iter().map(|t| if width > 0.0 { 0.5 * (t / width).tanh() } else { 0.0 }).collect()
 }
 

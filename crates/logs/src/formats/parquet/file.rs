@@ -22,10 +22,11 @@ use crate::formats::parquet::pages::UnpackedPages;
 use crate::formats::parquet::schema_guard;
 use crate::table::{MAX_CELLS, MAX_COLUMNS, Table, check_header};
 
-const MAGIC: &[u8] = b"PAR1";
+/// The last bytes of a parquet file.
+const PARQUET_MAGIC: &[u8] = b"PAR1";
 
 /// Rows decoded at a time.
-const BATCH: usize = 1 << 13;
+const ROWS_PER_BATCH: usize = 1 << 13;
 
 /// Reads the columns of a file.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
@@ -81,7 +82,7 @@ fn footer(bytes: &[u8]) -> Result<ParquetMetaData, String> {
     }
     let cut = "the Parquet file does not end with PAR1: it is cut short, or its writer was never closed; its index \
                stands at the end, so nothing can be read: write or copy it again";
-    let body = bytes.strip_suffix(MAGIC).filter(|b| b.len() >= 8).ok_or(cut)?;
+    let body = bytes.strip_suffix(PARQUET_MAGIC).filter(|b| b.len() >= 8).ok_or(cut)?;
     let (body, length) = body.split_last_chunk::<4>().ok_or(cut)?;
     let length = u32::from_le_bytes(*length) as usize;
     let start = body.len().checked_sub(length);
@@ -270,7 +271,7 @@ fn typed<T: DataType>(
         definition.clear();
         repetition.clear();
         values.clear();
-        let batch = BATCH.min(rows - done);
+        let batch = ROWS_PER_BATCH.min(rows - done);
         let read = reader.read_records(batch, Some(&mut definition), Some(&mut repetition), &mut values);
         let (records, _, levels) = read.map_err(|e| e.to_string())?;
         if records == 0 {

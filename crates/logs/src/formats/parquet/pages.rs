@@ -16,7 +16,7 @@ use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::ColumnChunkMetaData;
 use parquet::file::serialized_reader::SerializedPageReader;
 
-use crate::formats::compression::{Compression, MAX_UNPACKED};
+use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::parquet::split_values::{joined, values_begin};
 
 /// Pages of a chunk.
@@ -74,7 +74,7 @@ impl UnpackedPages {
     }
 
     fn unpack(&self, packed: &[u8]) -> Result<Bytes> {
-        self.codec.unpack_within(packed, MAX_UNPACKED).map(Bytes::from).map_err(ParquetError::General)
+        self.codec.unpack_within(packed, MAX_UNPACKED_BYTES).map(Bytes::from).map_err(ParquetError::General)
     }
 
     /// Counts the values of a data page; fails where it claims more than its column has.

@@ -8,12 +8,13 @@
 use crate::table::MAX_COLUMNS;
 
 /// Deeper nesting is not a log of a robot.
-const MAX_DEPTH: usize = 16;
+const MAX_SCHEMA_DEPTH: usize = 16;
 
 /// Depth up to which fields of other names are passed over.
-const MAX_NESTING: usize = 16;
+const MAX_SKIPPED_DEPTH: usize = 16;
 
-const CUT: &str = "the index of the file is damaged: it ends too early";
+/// The error where the index ends too early.
+const INDEX_ENDS_EARLY: &str = "the index of the file is damaged: it ends too early";
 
 /// Refuses a footer whose schema is nested too deeply or claims more than it holds.
 pub fn check(footer: &[u8]) -> Result<(), String> {
@@ -30,13 +31,13 @@ pub fn check(footer: &[u8]) -> Result<(), String> {
                 let mut below = 0;
                 bytes.fields(&mut |bytes, id, kind| match (id, kind) {
                     (5, 5) => bytes.varint().map(|n| below = n >> 1),
-                    _ => bytes.pass(kind, MAX_NESTING),
+                    _ => bytes.pass(kind, MAX_SKIPPED_DEPTH),
                 })?;
                 children.push(below);
             }
             Ok(())
         }
-        _ => bytes.pass(kind, MAX_NESTING),
+        _ => bytes.pass(kind, MAX_SKIPPED_DEPTH),
     })?;
     // How many children each open element still waits for.
     let mut open: Vec<u64> = Vec::new();
@@ -48,7 +49,7 @@ pub fn check(footer: &[u8]) -> Result<(), String> {
         if below > 0 {
             open.push(below);
         }
-        if open.len() > MAX_DEPTH {
+        if open.len() > MAX_SCHEMA_DEPTH {
             return Err("the schema is nested too deeply".into());
         }
         while open.last() == Some(&0) {
@@ -63,13 +64,13 @@ struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
     fn byte(&mut self) -> Result<u8, String> {
-        let (byte, rest) = self.0.split_first().ok_or(CUT)?;
+        let (byte, rest) = self.0.split_first().ok_or(INDEX_ENDS_EARLY)?;
         self.0 = rest;
         Ok(*byte)
     }
 
     fn skip(&mut self, count: u64) -> Result<(), String> {
-        self.0 = usize::try_from(count).ok().and_then(|n| self.0.get(n..)).ok_or(CUT)?;
+        self.0 = usize::try_from(count).ok().and_then(|n| self.0.get(n..)).ok_or(INDEX_ENDS_EARLY)?;
         Ok(())
     }
 
@@ -83,7 +84,7 @@ impl Bytes<'_> {
                 return Ok(value);
             }
         }
-        Err(CUT.into())
+        Err(INDEX_ENDS_EARLY.into())
     }
 
     /// How many elements, each of at least a byte, and of which kind.

@@ -5,20 +5,21 @@
 //! counts from the first message (s), because nanoseconds since 1970 have more digits than an f64 keeps.
 //!
 //! A joint that few messages name would be a nearly empty column. It is left out with a note. So the table has at most
-//! [`SPARSE`] times as many numbers as the messages.
+//! [`SPARSE_JOINT_RATIO`] times as many numbers as the messages.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::formats::rosbag::joint_state::JointState;
 use crate::table::{MAX_CELLS, Table};
 
-const QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
+/// The quantities of a JointState, in the order of its fields.
+const JOINT_STATE_QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
 /// More joints than this are not one robot.
 const MAX_JOINTS: usize = 500;
 
 /// A joint that is in fewer than one of so many messages is left out.
-const SPARSE: usize = 64;
+const SPARSE_JOINT_RATIO: usize = 64;
 
 /// The messages of one topic.
 #[derive(Default)]
@@ -113,7 +114,7 @@ impl JointTable {
         table.header.push("time".into());
         table.columns.push(time);
         let mut rare = BTreeSet::new();
-        for (k, quantity) in QUANTITIES.iter().enumerate() {
+        for (k, quantity) in JOINT_STATE_QUANTITIES.iter().enumerate() {
             let mut without = Vec::new();
             for (joint, series) in self.joints.iter().zip(&mut self.series) {
                 let series = std::mem::take(&mut series[k]);
@@ -122,7 +123,7 @@ impl JointTable {
                     without.push(joint.as_str());
                     continue;
                 }
-                if series.rows.len() < rows / SPARSE {
+                if series.rows.len() < rows / SPARSE_JOINT_RATIO {
                     rare.insert(joint.as_str());
                     continue;
                 }
@@ -138,7 +139,9 @@ impl JointTable {
         }
         if !rare.is_empty() {
             let rare = clipped(rare.into_iter().collect::<Vec<_>>().join(", "));
-            table.notes.push(format!("left out, because fewer than one message in {SPARSE} names them: {rare}"));
+            table
+                .notes
+                .push(format!("left out, because fewer than one message in {SPARSE_JOINT_RATIO} names them: {rare}"));
         }
         if self.uneven > 0 {
             let message = "messages with an array that is neither empty nor as long as `name`: it is not used";

@@ -11,11 +11,11 @@ use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::formats::compression::{Compression, MAX_UNPACKED};
+use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
 /// Bytes handed over at a time.
-const PIECE: usize = 1 << 16;
+const BYTES_PER_PIECE: usize = 1 << 16;
 
 /// Receiver of records: opcode and content.
 type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
@@ -44,7 +44,7 @@ fn records(
     options: LinearReaderOptions,
     each: &mut RecordReceiver,
 ) -> Result<bool, String> {
-    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(MAX_UNPACKED));
+    let mut reader = LinearReader::new_with_options(options.with_record_length_limit(MAX_UNPACKED_BYTES));
     let mut left = length;
     while let Some(event) = reader.next_event() {
         match event {
@@ -53,7 +53,7 @@ fn records(
                 if need as u64 > left {
                     return Ok(false);
                 }
-                let piece = usize::try_from(left).unwrap_or(PIECE).min(PIECE);
+                let piece = usize::try_from(left).unwrap_or(BYTES_PER_PIECE).min(BYTES_PER_PIECE);
                 let read = source.read(reader.insert(piece)).map_err(|e| format!("cannot be read: {e}"))?;
                 reader.notify_read(read);
                 left -= read as u64;

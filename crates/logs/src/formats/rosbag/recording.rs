@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::formats::compression::{Compression, MAX_UNPACKED};
-use crate::formats::content::{Content, HEAD};
+use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
+use crate::formats::content::{Content, MAGIC_BYTES};
 use crate::formats::rosbag::joint_state::{Encoding, JointState};
 use crate::formats::rosbag::joint_table::{JointTable, clipped};
 #[cfg(feature = "mcap")]
@@ -19,7 +19,8 @@ use crate::formats::rosbag::message::{Channel, Message, Outcome};
 use crate::formats::rosbag::sqlite;
 use crate::table::Table;
 
-const TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
+/// The names of the message type with joint states.
+const JOINT_STATE_TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
 
 /// Reads the recording at a path, with `#topic` behind it or without; `None`: there is none.
 pub fn read(path: &Path) -> Result<Option<Table>, Error> {
@@ -57,7 +58,7 @@ fn address(path: &Path) -> (PathBuf, Option<String>) {
 fn head(path: &Path) -> Result<Content, Error> {
     use std::io::Read;
     let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(HEAD as u64).read_to_end(&mut head));
+    let read = std::fs::File::open(path).and_then(|file| file.take(MAGIC_BYTES as u64).read_to_end(&mut head));
     read.map_err(|e| unreadable(path, &e))?;
     Ok(Content::of(&head))
 }
@@ -123,7 +124,7 @@ impl Recording {
             Content::Sqlite => self.take(&file, |wanted, each| sqlite::read(&sqlite::open(path)?, wanted, each)),
             Content::Zstd => {
                 let packed = std::fs::read(path).map_err(|e| unreadable(path, &e))?;
-                let unpacked = Compression::Zstd.unpack_within(&packed, MAX_UNPACKED);
+                let unpacked = Compression::Zstd.unpack_within(&packed, MAX_UNPACKED_BYTES);
                 self.add_bytes(&file, &unpacked.map_err(|e| Error::at(&file, 0, e))?)
             }
             other => Err(Error::at(&file, 0, other.refusal().unwrap_or("the file changes while it is read".into()))),
@@ -151,7 +152,7 @@ impl Recording {
     ) -> Result<(), Error> {
         let Recording { wanted, topics, .. } = self;
         let meant = |channel: &Channel| {
-            TYPES.contains(&channel.schema.as_str()) && wanted.as_ref().is_none_or(|w| *w == channel.topic)
+            JOINT_STATE_TYPES.contains(&channel.schema.as_str()) && wanted.as_ref().is_none_or(|w| *w == channel.topic)
         };
         let mut each = |message: &Message| {
             let channel = message.channel;
@@ -195,13 +196,14 @@ impl Recording {
             };
         }
         let meant = |topic: &str| self.wanted.as_ref().is_none_or(|w| w == topic);
-        let silent = self.all.iter().find(|(topic, schema)| TYPES.contains(&schema.as_str()) && meant(topic));
+        let silent =
+            self.all.iter().find(|(topic, schema)| JOINT_STATE_TYPES.contains(&schema.as_str()) && meant(topic));
         if let Some((topic, _)) = silent {
             return Err(format!("no message is in the recording on the topic of joint states, {topic}"));
         }
         let what = match &self.wanted {
             Some(wanted) => format!("no topic `{wanted}` carries joint states"),
-            None => format!("no topic carries {}", TYPES[0]),
+            None => format!("no topic carries {}", JOINT_STATE_TYPES[0]),
         };
         if self.all.is_empty() {
             return Err(format!("{what}; the recording has no topic at all"));

@@ -5,7 +5,7 @@
 //! left behind is read with it. A file cut short or damaged is read up to the first page that is missing.
 //!
 //! Files come from strangers: views, triggers and functions in the schema are off, a table that computes its columns is
-//! refused, and no message is longer than [`MAX_MESSAGE`].
+//! refused, and no message is longer than [`MAX_MESSAGE_BYTES`].
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -20,16 +20,16 @@ use crate::formats::compression::Compression;
 use crate::formats::content::Content;
 use crate::formats::rosbag::message::{Channel, Message, Outcome, Receiver};
 
-/// Bytes of one message; 500 joints take 30 000.
-const MAX_MESSAGE: i32 = 1 << 24;
+/// Bytes of one message. 500 joints take 30 000.
+const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 
 /// SQLite without locks. Since nothing is written, files in a read-only folder can be opened too.
-const UNLOCKED: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
+const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
 /// Opens a file, which must not be written by another program meanwhile.
 pub fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    Connection::open_with_flags_and_vfs(path, flags, UNLOCKED).map_err(|e| refused(&e))
+    Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM).map_err(|e| refused(&e))
 }
 
 /// Opens the content of a file.
@@ -103,7 +103,7 @@ pub fn read(database: &Connection, wanted: &dyn Fn(&Channel) -> bool, each: &mut
         // Messages may be packed one by one. An unpacked one is no zstd stream, because CDR begins with 00 00 or 00 01.
         let unpacked;
         let data = if Content::of(data) == Content::Zstd {
-            unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE as usize).map_err(at)?;
+            unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
             &unpacked
         } else {
             data
@@ -128,7 +128,7 @@ fn guard(database: &Connection) -> rusqlite::Result<()> {
     ] {
         database.set_db_config(option, on)?;
     }
-    database.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE)?;
+    database.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES)?;
     // The index of a write-ahead log is kept in memory instead of in a file beside it.
     database.pragma_update(None, "locking_mode", "EXCLUSIVE")
 }

@@ -162,7 +162,8 @@ struct Frames {
     n_joints: usize,
 }
 
-const GEOMETRY: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
+/// The lists with the geometry of a frame.
+const GEOMETRY_KEYS: [&str; 6] = ["gamma", "b", "alpha", "d", "theta", "r"];
 
 /// The own variables of the joints, in the order of q.
 struct Owners {
@@ -205,7 +206,7 @@ impl Frames {
             antecedent,
             kind: sigma.iter().map(|s| [JointKind::Revolute, JointKind::Prismatic, JointKind::Fixed][*s]).collect(),
             actuated: actuated.iter().map(|m| *m == 1).collect(),
-            geometry: (0..table.nf).map(|j| GEOMETRY.map(|key| node(key, j))).collect(),
+            geometry: (0..table.nf).map(|j| GEOMETRY_KEYS.map(|key| node(key, j))).collect(),
             n_links: table.nl,
             n_joints: table.nj,
         })
@@ -318,7 +319,7 @@ impl Frames {
             JointKind::Fixed => 6,
         };
         let mut values = Vec::with_capacity(6);
-        for (k, (key, node)) in GEOMETRY.into_iter().zip(&self.geometry[j]).enumerate() {
+        for (k, (key, node)) in GEOMETRY_KEYS.into_iter().zip(&self.geometry[j]).enumerate() {
             let what = format!("{key} of frame {}", j + 1);
             if k != moving {
                 values.push(names.constant(source, &what, node)?);

@@ -16,7 +16,8 @@ enum Per {
     Sixteen,
 }
 
-const LISTS: [(&str, Per); 39] = {
+/// The lists of a description, and what each has an entry for.
+const LIST_KEYS: [(&str, Per); 39] = {
     use Per::*;
     [
         ("ant", Frame),
@@ -61,10 +62,11 @@ const LISTS: [(&str, Per); 39] = {
     ]
 };
 
-const SCALARS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
+/// The keys with one value.
+const SCALAR_KEYS: [&str; 6] = ["NL", "NJ", "NF", "Type", "is_floating", "is_mobile"];
 
 /// More links than this are no robot.
-const MAX_LINKS: usize = 500;
+const MAX_PAR_LINKS: usize = 500;
 
 /// The entries, counted and checked.
 pub(super) struct Table<'a> {
@@ -87,12 +89,12 @@ impl<'a> Table<'a> {
         let mut table = Table { source, entries, nl: 0, nj: 0, nf: 0, is_open: true };
         table.check_keys(notes)?;
         table.nl = table.count("NL")?.ok_or_else(|| source.error(0, 0, "`NL`, the number of links, is missing"))?;
-        if table.nl == 0 || table.nl > MAX_LINKS {
-            let message = format!("NL is 1 to {MAX_LINKS}, found {}", table.nl);
+        if table.nl == 0 || table.nl > MAX_PAR_LINKS {
+            let message = format!("NL is 1 to {MAX_PAR_LINKS}, found {}", table.nl);
             return Err(table.at("NL", message));
         }
         table.nj = table.count("NJ")?.unwrap_or(table.nl);
-        if table.nj < table.nl || table.nj > 2 * MAX_LINKS {
+        if table.nj < table.nl || table.nj > 2 * MAX_PAR_LINKS {
             let message =
                 format!("NJ = {} joints cannot move NL = {} links: every link has one joint", table.nj, table.nl);
             return Err(table.at("NJ", message));
@@ -166,9 +168,9 @@ impl<'a> Table<'a> {
     }
 
     fn check_keys(&self, notes: &mut Vec<Note>) -> Result<(), Error> {
-        let known = || LISTS.iter().map(|l| l.0).chain(SCALARS);
+        let known = || LIST_KEYS.iter().map(|l| l.0).chain(SCALAR_KEYS);
         for entry in self.entries {
-            let listed = LISTS.iter().any(|l| l.0 == entry.key);
+            let listed = LIST_KEYS.iter().any(|l| l.0 == entry.key);
             if listed != entry.is_list && known().any(|k| k == entry.key) {
                 let wanted = if listed { "a list `{..}`" } else { "one value" };
                 return Err(self.at(&entry.key, format!("`{}` is {wanted}", entry.key)));
@@ -184,7 +186,7 @@ impl<'a> Table<'a> {
 
     fn check_lengths(&self) -> Result<(), Error> {
         for entry in self.entries.iter().filter(|e| e.is_list) {
-            let Some((_, per)) = LISTS.iter().find(|l| l.0 == entry.key) else { continue };
+            let Some((_, per)) = LIST_KEYS.iter().find(|l| l.0 == entry.key) else { continue };
             let (wanted, of) = match per {
                 Per::Frame => (self.nf, "frames (2 NJ - NL)"),
                 Per::Link => (self.nl, "links (NL)"),

@@ -6,6 +6,7 @@
 //! gives a symbol a value where OpenSYMORO reads on.
 
 use crate::error::Error;
+use crate::format::budget::MAX_DESCRIPTION_BYTES;
 use crate::format::node::{Content, Node, Source};
 
 /// A key and what it is given.
@@ -27,14 +28,11 @@ pub(super) struct ParText {
 }
 
 /// Spellings of SYMORO+.
-const OLD_KEYS: [(&str, &str); 7] =
+const SYMORO_KEYS: [(&str, &str); 7] =
     [("Ant", "ant"), ("Sigma", "sigma"), ("Mu", "mu"), ("B", "b"), ("R", "r"), ("Alpha", "alpha"), ("Theta", "theta")];
 
-/// Descriptions are small; a longer one is an accident or an attack.
-const MAX_BYTES: usize = 1 << 20;
-
 pub(super) fn scan(source: Source, text: &str) -> Result<ParText, Error> {
-    if text.len() > MAX_BYTES {
+    if text.len() > MAX_DESCRIPTION_BYTES {
         return Err(source.error(0, 0, "the description is larger than 1 MiB"));
     }
     let mut found = ParText::default();
@@ -51,7 +49,7 @@ pub(super) fn scan(source: Source, text: &str) -> Result<ParText, Error> {
             return Err(source.error(line, column, format!("expected `key = value`, found `{what}`")));
         }
         cursor.skip(|c| matches!(c, '=' | ' ' | '\t'));
-        let key = OLD_KEYS.iter().find(|k| k.0 == word).map_or(word, |k| k.1).to_string();
+        let key = SYMORO_KEYS.iter().find(|k| k.0 == word).map_or(word, |k| k.1).to_string();
         if let Some(first) = found.entries.iter().find(|e: &&Entry| e.key == key) {
             return Err(source.error(line, column, format!("`{key}` stands twice, first on line {}", first.line)));
         }

@@ -8,7 +8,7 @@ use roxmltree::Node;
 use super::shown::shown;
 use crate::angle_snap;
 use crate::collision::{Collision, CollisionShape};
-use crate::format::expression::LARGEST;
+use crate::format::expression::LARGEST_NUMBER;
 use crate::inertial::Pose;
 use crate::value::Value;
 
@@ -68,7 +68,7 @@ fn numbers<const N: usize>(node: Node, attribute: &str, default: Option<[f64; N]
     let found: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     let count = text.split_whitespace().count();
     match <[f64; N]>::try_from(found) {
-        Ok(found) if count == N && found.iter().all(|x: &f64| x.abs() <= LARGEST) => Ok(found),
+        Ok(found) if count == N && found.iter().all(|x: &f64| x.abs() <= LARGEST_NUMBER) => Ok(found),
         _ => Err(format!("`{attribute}` of <{}> is `{}`; expected are {N} finite numbers", shown(tag), shown(text))),
     }
 }

@@ -14,7 +14,7 @@
 use urdf_rs::JointType;
 
 use super::mimic::{Follows, followed};
-use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL, frames, make_parallel};
+use super::reframe::{Framed, Given, MadeParallel, NEARLY_PARALLEL_RAD, frames, make_parallel};
 use super::shown::shown;
 use super::text::{Checked, check};
 use super::tree::{Moving, MovingLinks, moving_links};
@@ -36,7 +36,7 @@ use crate::value::{CoordinateId, Value};
 use crate::vector::{rotation_about, scaled};
 
 /// Distance, m, and angle, rad, between a joint frame of the file and the re-framed one.
-const TOLERANCE: f64 = 1e-9;
+const REFRAMING_TOLERANCE: f64 = 1e-9;
 
 /// Reads a robot from URDF; `file` is the name errors carry.
 ///
@@ -151,7 +151,7 @@ fn nearly_parallel(joint: &urdf_rs::Joint, framed: &Framed) -> Option<Note> {
          the axis; if they are meant to be parallel, say so in the file",
         framed.geometry.b.number(&[]).abs()
     );
-    (sine > 0.0 && sine < NEARLY_PARALLEL).then(|| Note { subject: joint.name.clone(), text })
+    (sine > 0.0 && sine < NEARLY_PARALLEL_RAD).then(|| Note { subject: joint.name.clone(), text })
 }
 
 fn link(
@@ -324,7 +324,7 @@ fn check_frames(
             let ahead = joint.pose.compose(&motion);
             let wanted = joint.antecedent.map_or(ahead, |i| file[i].compose(&ahead));
             let (position, angle) = distance(&poses[j].compose(&robot.links[j].file_frame), &wanted);
-            if !(position <= TOLERANCE && angle <= TOLERANCE) {
+            if !(position <= REFRAMING_TOLERANCE && angle <= REFRAMING_TOLERANCE) {
                 let name = &robot.links[j].joint.name;
                 let message = format!(
                     "joint `{}` cannot be re-framed accurately: its frame comes out {position:.1e} m and {angle:.1e} rad \

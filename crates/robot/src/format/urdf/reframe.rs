@@ -33,22 +33,22 @@ pub(super) struct Framed {
 }
 
 /// Sine of the angle between axes that count as parallel.
-const PARALLEL: f64 = 1e-9;
+const PARALLEL_SINE: f64 = 1e-9;
 /// Distance of axes that count as one, m.
-const COINCIDENT: f64 = 1e-11;
+const COINCIDENT_DISTANCE_M: f64 = 1e-11;
 /// Cosine of the angle between directions that count as perpendicular. It covers the rounding of unit vectors that went
 /// through the chain of a robot's rotations.
-const PERPENDICULAR: f64 = 1e-12;
+const PERPENDICULAR_COSINE: f64 = 1e-12;
 
-/// rad: axes between [`PARALLEL`] and this meet their common normal far away. Frames are then placed where the file
-/// has its joints, and gamma, b and r lead there.
-pub(super) const NEARLY_PARALLEL: f64 = 0.01;
-/// rad: axes nearer to parallel than this are taken as parallel. An axis written with five digits is off by as much;
-/// one of four digits or a calibrated one is kept.
-const TAKEN: f64 = 5e-5;
-/// rad: the same where angles are to be kept as given. The common normal lies 1e7 m away for every metre between
-/// the axes, and a frame placed by way of it loses 1e-9 m.
-const LOST: f64 = 1e-7;
+/// Axes between [`PARALLEL_SINE`] and this angle, rad, meet their common normal far away. Frames are then placed where
+/// the file has its joints, and gamma, b and r lead there.
+pub(super) const NEARLY_PARALLEL_RAD: f64 = 0.01;
+/// Axes nearer to parallel than this, rad, are taken as parallel. An axis written with five digits is off by as much.
+/// One of four digits or a calibrated one is kept.
+const TAKEN_AS_PARALLEL_RAD: f64 = 5e-5;
+/// The same where angles are to be kept as given, rad. The common normal lies 1e7 m away for every metre between the
+/// axes, and a frame placed by way of it loses 1e-9 m.
+const LOST_TO_ROUNDING_RAD: f64 = 1e-7;
 
 /// An axis that was turned to be parallel to the one before it.
 pub(super) struct MadeParallel {
@@ -60,7 +60,7 @@ pub(super) struct MadeParallel {
 
 /// Makes axes that are almost parallel to the one before them exactly parallel.
 pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, angles: Angles) -> Vec<MadeParallel> {
-    let tolerance = if angles == Angles::Meant { TAKEN } else { LOST };
+    let tolerance = if angles == Angles::Meant { TAKEN_AS_PARALLEL_RAD } else { LOST_TO_ROUNDING_RAD };
     let mut made = Vec::new();
     let mut axes: Vec<Vector3> = Vec::new();
     for (link, given) in links.into_iter().enumerate() {
@@ -68,7 +68,7 @@ pub(super) fn make_parallel<'a>(links: impl IntoIterator<Item = &'a mut Given>, 
             // The axis before, in this joint's frame.
             let before = turn(&transposed(&given.pose.rotation), axes[antecedent]);
             let angle = norm(cross(before, given.axis));
-            if angle > PARALLEL && angle < tolerance {
+            if angle > PARALLEL_SINE && angle < tolerance {
                 given.axis = scaled(before, dot(before, given.axis).signum() / norm(before));
                 made.push(MadeParallel { link, antecedent, angle });
             }
@@ -151,11 +151,14 @@ impl Normal {
     fn from_z(point: Vector3, axis: Vector3) -> Normal {
         let [ax, ay, az] = axis;
         let sine = ax.hypot(ay);
-        if sine < PARALLEL {
+        if sine < PARALLEL_SINE {
             let alpha = if az > 0.0 { 0.0 } else { std::f64::consts::PI };
             let distance = point[0].hypot(point[1]);
-            let along =
-                if distance < COINCIDENT { [1.0, 0.0, 0.0] } else { scaled([point[0], point[1], 0.0], 1.0 / distance) };
+            let along = if distance < COINCIDENT_DISTANCE_M {
+                [1.0, 0.0, 0.0]
+            } else {
+                scaled([point[0], point[1], 0.0], 1.0 / distance)
+            };
             let (direction, gamma, d) = nearer(along, distance);
             return Normal { gamma, b: 0.0, alpha, d, direction, foot: scaled(direction, d), far: false };
         }
@@ -165,7 +168,7 @@ impl Normal {
         // With d = 0 the sign of the normal is the sign of alpha.
         let (direction, gamma, d) = nearer(across, distance);
         let alpha = (sine * dot(direction, across).signum()).atan2(az);
-        let far = sine < NEARLY_PARALLEL;
+        let far = sine < NEARLY_PARALLEL_RAD;
         Normal { gamma, b: point[2] + t * az, alpha, d, direction, foot: plus(point, axis, t), far }
     }
 
@@ -179,7 +182,8 @@ impl Normal {
 /// Chooses between a direction in the xy plane and its opposite: the one nearer to x, or of two equally near the one
 /// with a positive distance. Returns it with its angle and the signed distance along it.
 fn nearer(direction: Vector3, distance: f64) -> (Vector3, f64, f64) {
-    let opposite = direction[0] < -PERPENDICULAR || (direction[0].abs() <= PERPENDICULAR && distance < -COINCIDENT);
+    let opposite = direction[0] < -PERPENDICULAR_COSINE
+        || (direction[0].abs() <= PERPENDICULAR_COSINE && distance < -COINCIDENT_DISTANCE_M);
     let sign = if opposite { -1.0 } else { 1.0 };
     let direction = scaled(direction, sign);
     (direction, direction[1].atan2(direction[0]), sign * distance)
@@ -198,12 +202,12 @@ fn towards(
     let across = cross(axis, child_axis);
     let sine = norm(across);
     let offset = child_point.map(|p| plus(p, normal.foot, -1.0));
-    let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL } else { PARALLEL };
+    let parallel = sine < if child_point.is_some() { NEARLY_PARALLEL_RAD } else { PARALLEL_SINE };
     let (direction, r) = match (parallel, offset) {
         (true, None) => return (0.0, nearby),
         (true, Some(offset)) => {
             let sideways = plus(offset, axis, -dot(offset, axis));
-            if norm(sideways) < COINCIDENT {
+            if norm(sideways) < COINCIDENT_DISTANCE_M {
                 return (0.0, nearby);
             }
             (scaled(sideways, 1.0 / norm(sideways)), nearby)
@@ -213,7 +217,8 @@ fn towards(
     };
     let along = dot(normal.direction, direction);
     let distance = offset.map_or(0.0, |o| dot(o, direction));
-    let opposite = along < -PERPENDICULAR || (along.abs() <= PERPENDICULAR && distance < -COINCIDENT);
+    let opposite =
+        along < -PERPENDICULAR_COSINE || (along.abs() <= PERPENDICULAR_COSINE && distance < -COINCIDENT_DISTANCE_M);
     let direction = if opposite { scaled(direction, -1.0) } else { direction };
     (dot(cross(normal.direction, direction), axis).atan2(dot(normal.direction, direction)), r)
 }

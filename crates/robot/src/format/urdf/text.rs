@@ -13,7 +13,8 @@ use super::collision::collisions;
 use super::shown::shown;
 use crate::collision::Collision;
 use crate::error::Error;
-use crate::format::expression::LARGEST;
+use crate::format::budget::MAX_LINKS;
+use crate::format::expression::LARGEST_NUMBER;
 use crate::format::node::Source;
 use crate::format::suggestion::{did_you_mean, nearest};
 
@@ -21,7 +22,8 @@ use crate::format::suggestion::{did_you_mean, nearest};
 /// whether it is required.
 type Element = (&'static str, &'static [&'static str], &'static [(&'static str, usize, bool)]);
 
-const ELEMENTS: [Element; 13] = [
+/// The elements that are read, with their children and their attributes.
+const KNOWN_ELEMENTS: [Element; 13] = [
     ("robot", &["link", "joint"], &[("name", 0, false)]),
     ("link", &["inertial"], &[("name", 0, true)]),
     ("inertial", &["origin", "mass", "inertia"], &[]),
@@ -56,7 +58,7 @@ const ELEMENTS: [Element; 13] = [
 ];
 
 /// Elements of a URDF that nothing here needs.
-const OF_OTHERS: [&str; 10] = [
+const UNUSED_ELEMENTS: [&str; 10] = [
     "visual",
     "collision",
     "contact",
@@ -70,7 +72,7 @@ const OF_OTHERS: [&str; 10] = [
 ];
 
 /// Required children: the element, and its child.
-const REQUIRED: [(&str, &str); 4] =
+const REQUIRED_CHILDREN: [(&str, &str); 4] =
     [("inertial", "mass"), ("inertial", "inertia"), ("joint", "parent"), ("joint", "child")];
 
 /// Line and column of an element.
@@ -111,21 +113,20 @@ pub(super) struct Checked {
 }
 
 /// More elements than this are no robot.
-const MAX_NODES: u32 = 2_000_000;
+const MAX_XML_NODES: u32 = 2_000_000;
 /// No element of a URDF has more attributes. The time to find one that stands twice grows as the square of their
 /// number.
-const MAX_ATTRIBUTES: usize = 256;
-/// No robot has more links either, as in YAML. The time to find the line of each grows as the square of their number.
-const MAX_LINKS: usize = 2000;
+const MAX_ATTRIBUTES_PER_ELEMENT: usize = 256;
 /// The largest limit of a joint.
-const UNLIMITED: f64 = 1e100;
+const LARGEST_LIMIT: f64 = 1e100;
 
 pub(super) fn check(source: Source, text: &str) -> Result<Checked, Error> {
     if let Some((line, tag)) = crowded(text) {
-        let message = format!("<{}> has more than {MAX_ATTRIBUTES} attributes: no element of a URDF has", shown(tag));
+        let message =
+            format!("<{}> has more than {MAX_ATTRIBUTES_PER_ELEMENT} attributes: no element of a URDF has", shown(tag));
         return Err(source.error(line, 0, message));
     }
-    let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+    let options = ParsingOptions { nodes_limit: MAX_XML_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|e| {
         // An element that is never closed is noticed at the end of the text.
         let at = match e {
@@ -168,7 +169,8 @@ fn crowded(text: &str) -> Option<(usize, &str)> {
     let is_element = |rest: &str| !rest.starts_with(['!', '?', '/']);
     let inside =
         tags.filter(|(_, rest)| is_element(rest)).map(|(at, rest)| (at, rest.split('>').next().unwrap_or(rest)));
-    let (at, tag) = { inside }.find(|(_, tag)| tag.matches('=').take(MAX_ATTRIBUTES + 1).count() > MAX_ATTRIBUTES)?;
+    let (at, tag) = { inside }
+        .find(|(_, tag)| tag.matches('=').take(MAX_ATTRIBUTES_PER_ELEMENT + 1).count() > MAX_ATTRIBUTES_PER_ELEMENT)?;
     Some((1 + text[..at].matches('\n').count(), tag.split_whitespace().next().unwrap_or("")))
 }
 
@@ -192,7 +194,7 @@ impl Reader<'_, '_> {
     /// Checks an element and what it holds, and writes it out; `owner` names its link or joint.
     fn copy(&mut self, node: Node, owner: &str) -> Result<(), Error> {
         let tag = node.tag_name().name();
-        let Some((_, children, attributes)) = ELEMENTS.iter().find(|e| e.0 == tag) else { return Ok(()) };
+        let Some((_, children, attributes)) = KNOWN_ELEMENTS.iter().find(|e| e.0 == tag) else { return Ok(()) };
         let named = match (tag, node.attribute("name")) {
             ("link" | "joint", Some(name)) => format!("{tag} `{}`", shown(name)),
             _ => owner.to_string(),
@@ -220,7 +222,8 @@ impl Reader<'_, '_> {
             if !children.contains(&name) {
                 // Elements for other programs are skipped, but a misspelt name of an element that is read here is
                 // refused.
-                let meant = if OF_OTHERS.contains(&name) { None } else { nearest(name, children.iter().copied()) };
+                let meant =
+                    if UNUSED_ELEMENTS.contains(&name) { None } else { nearest(name, children.iter().copied()) };
                 if let Some(meant) = meant {
                     let message = format!("unknown element <{}> of {named}: did you mean <{meant}>?", shown(name));
                     return Err(self.error(child, message));
@@ -232,7 +235,7 @@ impl Reader<'_, '_> {
             }
             self.copy(child, &named)?;
         }
-        for (of, name) in REQUIRED {
+        for (of, name) in REQUIRED_CHILDREN {
             if of == tag && first(node, name).is_none() {
                 return Err(self.error(
                     node,
@@ -261,7 +264,7 @@ impl Reader<'_, '_> {
             return Err(self.error(node, format!("{place} must be {wanted}, found `{}`", shown(value))));
         }
         // A limit may be beyond reach on purpose.
-        let largest = if node.tag_name().name() == "limit" { UNLIMITED } else { LARGEST };
+        let largest = if node.tag_name().name() == "limit" { LARGEST_LIMIT } else { LARGEST_NUMBER };
         for word in &words {
             match word.parse::<f64>() {
                 Ok(x) if x.abs() <= largest => {}

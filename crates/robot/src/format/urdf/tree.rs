@@ -192,7 +192,7 @@ fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Po
     let given = *joint.origin.rpy;
     let rpy: [Value; 3] = given.map(|angle| angle_snap::given_angle(angle, angles));
     for ((name, given), taken) in ["roll", "pitch", "yaw"].into_iter().zip(given).zip(&rpy) {
-        if (taken.number(&[]) - given).abs() > SILENT {
+        if (taken.number(&[]) - given).abs() > UNNOTED_CORRECTION_RAD {
             let text = format!("{name} {given} is taken as {}", multiple_of_pi(taken));
             snapped.push(Note { subject: joint.name.clone(), text });
         }
@@ -201,8 +201,8 @@ fn origin(joint: &urdf_rs::Joint, angles: Angles, snapped: &mut Vec<Note>) -> Po
     Pose { rotation: angle_snap::rotation(&rpy), position }
 }
 
-/// rad: a smaller correction is rounding and gets no note.
-const SILENT: f64 = 1e-9;
+/// A smaller correction, rad, is rounding and gets no note.
+const UNNOTED_CORRECTION_RAD: f64 = 1e-9;
 
 /// `-3*pi/4`, as a user would write it.
 fn multiple_of_pi(angle: &Value) -> String {
@@ -221,7 +221,7 @@ fn note_axis(joint: &urdf_rs::Joint, axis: [f64; 3], snapped: &mut Vec<Note>) {
     let largest = given.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     // A coordinate axis has one non-zero entry. A note is due if other entries were set to zero.
     let along = axis.iter().filter(|x| **x != 0.0).count() == 1;
-    let left_out = given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > SILENT * largest);
+    let left_out = given.iter().zip(axis).any(|(g, a)| a == 0.0 && g.abs() > UNNOTED_CORRECTION_RAD * largest);
     if along && left_out {
         let text = format!("axis {given:?} is taken as {axis:?}");
         snapped.push(Note { subject: joint.name.clone(), text });

@@ -212,13 +212,13 @@ fn range(limits: &Limits) -> Option<(f64, f64)> {
 }
 
 /// cos(pitch) below which roll and yaw turn about one line but for rounding.
-const UPRIGHT: f64 = 1e-12;
+const UPRIGHT_COSINE: f64 = 1e-12;
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll).
 fn roll_pitch_yaw(r: &Matrix3) -> [f64; 3] {
     let across = r[0][0].hypot(r[1][0]);
     let pitch = (-r[2][0]).atan2(across);
-    if across > UPRIGHT {
+    if across > UPRIGHT_COSINE {
         [r[2][1].atan2(r[2][2]), pitch, r[1][0].atan2(r[0][0])]
     } else {
         // Roll and yaw turn about one line, so the whole angle goes to yaw.

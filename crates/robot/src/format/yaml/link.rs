@@ -1,6 +1,7 @@
 //! One link of a YAML description: its place, its joint and what is known of its motor.
 
 use crate::error::Error;
+use crate::format::budget::MAX_LINKS;
 use crate::format::expression::Names;
 use crate::format::node::{Fields, Node, Source};
 use crate::format::suggestion::did_you_mean;
@@ -8,6 +9,7 @@ use crate::robot::{Drive, Friction, JointKind, Limits, LinkId, ModifiedDh, Passi
 use crate::value::Affine;
 use crate::value::{CoordinateId, Value};
 
+/// The keys of a link.
 const LINK_KEYS: [&str; 16] = [
     "link",
     "name",
@@ -26,9 +28,6 @@ const LINK_KEYS: [&str; 16] = [
     "limits",
     "drive_gain",
 ];
-
-/// Names are looked up one by one, so more links would make a reader slow. No robot has as many.
-const MAX_LINKS: usize = 2000;
 
 /// A link whose keys are known, its values not yet read.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@ use crate::format::expression::Names;
 use crate::format::node::{Node, Source};
 use crate::robot::{JointKind, Loop, LoopFrame, PassiveCoordinate, Robot};
 
+/// The keys of a frame that closes a loop.
 const FRAME_KEYS: [&str; 9] = ["antecedent", "joint", "gamma", "b", "alpha", "d", "theta", "r", "start"];
 
 /// Reads `loops: [{cut: {..}, twin: {..}}]`; a cut moves as a revolute joint unless it says

@@ -12,6 +12,7 @@ use super::link::{Draft, drafts};
 use super::loops::{check_closure, check_passive, loops};
 use crate::angle_snap::snap_angles;
 use crate::error::Error;
+use crate::format::budget::MAX_DESCRIPTION_BYTES;
 use crate::format::expression::{Names, identifiers, is_name};
 use crate::format::node::{Content, Fields, Node, Source};
 use crate::format::options::ReadOptions;
@@ -22,6 +23,7 @@ use crate::passive;
 use crate::robot::{Base, Coordinate, Drive, Joint, JointKind, Limits, Link, PassiveCoordinate, Robot, RotorInertia};
 use crate::value::{CoordinateId, Value};
 
+/// The keys of the robot.
 const ROOT_KEYS: [&str; 10] = [
     "convention",
     "name",
@@ -35,9 +37,8 @@ const ROOT_KEYS: [&str; 10] = [
     "standard_parameters",
 ];
 
-/// Descriptions are written by hand; a longer one is an accident or an attack.
-const MAX_BYTES: usize = 1 << 20;
-const MAX_SYMBOLS: usize = 1000;
+/// Most symbols of a robot.
+const MAX_SYMBOLS_PER_ROBOT: usize = 1000;
 
 /// Reads a robot from YAML; `file` is the name errors carry.
 ///
@@ -50,7 +51,7 @@ pub fn read_yaml(text: &str, file: &str) -> Result<Robot, Error> {
 /// As [`read_yaml`], with options.
 pub(in crate::format) fn read_yaml_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
-    if text.len() > MAX_BYTES {
+    if text.len() > MAX_DESCRIPTION_BYTES {
         return Err(source.error(0, 0, "the description is larger than 1 MiB"));
     }
     let root = source.parse(text)?;
@@ -137,8 +138,8 @@ fn symbols(source: Source, fields: &Fields) -> Result<Names, Error> {
     let mut names = Names::default();
     let Some(node) = fields.get("symbols") else { return Ok(names) };
     let entries = node.map(source, "`symbols`")?;
-    if entries.len() > MAX_SYMBOLS {
-        return Err(source.at(node, format!("more than {MAX_SYMBOLS} symbols")));
+    if entries.len() > MAX_SYMBOLS_PER_ROBOT {
+        return Err(source.at(node, format!("more than {MAX_SYMBOLS_PER_ROBOT} symbols")));
     }
     for (key, value) in entries {
         if !is_name(&key.text) {

@@ -174,12 +174,12 @@ fn limits(limits: Limits) -> Option<String> {
 /// Whether some version of YAML reads a plain word as something else. A label of digits alone, as Khalil has them,
 /// counts as a word here and reads back as it stands.
 fn is_no_word(text: &str) -> bool {
-    const TAKEN: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
+    const RESERVED_WORDS: [&str; 9] = ["null", "true", "false", "yes", "no", "on", "off", "y", "n"];
     let as_khalil = text.parse::<u32>().is_ok_and(|n| n.to_string() == text);
     let digit = |c: char| c.is_ascii_hexdigit() || matches!(c, '_' | '.' | '+' | '-' | 'x' | 'X' | 'o' | 'O');
     let begins_as_number = text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-'));
     let is_number = begins_as_number && text.chars().all(digit);
-    TAKEN.contains(&text.to_ascii_lowercase().as_str()) || (is_number && !as_khalil)
+    RESERVED_WORDS.contains(&text.to_ascii_lowercase().as_str()) || (is_number && !as_khalil)
 }
 
 /// A plain word, or a text in the quotes of JSON, which YAML reads too.
