@@ -33,6 +33,12 @@ fn the_exact_rank_is_that_of_the_numbers_or_there_is_a_reason() {
             assert!(matches!(rank.exact, ExactRank::Closed { .. }) && rank.numeric_relations == 0, "{name}: {rank:?}");
         }
     }
+    // Dyads have coefficients that are products of powers of lengths.
+    for name in ["four_bar", "crossed_four_bar", "boom", "whitworth", "stephenson", "four_bars_in_series"] {
+        assert_eq!(exact_base(name).rank.general_relations, 0, "{name}");
+    }
+    let rules = exact_base("four_bar").rules().base;
+    assert!(rules.iter().any(|rule| rule == "ZZR2 = ZZ2 + L2^2/L3*MX3"), "{rules:?}");
     let reason = |name: &str| exact_base(name).rank.exact.reason();
     assert_eq!(reason("sarrus"), Some(NoCertificate::EqualLengths));
     assert_eq!(reason("bricard"), Some(NoCertificate::Overconstrained));
@@ -45,13 +51,17 @@ fn columns_and_relations_are_those_of_other_lengths() {
         if !is_exact {
             continue;
         }
-        let expected = structure(&exact_base(name));
+        let given = exact_base(name);
+        let expected = structure(&given);
         for seed in 0..if count > 100 { 1 } else { 2 } {
             // Small, so that the loops close from where the search starts.
             let other = resized(&with_loops(name), 0.03, &mut Random(seed));
             let base = base(&other).unwrap_or_else(|e| panic!("{name}: {e}"));
             assert_eq!(base.len(), count, "{name}");
             assert_eq!(structure(&base), expected, "{name}");
+            if given.rank.general_relations == 0 {
+                assert_eq!(base.rules().base, given.rules().base, "{name}");
+            }
         }
     }
 }

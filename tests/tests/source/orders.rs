@@ -200,6 +200,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "pose",
             "recursion",
             "random_structures",
+            "loops",
             "lagrangian",
             "joint_log",
             "known_arms",

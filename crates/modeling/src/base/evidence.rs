@@ -13,13 +13,8 @@ use std::fmt;
 
 use crate::base::closed::reason::NoCertificate;
 use crate::base::rank::{CLEAR_GAP, Scan};
-use crate::base::regrouping::Shares;
+use crate::base::regrouping::{Shares, agree};
 use crate::derivation::NeverCloses;
-
-/// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest kept column
-/// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
-/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient differs by its own size.
-const ROUNDING: f64 = 1e-6;
 
 /// The evidence for a rank.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -310,11 +305,6 @@ pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> S
         }
     }
     if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
-}
-
-/// Whether rounding explains how an exact coefficient and a numeric one differ.
-pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
-    (exact - numeric).abs() <= ROUNDING * (1.0 + exact.abs())
 }
 
 /// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter.
