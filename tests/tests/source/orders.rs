@@ -25,6 +25,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "linear_angle",
             "polygon",
             "assembly",
+            "relation",
             "passive",
             "format",
         ],
