@@ -200,6 +200,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "urdf_text",
             "pose",
             "recursion",
+            "planar_loop",
             "random_structures",
             "lagrangian",
             "joint_log",
