@@ -14,6 +14,7 @@ pub mod lagrangian;
 pub mod loops;
 pub mod number;
 pub mod planar_log;
+pub mod planar_loop;
 pub mod pose;
 pub mod program;
 pub mod promise;

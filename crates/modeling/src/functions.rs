@@ -6,7 +6,7 @@
 use expr::Function;
 
 use crate::base::base_parameters::{BaseParameters, base_parameters};
-use crate::base::evidence::UnclearRank;
+use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::dynamics::energy::energy;
 use crate::dynamics::forward_dynamics::forward_dynamics;

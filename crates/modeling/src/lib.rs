@@ -19,8 +19,9 @@ mod size;
 
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term};
 pub use base::closed::reason::NoCertificate;
-pub use base::evidence::{ExactRank, Rank, UnclearRank};
+pub use base::evidence::{ExactRank, Rank};
 pub use base::meaning::standard_meaning;
+pub use base::unclear_rank::UnclearRank;
 pub use base::written_rules::Rules;
 pub use derivation::{Derivation, NeverCloses};
 pub use dynamics::pose::LinkFrame;

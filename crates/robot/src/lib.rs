@@ -23,6 +23,7 @@ pub mod lint;
 mod parameter;
 mod passive;
 mod polygon;
+mod relation;
 mod robot;
 pub mod value;
 mod vector;

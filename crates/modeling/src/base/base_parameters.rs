@@ -11,7 +11,7 @@
 //! ```
 //! The numbers must find the same rank, and the chosen columns independent. The beta are exact in the robot's symbols
 //! ([`crate::base::regrouping`]) and are checked against the numeric ones. Where any of this fails there are no base
-//! parameters ([`crate::base::evidence`]). Their text is written only on request
+//! parameters ([`crate::base::gate`]). Their text is written only on request
 //! ([`crate::base::written_rules`]).
 
 use std::collections::BTreeMap;
@@ -21,12 +21,14 @@ use nalgebra::DMatrix;
 use robot::{Robot, StandardParameter};
 
 use crate::base::closed::closed_rank::closed_rank;
-use crate::base::evidence::{ExactRank, Rank, UnclearRank, clear_cut, held_against_numbers, of_one_rank, stand_out};
+use crate::base::evidence::{ExactRank, Rank};
 use crate::base::exact_rank::independent_columns;
+use crate::base::gate::{clear_cut, held_against_numbers, of_one_rank, stand_out};
 use crate::base::names;
 use crate::base::rank::{Scan, scan};
 use crate::base::regrouping::{Share, Shares, regrouping};
 use crate::base::triangle::triangle;
+use crate::base::unclear_rank::UnclearRank;
 use crate::base::written_rules::{RuleSources, Rules};
 use crate::derivation::Derivation;
 use crate::kinematics::closure::Closure;

@@ -141,14 +141,14 @@ const MAX_DENOMINATOR: i64 = 1_000_000;
 /// Of numbers with other digits one in a thousand is taken for such a ratio.
 pub(crate) fn small_ratio(x: f64) -> Option<(i64, i64)> {
     let near = |n: i64, d: i64| (x.abs() - n as f64 / d as f64).abs() <= 2.0 * f64::EPSILON * x.abs();
-    if !(x.abs() < 1e9) {
+    if x.is_nan() || x.abs() >= 1e9 {
         return None;
     }
     let ((mut n, mut n_before), (mut d, mut d_before)) = ((1_i64, 0_i64), (0_i64, 1_i64));
     let mut rest = x.abs();
     loop {
         let whole = rest.floor();
-        if !(whole < 1e12) {
+        if whole.is_nan() || whole >= 1e12 {
             return None;
         }
         (n, n_before) = ((whole as i64).checked_mul(n)?.checked_add(n_before)?, n);

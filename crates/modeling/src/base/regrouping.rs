@@ -19,6 +19,7 @@ use robot::{Inertial, JointKind, LinkId, Robot, StandardParameter};
 
 use crate::base::closed::closed_point::ClosedPoints;
 use crate::base::coefficient::Coefficient;
+use crate::base::evidence::agree;
 use crate::base::field::{Assignment, Residue};
 use crate::base::interpolation::{Relation, interpolate};
 use crate::base::rank::Scan;
@@ -29,11 +30,6 @@ use crate::random::SplitMix;
 /// A numeric coefficient smaller than this is a rounded zero. The scan leaves about 1e-13; a true
 /// coefficient is a product of at most two lengths, and two of a tenth of a millimetre give 1e-8.
 const ROUNDED_ZERO: f64 = 1e-9;
-
-/// Relative difference of an exact coefficient and a numeric one that rounding explains. The weakest kept column
-/// amplifies rounding by the inverse of its distance, to 1e-16 / 1e-7 = 1e-9 at worst
-/// ([`crate::base::rank::INDEPENDENT`]). A wrong coefficient differs by its own size.
-const ROUNDING: f64 = 1e-6;
 
 /// A coefficient of a regrouping: proven in the symbols, or only a number.
 #[derive(Clone, Debug)]
@@ -200,11 +196,6 @@ fn put_in(solved: &BTreeMap<usize, Vec<(usize, Beta)>>, rules: &Rules, graph: &G
         shares.insert(dropped, row.into_iter().collect());
     }
     shares
-}
-
-/// Whether rounding explains how an exact coefficient and a numeric one differ.
-pub(crate) fn agree(exact: f64, numeric: f64) -> bool {
-    (exact - numeric).abs() <= ROUNDING * (1.0 + exact.abs())
 }
 
 /// Whether a column is zero at every state.

@@ -166,7 +166,8 @@ impl Closure {
             }
         }
         let gap = e.norm();
-        if !(gap <= ALMOST * CLOSED * size(&j)) {
+        // NaN is not closed either.
+        if gap.is_nan() || gap > ALMOST * CLOSED * size(&j) {
             return Err(Open::NotClosed { gap });
         }
         let ratio = self.ratio(q, passive.as_slice());

@@ -53,7 +53,7 @@ impl Names {
                 let known: Vec<&str> = self.symbols.iter().map(|s| s.name.as_str()).collect();
                 return Err(source.whole(no_symbol(name, &known)));
             };
-            if !(value.abs() <= LARGEST_NUMBER) {
+            if value.is_nan() || value.abs() > LARGEST_NUMBER {
                 return Err(source.whole(format!(
                     "the value of {name} is {value}: no robot has a number beyond {LARGEST_NUMBER:e}"
                 )));

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use expr::{Algebra, Expr, Graph, Node, Symbol, SymbolKind};
 
 use crate::base::angles::Angles;
-use crate::base::field::{Assignment, Point, Residue, times};
+use crate::base::field::{Assignment, P, Point, Residue, times};
 
 /// a_0 + a_1 t + .., without zeros at its end; what is not there is zero.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -82,22 +82,34 @@ impl Series {
     }
 
     /// Cosine and sine of x_0 + self, whose first term is not looked at: x_0 is the point.
-    fn turned(&self, (cos, sin): Point, order: usize) -> (Series, Series) {
+    /// `reciprocals`: 1/k up to the order.
+    fn turned(&self, (cos, sin): Point, reciprocals: &[Residue]) -> (Series, Series) {
         let (mut c, mut s) = (vec![cos], vec![sin]);
         if self.0.len() > 1 {
-            for k in 1..=order {
+            for k in 1..reciprocals.len() {
                 let rate = |other: &[Residue]| {
                     (1..=k.min(self.0.len() - 1))
                         .fold(Residue::ZERO, |sum, j| sum + Residue(j as u64) * self.0[j] * other[k - j])
                 };
                 let (down, up) = (rate(&s), rate(&c));
-                let scale = Residue(k as u64).inverse();
+                let scale = reciprocals[k];
                 c.push(-(scale * down));
                 s.push(scale * up);
             }
         }
         (Series(c).trimmed(), Series(s).trimmed())
     }
+}
+
+/// 1/k for k up to the order, and zero for zero: 1/k = -(P/k) / (P mod k).
+fn reciprocals(order: usize) -> Vec<Residue> {
+    let mut all = vec![Residue::ZERO, Residue::ONE];
+    for k in 2..=order as u64 {
+        let next = -(Residue(P / k) * all[(P % k) as usize]);
+        all.push(next);
+    }
+    all.truncate(order + 1);
+    all
 }
 
 /// An input along a curve.
@@ -126,6 +138,7 @@ pub(crate) struct SeriesAlgebra<'a> {
     /// By symbol.
     inputs: &'a BTreeMap<Symbol, Moving>,
     order: usize,
+    reciprocals: Vec<Residue>,
     turns: BTreeMap<Expr, (Series, Series)>,
     /// Whether something was divided by zero, or an input or an angle is not known: then no value means anything.
     pub broken: bool,
@@ -139,7 +152,16 @@ impl<'a> SeriesAlgebra<'a> {
         inputs: &'a BTreeMap<Symbol, Moving>,
         order: usize,
     ) -> Self {
-        SeriesAlgebra { graph, angles, constants, inputs, order, turns: BTreeMap::new(), broken: false }
+        SeriesAlgebra {
+            graph,
+            angles,
+            constants,
+            inputs,
+            order,
+            reciprocals: reciprocals(order),
+            turns: BTreeMap::new(),
+            broken: false,
+        }
     }
 
     fn angle(&mut self, argument: Expr) -> &(Series, Series) {
@@ -165,7 +187,7 @@ impl<'a> SeriesAlgebra<'a> {
             return None;
         }
         let point = times(moving.point, n.checked_mul(moving.denominator / d)?);
-        Some(moving.value.scaled(ratio).turned(point, self.order))
+        Some(moving.value.scaled(ratio).turned(point, &self.reciprocals))
     }
 }
 
@@ -235,9 +257,18 @@ mod tests {
     }
 
     #[test]
+    fn reciprocals_are_inverses() {
+        for order in 0..12 {
+            let all = reciprocals(order);
+            assert_eq!(all.len(), order + 1);
+            assert!((1..=order).all(|k| all[k] == Residue(k as u64).inverse()));
+        }
+    }
+
+    #[test]
     fn cosine_and_sine_stay_on_the_circle_and_follow_each_other() {
         let delta = random(4, 2);
-        let (c, s) = delta.turned(circle(&mut SplitMix(3)), 9);
+        let (c, s) = delta.turned(circle(&mut SplitMix(3)), &reciprocals(9));
         let one = c.times(&c, 9).plus(&s.times(&s, 9));
         assert_eq!(one, Series::number(Residue::ONE));
         // dS/dt = C d(delta)/dt.

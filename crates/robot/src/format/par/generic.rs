@@ -23,7 +23,7 @@ pub(super) fn gravity_value(component: &str) -> f64 {
 /// What to tell about symbols without values.
 pub(super) fn note_generic(symbols: &[Symbol]) -> Option<Note> {
     let open = || symbols.iter().filter(|s| s.generic);
-    let last = open().last()?;
+    let last = open().next_back()?;
     let shown: Vec<String> = open().map(|s| format!("{} = {}", s.name, s.value.number(symbols))).collect();
     let text = format!(
         "no value in the file, so generic ones are used ({}): ranks and rules hold, but numbers mean nothing; give a \

@@ -50,9 +50,7 @@ pub fn read_urdf(text: &str, file: &str) -> Result<Robot, Error> {
 /// As [`read_urdf`], with options.
 pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     let source = Source { file };
-    if let Some((name, _)) = options.values.first() {
-        return Err(source.whole(no_symbol(name, &[])));
-    }
+    no_values(source, options.values)?;
     let checked = check(source, text)?;
     let model = urdf_rs::read_from_string(&checked.text)
         .map_err(|e| source.place(checked.at, format!("not a URDF: {}", shown(&e.to_string()))))?;
@@ -113,6 +111,14 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         make_one(&mut robot);
     }
     Ok(robot)
+}
+
+/// Refuses values of symbols, since a URDF has none.
+fn no_values(source: Source, values: &[(String, f64)]) -> Result<(), Error> {
+    match values.first() {
+        Some((name, _)) => Err(source.whole(no_symbol(name, &[]))),
+        None => Ok(()),
+    }
 }
 
 /// The note on a joint that no longer follows another.

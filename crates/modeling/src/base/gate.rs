@@ -1,0 +1,94 @@
+//! The gate before base parameters: where the evidence does not suffice, nobody gets any.
+//!
+//! They are believed if these conditions hold:
+//!
+//! - every number is finite;
+//! - the numbers leave a wide gap between what is kept and what is dropped;
+//! - the rank is that in a finite field ([`crate::base::exact_rank`]), and the columns are those of the field, which may be
+//!   others than the numbers alone would keep; each must stand out of the span of the others;
+//! - the exact coefficients of the regrouping agree with the numeric ones.
+
+use std::cmp::Ordering;
+
+use crate::base::evidence::{Rank, agree};
+use crate::base::rank::{CLEAR_GAP, Scan};
+use crate::base::regrouping::Shares;
+use crate::base::unclear_rank::UnclearRank;
+
+/// Refuses a rank without a clear gap, with the columns that are in doubt.
+pub(crate) fn clear_cut(scan: &Scan, rank: &Rank, name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
+    if rank.gap() < CLEAR_GAP {
+        let in_doubt = |&c: &usize| {
+            let d = scan.distance[c];
+            d >= rank.largest_dropped && d <= rank.smallest_kept
+        };
+        let doubtful = (0..scan.distance.len()).filter(in_doubt).map(|c| (name(c), scan.distance[c])).collect();
+        return Err(UnclearRank::Gap { rank: *rank, doubtful });
+    }
+    Ok(())
+}
+
+/// Refuses a rank that the field does not have.
+pub(crate) fn of_one_rank(scan: &Scan, exact: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
+    let (numeric, only) = (&scan.kept, |these: &[usize], others: &[usize]| {
+        these.iter().filter(|c| others.binary_search(c).is_err()).map(|&c| name(c)).collect()
+    });
+    match numeric.len().cmp(&exact.len()) {
+        Ordering::Equal => Ok(()),
+        Ordering::Greater => {
+            Err(UnclearRank::Exact { numeric: numeric.len(), exact: exact.len(), only_numeric: only(numeric, exact) })
+        }
+        Ordering::Less => Err(UnclearRank::Coincident {
+            numeric: numeric.len(),
+            exact: exact.len(),
+            only_exact: only(exact, numeric),
+        }),
+    }
+}
+
+/// Rounding of a column of unit norm in a scan, before weak columns amplify it.
+const SCAN_ROUNDING: f64 = 1e-14;
+
+/// Refuses chosen columns that do not stand out of the span of the others, and others that do. `scan` is the one that keeps
+/// the chosen.
+///
+/// A kept column that stands out by d has a direction with an error of rounding / d, which all columns behind it see.
+pub(crate) fn stand_out(scan: &Scan, chosen: &[usize], name: impl Fn(usize) -> String) -> Result<(), UnclearRank> {
+    let (mut weak, mut smallest, mut largest_dropped) = (Vec::new(), 1.0_f64, 0.0_f64);
+    for (c, &distance) in scan.distance.iter().enumerate() {
+        let least = CLEAR_GAP * SCAN_ROUNDING / smallest;
+        if chosen.binary_search(&c).is_ok() {
+            if distance < least {
+                weak.push((name(c), distance));
+            }
+            smallest = smallest.min(distance.max(SCAN_ROUNDING));
+        } else {
+            largest_dropped = largest_dropped.max(distance);
+            if distance > least {
+                weak.push((name(c), distance));
+            }
+        }
+    }
+    if weak.is_empty() { Ok(()) } else { Err(UnclearRank::Weak { weak, largest_dropped }) }
+}
+
+/// Refuses exact coefficients that differ from the numeric ones by more than the accuracy of the latter.
+pub(crate) fn held_against_numbers(
+    scan: &Scan,
+    shares: &Shares,
+    name: impl Fn(usize) -> String,
+) -> Result<(), UnclearRank> {
+    let nothing = vec![0.0; scan.kept.len()];
+    let rows = scan.dependent.iter().map(|(c, x)| (*c, x)).chain(scan.zero.iter().map(|&c| (c, &nothing)));
+    for (dropped, x) in rows {
+        for (place, &kept) in scan.kept.iter().enumerate() {
+            let share = shares[&dropped].iter().find(|(k, _)| *k == kept);
+            let exact = share.map_or(0.0, |(_, share)| share.number);
+            if !agree(exact, x[place]) {
+                let (dropped, kept) = (name(dropped), name(kept));
+                return Err(UnclearRank::Disagreement { dropped, kept, exact, numeric: x[place] });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,210 @@
+//! Why a robot gets no base parameters, as a claim: what is wrong or cannot be told, and what mends it.
+
+use std::fmt;
+
+use claims::{Claim, Outcome, Remedy, Subject, Topic, Trial};
+
+use crate::base::evidence::Rank;
+use crate::base::rank::CLEAR_GAP;
+use crate::derivation::NeverCloses;
+
+/// What the refusal of a rank is a claim about.
+const BASE_PARAMETERS: Topic = Topic("base parameters");
+
+/// Why no base parameters are given: the evidence, for the caller to show.
+#[derive(Clone, Debug)]
+pub enum UnclearRank {
+    /// Some columns are neither clearly independent nor clearly dependent.
+    Gap {
+        /// The rank by the numbers alone.
+        rank: Rank,
+        /// Columns within the gap, with their relative distances.
+        doubtful: Vec<(String, f64)>,
+    },
+    /// The loops were never found closed.
+    NeverCloses(NeverCloses),
+    /// The torque of some parameters is no finite number: lengths or angles are beyond what f64 holds.
+    NotFinite {
+        /// Their names.
+        parameters: Vec<String>,
+    },
+    /// Columns that the numbers keep although they are dependent for every robot of this structure.
+    Exact {
+        /// Columns that the numbers keep.
+        numeric: usize,
+        /// Columns that are independent in the field.
+        exact: usize,
+        /// Names of those that only the numbers keep.
+        only_numeric: Vec<String>,
+    },
+    /// Columns that are dependent at these numbers alone: for almost every robot of this structure they are not.
+    Coincident {
+        /// Columns that the numbers keep.
+        numeric: usize,
+        /// Columns that are independent in the field.
+        exact: usize,
+        /// Names of those that only the field keeps.
+        only_exact: Vec<String>,
+    },
+    /// Some columns that the field chooses hardly stand out of the span of the others at these numbers, or others do that it
+    /// does not choose, although there are as many as the numbers keep.
+    Weak {
+        /// Their names, with their relative distances.
+        weak: Vec<(String, f64)>,
+        /// Largest relative distance of a column that is not chosen.
+        largest_dropped: f64,
+    },
+    /// The exact coefficient and the numeric one of a regrouping differ.
+    Disagreement {
+        /// The parameter that is absorbed.
+        dropped: String,
+        /// The base parameter that absorbs it.
+        kept: String,
+        /// The exact coefficient at the robot's values.
+        exact: f64,
+        /// The coefficient by the numbers.
+        numeric: f64,
+    },
+}
+
+/// What to do about numbers that are almost special.
+const WRITE_WHAT_IS_MEANT: &str =
+    "Look for a length or an angle that is almost, but not quite, zero or a right angle, and write what is meant.";
+
+/// What to do about numbers that are special by chance or on purpose.
+const SAY_WHAT_IS_MEANT: &str = "If it is meant, write it so that it holds at every value: equal lengths or angles as one symbol, \
+     a length that follows from others as their expression, gravity along an axis exactly so (in YAML, which `convert` \
+     makes of other formats). If it is chance, no base parameters describe the robot as built: give the digits that were \
+     measured.";
+
+/// What to do about numbers beyond all others.
+const LOOK_FOR_A_LARGE_ONE: &str = "Look for a length or an angle beyond reason.";
+
+/// What to do about loops that do not close.
+const CHECK_LOOPS: &str = "Check the lengths around each loop, and where the search for its passive joints starts.";
+
+/// How many names a message lists.
+const LISTED_NAMES: usize = 12;
+
+impl UnclearRank {
+    /// The refusal with its evidence. A rank that the field contradicts is contradicted, the others cannot be told.
+    pub fn claim(&self) -> Claim {
+        let subject = Subject::of(BASE_PARAMETERS, self.doubtful());
+        let outcome = match self {
+            UnclearRank::Exact { .. } | UnclearRank::Coincident { .. } => Outcome::Contradicted {
+                fault: self.fault(),
+                remedy: Remedy::new("description", self.remedy()),
+                trial: Trial::NotTried { why: "what is meant is the user's to say".into() },
+            },
+            _ => Outcome::CannotTell { why: self.fault(), would_tell: "a description with other digits".into() },
+        };
+        Claim::new(subject, outcome)
+    }
+
+    /// Names of the parameters in doubt.
+    fn doubtful(&self) -> Vec<String> {
+        let names = |of: &[(String, f64)]| of.iter().map(|(name, _)| name.clone()).collect();
+        match self {
+            UnclearRank::Gap { doubtful, .. } => names(doubtful),
+            UnclearRank::NeverCloses(_) => Vec::new(),
+            UnclearRank::NotFinite { parameters } => parameters.clone(),
+            UnclearRank::Exact { only_numeric, .. } => only_numeric.clone(),
+            UnclearRank::Coincident { only_exact, .. } => only_exact.clone(),
+            UnclearRank::Weak { weak, .. } => names(weak),
+            UnclearRank::Disagreement { dropped, kept, .. } => vec![kept.clone(), dropped.clone()],
+        }
+    }
+
+    /// What is wrong, as a clause.
+    fn fault(&self) -> String {
+        match self {
+            UnclearRank::Gap { rank, doubtful } => format!(
+                "the rank is not clear-cut: {} columns are independent, the weakest of them by {:.1e}, but a dropped one \
+                 stands out by {:.1e} (a factor of {:.0e}; {CLEAR_GAP:.0e} is clear). In doubt: {}",
+                rank.numeric,
+                rank.smallest_kept,
+                rank.largest_dropped,
+                rank.gap(),
+                with_distances(doubtful)
+            ),
+            UnclearRank::NeverCloses(e) => e.to_string(),
+            UnclearRank::NotFinite { parameters } => {
+                format!("the torque per unit of {} is no finite number", listed(parameters))
+            }
+            UnclearRank::Exact { numeric, exact, only_numeric } => format!(
+                "the numeric rank is {numeric}, the exact one {exact}: rounding makes these look independent, which they \
+                 are not: {}",
+                listed(only_numeric)
+            ),
+            UnclearRank::Coincident { numeric, exact, only_exact } => format!(
+                "the numeric rank is {numeric}, the exact one {exact}: almost every robot of this structure has {} as base \
+                 parameters, at these numbers they are not. Two lengths or angles agree, or gravity is along an axis",
+                listed(only_exact)
+            ),
+            UnclearRank::Weak { weak, largest_dropped } => format!(
+                "rounding hides whether these stand out of the span of the others: {}; a dropped one stands out by \
+                 {largest_dropped:.1e}",
+                with_distances(weak)
+            ),
+            UnclearRank::Disagreement { dropped, kept, exact, numeric } => format!(
+                "rounding hides the base parameters: {kept} absorbs {exact} of {dropped} by the exact rule, {numeric} by \
+                 the numbers"
+            ),
+        }
+    }
+
+    /// What to do, as a sentence.
+    fn remedy(&self) -> &'static str {
+        match self {
+            UnclearRank::Coincident { .. } => SAY_WHAT_IS_MEANT,
+            UnclearRank::NotFinite { .. } => LOOK_FOR_A_LARGE_ONE,
+            UnclearRank::NeverCloses(_) => CHECK_LOOPS,
+            _ => WRITE_WHAT_IS_MEANT,
+        }
+    }
+}
+
+impl fmt::Display for UnclearRank {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            // It says what to check itself.
+            UnclearRank::NeverCloses(e) => e.fmt(f),
+            _ => write!(f, "{}. {}", self.fault(), self.remedy()),
+        }
+    }
+}
+
+impl std::error::Error for UnclearRank {}
+
+impl From<NeverCloses> for UnclearRank {
+    fn from(e: NeverCloses) -> UnclearRank {
+        UnclearRank::NeverCloses(e)
+    }
+}
+
+/// The first names, and how many more there are.
+fn listed(names: &[String]) -> String {
+    let more = names.len().saturating_sub(LISTED_NAMES);
+    let first = names[..names.len() - more].join(" ");
+    if more == 0 { first } else { format!("{first} and {more} more") }
+}
+
+fn with_distances(columns: &[(String, f64)]) -> String {
+    let names: Vec<String> = columns.iter().map(|(name, distance)| format!("{name} ({distance:.1e})")).collect();
+    listed(&names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_is_a_claim_with_its_evidence() {
+        let by_chance = UnclearRank::Coincident { numeric: 3, exact: 8, only_exact: vec!["ZZ2".into(), "MX2".into()] };
+        let text = by_chance.claim().to_string();
+        assert!(text.contains("ZZ2") && text.contains("one symbol") && text.contains("contradicted"), "{text}");
+        let many = UnclearRank::NotFinite { parameters: (0..40).map(|k| format!("M{k}")).collect() };
+        assert!(many.to_string().contains("and 28 more"), "{many}");
+        assert!(many.claim().to_string().contains("cannot be told"), "{}", many.claim());
+    }
+}

@@ -1,0 +1,108 @@
+//! A crank with a rod behind it that ends on a rocker or a slider: its closure, solved apart from the program's.
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::random::Random;
+
+/// L1 exp(i (q + crank)) + L2 exp(i (q + crank + p_1)) = the third side, from the origin of the crank's joint.
+pub struct PlanarLoop {
+    /// Index of the crank's coordinate.
+    pub coordinate: usize,
+    /// rad, where the coordinate is zero.
+    pub crank: f64,
+    pub crank_length: f64,
+    pub rod: f64,
+    pub third: Third,
+    /// p_1 and p_2 where the coordinate is zero.
+    pub start: [f64; 2],
+}
+
+#[derive(Clone, Copy)]
+pub enum Third {
+    /// L0 + L3 exp(i p_2).
+    Rocker { base: f64, length: f64 },
+    /// p_2.
+    Slider,
+}
+
+impl PlanarLoop {
+    /// e, its slopes by q, p_1 and p_2, and its acceleration at rates dq, dp with no accelerations.
+    pub fn gap(&self, q: f64, p: [f64; 2], dq: f64, dp: [f64; 2]) -> ([f64; 2], [[f64; 2]; 3], [f64; 2]) {
+        let at = |angle: f64, length: f64| [length * angle.cos(), length * angle.sin()];
+        let across = |v: [f64; 2]| [-v[1], v[0]];
+        let (phi, d_phi) = (q + self.crank, dq);
+        let (crank, rod) = (at(phi, self.crank_length), at(phi + p[0], self.rod));
+        let (third, by_third, third_bend) = match self.third {
+            Third::Rocker { base, length } => {
+                let side = at(p[1], length);
+                ([base + side[0], side[1]], across(side), side.map(|x| -x * dp[1] * dp[1]))
+            }
+            Third::Slider => ([p[1], 0.0], [1.0, 0.0], [0.0, 0.0]),
+        };
+        let rate = d_phi + dp[0];
+        let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+        let plus = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
+        let e = minus(plus(crank, rod), third);
+        let by_rod = across(rod);
+        let slopes = [plus(across(crank), by_rod), by_rod, by_third.map(|x| -x)];
+        let bend = plus(crank.map(|x| -x * d_phi * d_phi), rod.map(|x| -x * rate * rate));
+        (e, slopes, minus(bend, third_bend))
+    }
+
+    /// p where the coordinate is q, followed from the start.
+    pub fn closed(&self, q: f64) -> [f64; 2] {
+        let mut p = self.start;
+        let steps = (q.abs() / 0.02).ceil().max(1.0) as usize;
+        for step in 0..=steps {
+            let q = q * step as f64 / steps as f64;
+            for _ in 0..20 {
+                let (e, slopes, _) = self.gap(q, p, 0.0, [0.0; 2]);
+                let j = Matrix2::from_columns(&[slopes[1].into(), slopes[2].into()]);
+                let Some(x) = j.lu().solve(&Vector2::from(e)) else { break };
+                p = [p[0] - x[0], p[1] - x[1]];
+            }
+        }
+        p
+    }
+}
+
+/// A loop of random lengths that the coordinate of this index turns, and its kind.
+pub fn drawn_loop(random: &mut Random, coordinate: usize) -> (PlanarLoop, &'static str) {
+    let crank = 0.7 + 0.2 * (100.0 * random.unit()).round() / 100.0;
+    let two_digits = |low: f64, high: f64, random: &mut Random| {
+        let x = low + (high - low) * (random.unit() + 1.0) / 2.0;
+        (100.0 * x).round() / 100.0
+    };
+    let crank_length = two_digits(0.15, 0.2, random);
+    let rod = two_digits(0.5, 0.55, random);
+    let kind = ["four-bar", "parallelogram", "crossed", "slider"][random.below(4)];
+    if kind == "slider" {
+        let [x, y] = [crank_length * crank.cos(), crank_length * crank.sin()];
+        // The rod reaches down to the rail.
+        let fall = -(y / rod).asin();
+        let start = [fall - crank, x + rod * fall.cos()];
+        return (PlanarLoop { coordinate, crank, crank_length, rod, third: Third::Slider, start }, kind);
+    }
+    let (base, length) = match kind {
+        "four-bar" => (two_digits(0.45, 0.5, random), two_digits(0.4, 0.45, random)),
+        _ => (rod, crank_length),
+    };
+    // From the rocker's joint to the crank's tip, and the triangle that rod and rocker make with it.
+    let [x, y] = [crank_length * crank.cos() - base, crank_length * crank.sin()];
+    let apart = x.hypot(y);
+    let inner = ((apart * apart + length * length - rod * rod) / (2.0 * apart * length)).clamp(-1.0, 1.0).acos();
+    let candidates = [1.0, -1.0].map(|side| {
+        let p2 = y.atan2(x) + side * inner;
+        let end = [base + length * p2.cos() - crank_length * crank.cos(), length * p2.sin() - y];
+        [end[1].atan2(end[0]) - crank, p2]
+    });
+    // The rocker of a parallelogram stands as the crank does.
+    let parallel = |p: &[f64; 2]| ((p[1] - crank).sin().abs() + (1.0 - (p[1] - crank).cos())).abs();
+    let [near, far] = if parallel(&candidates[0]) < parallel(&candidates[1]) {
+        [candidates[0], candidates[1]]
+    } else {
+        [candidates[1], candidates[0]]
+    };
+    let start = if kind == "crossed" { far } else { near };
+    (PlanarLoop { coordinate, crank, crank_length, rod, third: Third::Rocker { base, length }, start }, kind)
+}
