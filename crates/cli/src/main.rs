@@ -19,6 +19,7 @@ mod merge;
 mod model;
 mod plan;
 mod report;
+mod schema;
 mod shell;
 mod simulate;
 mod solve;
@@ -63,6 +64,7 @@ enum Command {
     Merge(merge::Arguments),
     Solve(solve::Arguments),
     Compare(compare::Arguments),
+    Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
     Man(shell::ManualArguments),
 }
@@ -128,6 +130,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Solve(arguments) => solve::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments, Arguments::command()),
         Command::Man(arguments) => shell::manual(&arguments, Arguments::command()),
     }

@@ -11,8 +11,8 @@
 //! |---|---|
 //! | the field of the struct and its default | `request!` |
 //! | `--rate <HZ>` and its help | the program, from [`Request::fields`] |
-//! | `rate=1000.0` of Python, its stub and docstring | crates/python, `cargo xtask stubs` |
-//! | the JSON schema | `rist schema` |
+//! | `rate=1000.0` of Python | crates/python; its stub and docstrings are still written by hand |
+//! | the JSON schema | `rist schema`, from [`schema::schema`] |
 //! | the refusal of a rate of 0 | [`Request::check`] |
 //!
 //! A text names a field in brackets, `[rate]`, with a value where one is meant, `[delay=auto]`; whoever shows the text
@@ -33,6 +33,7 @@ mod method;
 mod model;
 mod plan;
 mod range;
+pub mod schema;
 mod shape;
 mod simulate;
 pub mod spelling;
@@ -64,20 +65,9 @@ pub use words::Words;
 
 /// The fields of all requests, which is what a text may name.
 pub fn all_fields() -> Vec<Field> {
-    let model = ModelOptions::fields();
-    let motions = [PlanRequest::fields(), ExciteRequest::fields(), SimulateRequest::fields()].concat();
-    let methods: Vec<Field> = Method::all().flat_map(|method| [method.fields(), method.files()].concat()).collect();
-    let logs = [
-        DoctorRequest::fields(),
-        ValidateRequest::fields(),
-        CheckRequest::fields(),
-        CompareRequest::fields(),
-        MethodRequest::fields(),
-        methods,
-        AccumulateRequest::fields(),
-    ]
-    .concat();
-    [model, motions, logs].concat()
+    let requests: Vec<Field> = schema::requests().into_iter().flat_map(|(_, fields)| fields).collect();
+    let files: Vec<Field> = Method::all().flat_map(Method::files).collect();
+    [requests, MethodRequest::fields(), files].concat()
 }
 
 #[cfg(test)]

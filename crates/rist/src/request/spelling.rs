@@ -1,5 +1,7 @@
 //! Fields in texts, as the reader of the text writes them.
 //!
+//! In JSON a field is its name: `effort_share`, `delay: auto`.
+//!
 //! | text of a library | program | Python |
 //! |---|---|---|
 //! | `[effort_share]` | `--effort-share` | `effort_share=` |
@@ -30,6 +32,8 @@ pub enum Reader {
     Program,
     /// A person who writes Python.
     Python,
+    /// A person who writes JSON.
+    Json,
 }
 
 /// What the program has beside the fields of requests: files that it reads and writes.
@@ -103,6 +107,7 @@ fn written(name: &str, more: &str, reader: Reader) -> String {
                 (_, Some(keys)) => format!("{flag}: {}", keys.replace('.', ": ")),
             }
         }
+        Reader::Json => format!("`{name}{}`", more.replace('=', ": ")),
         Reader::Python => match (value, keys) {
             (Some(value), _) => format!("{name}={}", literal(value)),
             (_, Some(keys)) => {

@@ -1,0 +1,14 @@
+//! `rist schema`: the options of every step as a JSON schema.
+
+use clap::Args;
+
+use crate::failure::Failure;
+use crate::terminal::print;
+
+/// Print the options of every step as a JSON schema: types, defaults, ranges and what each says
+#[derive(Args)]
+pub struct Arguments {}
+
+pub fn run(Arguments {}: &Arguments) -> Result<(), Failure> {
+    print(&format!("{:#}\n", rist::request::schema::schema()))
+}

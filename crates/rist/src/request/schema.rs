@@ -1,0 +1,91 @@
+//! The requests as a JSON schema: what editors and other languages read.
+
+use serde_json::{Map, Value, json};
+
+use super::field::Field;
+use super::range::Range;
+use super::spelling::{Reader, spelled};
+use super::{
+    AccumulateRequest, CheckRequest, CompareRequest, DoctorRequest, ExciteRequest, Method, ModelOptions, PlanRequest,
+    Request, SimulateRequest, ValidateRequest, Words,
+};
+
+/// The requests by name: `excite`; `identify-rist-mh` for each method.
+pub fn requests() -> Vec<(String, Vec<Field>)> {
+    let steps = [
+        ("model", ModelOptions::fields()),
+        ("plan", PlanRequest::fields()),
+        ("excite", ExciteRequest::fields()),
+        ("simulate", SimulateRequest::fields()),
+        ("doctor", DoctorRequest::fields()),
+        ("validate", ValidateRequest::fields()),
+        ("check", CheckRequest::fields()),
+        ("compare", CompareRequest::fields()),
+        ("accumulate", AccumulateRequest::fields()),
+    ];
+    let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
+    steps.into_iter().map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
+}
+
+/// A JSON schema with each request under `$defs`, a property per field: type, default, range and what it says.
+pub fn schema() -> Value {
+    let of_request = |(name, fields): (String, Vec<Field>)| {
+        let properties: Map<String, Value> = fields.iter().map(|f| (f.name.to_string(), property(f))).collect();
+        (name, json!({"type": "object", "additionalProperties": false, "properties": properties}))
+    };
+    let requests: Map<String, Value> = requests().into_iter().map(of_request).collect();
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "The requests of rist",
+        "$defs": requests,
+    })
+}
+
+fn property(field: &Field) -> Value {
+    let mut property = match &field.shape.json {
+        Value::Object(of_type) => of_type.clone(),
+        _ => Map::new(),
+    };
+    property.insert("description".into(), spelled(&field.doc, Reader::Json).into());
+    if !field.default.is_null() {
+        property.insert("default".into(), field.default.clone());
+    }
+    let limits: &[(&str, f64)] = match field.range {
+        Range::Any => &[],
+        Range::Between(from, to) => &[("minimum", from), ("maximum", to)],
+        Range::From(from) => &[("minimum", from)],
+        Range::Positive => &[("exclusiveMinimum", 0.0)],
+        Range::Share => &[("exclusiveMinimum", 0.0), ("maximum", 1.0)],
+    };
+    property.extend(limits.iter().map(|(key, x)| (key.to_string(), json!(x))));
+    Value::Object(property)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_is_there_with_its_type_default_and_range() {
+        let schema = schema();
+        for (name, fields) in requests() {
+            let properties = schema["$defs"][&name]["properties"].as_object().unwrap();
+            assert_eq!(properties.len(), fields.len(), "{name}");
+            for field in fields {
+                let property = &properties[field.name];
+                let has_type = ["type", "anyOf", "enum"].iter().any(|key| property.get(key).is_some());
+                assert!(has_type, "{name}.{}: {property}", field.name);
+                assert!(property["description"].as_str().is_some_and(|text| text.len() > 8), "{name}.{}", field.name);
+            }
+        }
+        let rate = &schema["$defs"]["simulate"]["properties"]["rate"];
+        assert_eq!(rate["type"], "number", "{rate}");
+        assert!(
+            rate["default"].is_number() && rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some(),
+            "{rate}"
+        );
+        // Another field is named, not a flag.
+        let text = schema.to_string();
+        assert!(!text.contains("--") && !text.contains("[limits]"));
+    }
+}
