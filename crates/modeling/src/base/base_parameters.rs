@@ -226,8 +226,8 @@ fn chosen_columns(
         return is_clear.map(|()| (numeric, exact));
     }
     let scan = chosen(&columns).or_else(|weak| {
-        of_one_rank(&numeric, &columns, &name)?;
         is_clear?;
+        of_one_rank(&numeric, &columns, &name)?;
         Err(weak)
     })?;
     Ok((scan, exact))
