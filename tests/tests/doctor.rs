@@ -198,7 +198,7 @@ fn the_zeros_of_the_tx40_are_found() {
         let expected = [(Fault::Zero(-right), "joint_2"), (Fault::Zero(right), "joint_3")];
         assert_eq!(found, expected, "{name}");
         // One option undoes both.
-        let remedy = "in the file of --options: transmission: {offsets: [0, -1.5708, 1.5708, 0, 0, 0]}";
+        let remedy = "in the file of [options]: transmission: {offsets: [0, -1.5708, 1.5708, 0, 0, 0]}";
         assert!(passport.findings.iter().all(|f| f.remedy == remedy), "{name}: {:?}", passport.findings);
     }
 }

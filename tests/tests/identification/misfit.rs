@@ -120,9 +120,9 @@ fn the_joint_is_named() {
         found.cause.map_or(String::new(), |cause| cause_sentence(&cause, arm.regressor))
     };
     let ripple = sentence(Defect::Ripple(0.02, 12.0));
-    assert!(ripple.starts_with("q2 has ripple of 0.") && ripple.contains("--ripple q2=12 "), "{ripple}");
+    assert!(ripple.starts_with("q2 has ripple of 0.") && ripple.contains("[ripple=q2=12] "), "{ripple}");
     let elastic = sentence(Defect::Elastic(15.0));
-    assert!(elastic.starts_with("q2 bends: 2") && elastic.contains("--elastic q2 "), "{elastic}");
+    assert!(elastic.starts_with("q2 bends: 2") && elastic.contains("[elastic=q2] "), "{elastic}");
 }
 
 /// Where gains are estimated too, parameters and gains widen together.
