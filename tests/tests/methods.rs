@@ -88,7 +88,7 @@ fn essential_leaves_out_what_the_logs_do_not_need() {
 
 /// The flags of `rist identify --help` that say how the description is read: every command has them, and
 /// `tests/command_line.rs` looks at them.
-const OF_THE_MODEL: [&str; 5] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base"];
+const OF_THE_MODEL: [&str; 6] = ["--angles", "--mimic", "--value", "--rotor-inertia", "--floating-base", "--any-size"];
 
 /// Those of every command that say how the program speaks; `tests/terminal.rs` looks at them.
 const OF_THE_TERMINAL: [&str; 3] = ["--color", "--json", "--quiet"];

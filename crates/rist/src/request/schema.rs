@@ -78,7 +78,7 @@ mod tests {
                 assert!(property["description"].as_str().is_some_and(|text| text.len() > 8), "{name}.{}", field.name);
             }
         }
-        let rate = &schema["$defs"]["simulate"]["properties"]["rate"];
+        let rate = &schema["$defs"]["excite"]["properties"]["rate"];
         assert_eq!(rate["type"], "number", "{rate}");
         assert!(
             rate["default"].is_number() && rate.get("minimum").or(rate.get("exclusiveMinimum")).is_some(),
