@@ -140,7 +140,7 @@ fn what_makes_no_spline_is_refused() {
         (vec![urdf, "--motion", "spline", "--harmonics", "3"], "--harmonics is of Fourier series"),
         (vec![urdf, "--motion", "spline", "--blend", "1"], "--blend is of Fourier series"),
         (vec![urdf, "--spans", "10"], "--spans is of splines: add --motion spline"),
-        (vec![urdf, "--motion", "spline", "--spans", "3"], "--spans must be between 4 and 80, not 3"),
+        (vec![urdf, "--motion", "spline", "--spans", "3"], "--spans is 3; expected is a number from 4 to 80"),
         (vec![urdf, "--motion", "spline", "--rate", "5", "--period", "5"], "raise --rate"),
         (vec![urdf, "--limits", "power.yaml"], "there is no coordinate `shoulder`"),
         (vec!["weightless.yaml", "--limits", "limits.yaml"], "the limit of power of q1 needs the torque"),

@@ -63,9 +63,26 @@ pub(crate) use table::{has, in_range, request, value_of};
 pub use types::FieldType;
 pub use words::Words;
 
+/// The requests by name: `excite`; `identify-rist-mh` for each method.
+pub fn requests() -> Vec<(String, Vec<Field>)> {
+    let steps = [
+        ("model", ModelOptions::fields()),
+        ("plan", PlanRequest::fields()),
+        ("excite", ExciteRequest::fields()),
+        ("simulate", SimulateRequest::fields()),
+        ("doctor", DoctorRequest::fields()),
+        ("validate", ValidateRequest::fields()),
+        ("check", CheckRequest::fields()),
+        ("compare", CompareRequest::fields()),
+        ("accumulate", AccumulateRequest::fields()),
+    ];
+    let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
+    steps.into_iter().map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
+}
+
 /// The fields of all requests, which is what a text may name.
 pub fn all_fields() -> Vec<Field> {
-    let requests: Vec<Field> = schema::requests().into_iter().flat_map(|(_, fields)| fields).collect();
+    let requests: Vec<Field> = requests().into_iter().flat_map(|(_, fields)| fields).collect();
     let files: Vec<Field> = Method::all().flat_map(Method::files).collect();
     [requests, MethodRequest::fields(), files].concat()
 }

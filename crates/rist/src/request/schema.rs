@@ -4,28 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::field::Field;
 use super::range::Range;
+use super::requests;
 use super::spelling::{Reader, spelled};
-use super::{
-    AccumulateRequest, CheckRequest, CompareRequest, DoctorRequest, ExciteRequest, Method, ModelOptions, PlanRequest,
-    Request, SimulateRequest, ValidateRequest, Words,
-};
-
-/// The requests by name: `excite`; `identify-rist-mh` for each method.
-pub fn requests() -> Vec<(String, Vec<Field>)> {
-    let steps = [
-        ("model", ModelOptions::fields()),
-        ("plan", PlanRequest::fields()),
-        ("excite", ExciteRequest::fields()),
-        ("simulate", SimulateRequest::fields()),
-        ("doctor", DoctorRequest::fields()),
-        ("validate", ValidateRequest::fields()),
-        ("check", CheckRequest::fields()),
-        ("compare", CompareRequest::fields()),
-        ("accumulate", AccumulateRequest::fields()),
-    ];
-    let methods = Method::all().map(|method| (format!("identify-{}", method.word()), method.fields()));
-    steps.into_iter().map(|(name, fields)| (name.to_string(), fields)).chain(methods).collect()
-}
 
 /// A JSON schema with each request under `$defs`, a property per field: type, default, range and what it says.
 pub fn schema() -> Value {
