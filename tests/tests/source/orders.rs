@@ -185,6 +185,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "shell",
             "simulate",
             "validate",
+            "schema",
             "main",
         ],
     ),
