@@ -74,7 +74,14 @@ fn read(model: &Model, text: &str) {
         }
     }
     if let Ok(limits) = LimitsFile::from_yaml("limits.yaml", text) {
-        let little = ExciteRequest { limits: Some(limits), harmonics: Some(2), rate: 20.0, starts: 1, iterations: 1, ..ExciteRequest::default() };
+        let little = ExciteRequest {
+            limits: Some(limits),
+            harmonics: Some(2),
+            rate: 20.0,
+            starts: 1,
+            iterations: 1,
+            ..ExciteRequest::default()
+        };
         let _ = rist::excite(model, &little, &|_, _, _| {});
     }
     if let Ok(load) = KnownLoad::from_yaml("load.yaml", text) {
