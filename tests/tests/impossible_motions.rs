@@ -4,27 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use experiments::excitation::artefact::ExcitingMotion;
-use tests::program::{folder, rist};
-
-/// Two links in a vertical plane, with all that a motion can be limited by.
-const ARM: &str = "\
-convention: khalil-kleinfinger
-name: arm
-gravity: [0, -9.81, 0]
-symbols: {L1: 0.5}
-links:
-  - {link: 1, name: upper arm, antecedent: base, theta: q1, limits: {position: [-2, 2], velocity: 5, effort: 100}}
-  - {link: 2, name: forearm, antecedent: 1, d: L1, theta: q2, limits: {position: [-2, 2], velocity: 5, effort: 50}}
-standard_parameters:
-  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
-  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
-";
+use tests::program::{LIMITED_ARM, folder, rist};
 
 const QUICK: [&str; 8] = ["--starts", "1", "--iterations", "3", "--period", "5", "--repetitions", "1"];
 
 fn arm(name: &str) -> PathBuf {
     let here = folder(name);
-    std::fs::write(here.join("arm.yaml"), ARM).unwrap();
+    std::fs::write(here.join("arm.yaml"), LIMITED_ARM).unwrap();
     here
 }
 

@@ -4,22 +4,8 @@
 
 use std::fmt::Write as _;
 
-use tests::program::{folder, rist};
+use tests::program::{LIMITED_ARM, folder, rist};
 use tests::snapshot::assert_snapshot;
-
-/// Two links in a vertical plane.
-const ARM: &str = "\
-convention: khalil-kleinfinger
-name: arm
-gravity: [0, -9.81, 0]
-symbols: {L1: 0.5}
-links:
-  - {link: 1, name: upper arm, antecedent: base, theta: q1, limits: {position: [-2, 2], velocity: 5, effort: 100}}
-  - {link: 2, name: forearm, antecedent: 1, d: L1, theta: q2, limits: {position: [-2, 2], velocity: 5, effort: 50}}
-standard_parameters:
-  1: {XX: 0.02, XY: 0, XZ: 0, YY: 0.35, YZ: 0, ZZ: 0.35, MX: 1, MY: 0, MZ: 0, M: 4, IA: 0.1}
-  2: {XX: 0.01, XY: 0, XZ: 0, YY: 0.09, YZ: 0, ZZ: 0.09, MX: 0.4, MY: 0, MZ: 0, M: 2, IA: 0.05}
-";
 
 /// Requests that are refused, one a line; the files are those that the commands of `made` leave.
 const REFUSED: &str = "\
@@ -102,7 +88,7 @@ excite arm.yaml --period 5 --starts 1 --iterations 3 --repetitions 1 --out motio
 fn refusals_are_as_they_were() {
     let here = folder("refusals");
     let write = |name: &str, text: &str| std::fs::write(here.join(name), text).unwrap();
-    write("arm.yaml", ARM);
+    write("arm.yaml", LIMITED_ARM);
     write("limits.yaml", "all: {velocity: 9}\n");
     write("options.yaml", "friction: [viscous]\n");
     let words = |line: &str| line.split_whitespace().map(str::to_string).collect::<Vec<_>>();

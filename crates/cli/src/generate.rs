@@ -54,7 +54,8 @@ fn functions_help() -> String {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let path = arguments.model.model.display().to_string();
-    let mut made_by = format!("rist generate {path}{}", flags(&arguments.model.options()?.given()));
+    let options = arguments.model.options()?;
+    let mut made_by = format!("rist generate {path}{}", flags(&options.given()));
     let (robot, values) = match &arguments.estimate {
         None => (arguments.model.read_with_values()?, None),
         Some(file) => {
@@ -87,7 +88,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let refused = |e| Failure::new(format_args!("{path}: {e}"));
     at_work(format_args!("generating the source of {path}"));
-    let source = rist::generate(&robot, &arguments.functions, &language, &made_by, values.as_ref()).map_err(refused)?;
+    let (functions, values_in_file) = (&arguments.functions, values.as_ref());
+    let source =
+        rist::generate(&robot, functions, &language, &made_by, values_in_file, options.any_size).map_err(refused)?;
     if let Some(left_out) = values.map(|v| v.left_out).filter(|names| !names.is_empty()) {
         note(format_args!("the constants X and F do not hold {}", left_out.join(", ")));
     }

@@ -311,8 +311,9 @@ impl Model {
             other => return Err(error(format_args!("generate: language='{other}': one of rust, c is expected"))),
         };
         let refused = |e| error(format_args!("{path}: {e}"));
-        let source =
-            py.detach(|| rist::generate(&self.inner.robot, &functions, &language, &made_by, None)).map_err(refused)?;
+        let source = py
+            .detach(|| rist::generate(&self.inner.robot, &functions, &language, &made_by, None, true))
+            .map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),
             None => Ok(source.text.into_pyobject(py)?.into_any()),

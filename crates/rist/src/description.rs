@@ -3,6 +3,7 @@
 use std::path::Path;
 
 pub use linear_model::description_options::RotorInertias;
+use modeling::Size;
 use robot::format::{Angles, ReadOptions};
 use robot::{Drive, JointKind, Robot, RotorInertia};
 
@@ -63,6 +64,15 @@ pub fn check_values(robot: &Robot, path: &Path) -> Result<(), Error> {
             missing.join(", ")
         ))),
     }
+}
+
+/// Refuses a robot whose derivation takes long or much memory, with the figures, unless it may be of any size.
+pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
+    let size = Size::of(robot);
+    if size.is_large() && !any_size {
+        return Err(Error::new(format_args!("{size}; [any_size] derives it all the same")));
+    }
+    Ok(())
 }
 
 fn set_rotor_inertias(robot: &mut Robot, rotors: RotorInertias) {

@@ -12,12 +12,12 @@ use linear_model::reference::ModelReference;
 use linear_model::regressor::{Coordinate, Regressor};
 use linear_model::standard_map::StandardMap;
 use logs::{ColumnNames, Columns, LogSource, Table};
-use modeling::{BaseParameters, Closure, Derivation, Size, UnclearRank};
+use modeling::{BaseParameters, Closure, Derivation, UnclearRank};
 use robot::value::CoordinateId;
 use robot::{Inertial, JointKind, LinkId, Robot};
 
 use crate::Estimate;
-use crate::description::{ModelOptions, check_values, parse_robot};
+use crate::description::{ModelOptions, check_size, check_values, parse_robot};
 use crate::error::Error;
 use crate::tape::tape_regressor::TapeRegressor;
 
@@ -74,10 +74,7 @@ impl Model {
     /// Fails where the rank of the base parameters is not clear-cut, and on robots whose derivation takes long or much
     /// memory, with the figures, unless `any_size` asks for it.
     pub fn of(robot: Robot, path: &Path, any_size: bool) -> Result<Model, Error> {
-        let size = Size::of(&robot);
-        if size.is_large() && !any_size {
-            return Err(Error::new(format_args!("{}: {size}; [any_size] derives it all the same", path.display())));
-        }
+        check_size(&robot, any_size).map_err(|e| Error::new(format_args!("{}: {e}", path.display())))?;
         let refused = |unclear: UnclearRank| Error::new(format_args!("{}: {unclear}", path.display()));
         let mut derivation = Derivation::new(&robot).map_err(|e| refused(e.into()))?;
         let standard = derivation.regressor();

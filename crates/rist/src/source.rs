@@ -6,6 +6,7 @@ use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 
 use crate::Estimate;
+use crate::description::check_size;
 use crate::error::Error;
 use crate::model::{Model, predicts};
 
@@ -111,14 +112,17 @@ impl IdentifiedValues {
 /// The base regressor and `functions` of a robot as source; `made_by`: the command that the head of the file names;
 /// `values`: numbers that stand in it as the constants X and F.
 ///
-/// Fails where a name is no function's, and where the rank is not clear-cut.
+/// Fails where a name is no function's, where the rank is not clear-cut, and on robots whose derivation takes long or much
+/// memory, unless `any_size` asks for it.
 pub fn generate(
     robot: &Robot,
     functions: &[String],
     language: &Language,
     made_by: &str,
     values: Option<&IdentifiedValues>,
+    any_size: bool,
 ) -> Result<Source, Error> {
+    check_size(robot, any_size)?;
     let functions: Vec<RobotFunction> =
         functions.iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
     let mut module = modeling::module(robot, &functions).map_err(Error::new)?;

@@ -1,0 +1,89 @@
+//! Where there are no base parameters, there are none for anybody: every command refuses with the same reason.
+
+use tests::program::{folder, rist};
+
+/// A parallelogram whose opposite sides are equal by the values of four symbols, two coordinates in series behind it. By its
+/// structure it is a four-bar with eight base parameters of its own.
+const BY_CHANCE: &str = "\
+convention: khalil-kleinfinger
+name: by_chance
+rotor_inertia: none
+gravity: [0, -9.81, 0]
+symbols: {L0: 0.5, L1: 0.2, L2: 0.5, L3: 0.2}
+coordinates: [q1]
+links:
+  - {link: 1, antecedent: base, theta: q1 + 1.0, limits: {position: [-0.5, 0.5], velocity: 2, effort: 50}}
+  - {link: 2, antecedent: 1, joint: revolute, drive: passive, d: L1, start: -1.0}
+  - {link: 3, antecedent: base, joint: revolute, drive: passive, d: L0, start: 1.0}
+loops:
+  - cut: {antecedent: 2, joint: revolute, d: L2, start: -1.0}
+    twin: {antecedent: 3, d: L3}
+";
+
+#[test]
+fn every_command_refuses_a_rank_that_only_chance_makes() {
+    let here = folder("one_gate");
+    std::fs::write(here.join("arm.yaml"), BY_CHANCE).unwrap();
+    std::fs::write(here.join("log.csv"), "t,q1,tau1\n0,0,0\n0.01,0,0\n").unwrap();
+    std::fs::write(here.join("states.csv"), "q1,dq1,ddq1\n0,0,0\n").unwrap();
+    for arguments in [
+        &["inspect", "arm.yaml"][..],
+        &["inspect", "arm.yaml", "--format", "json"],
+        &["generate", "arm.yaml", "--out", "arm.rs"],
+        &["generate", "arm.yaml", "--language", "c", "--out", "arm.c"],
+        &["evaluate", "arm.yaml", "states.csv", "--quantity", "base-regressor"],
+        &["plan", "arm.yaml", "--out", "plan.yaml"],
+        &["excite", "arm.yaml", "--out", "motion.yaml"],
+        &["doctor", "arm.yaml", "log.csv"],
+        &["identify", "arm.yaml", "log.csv", "--out", "estimate.yaml"],
+        &["accumulate", "arm.yaml", "log.csv", "--out", "sums.tri"],
+    ] {
+        let run = rist(&here, arguments);
+        assert_eq!(run.code, Some(2), "{arguments:?}: {}{}", run.out, run.err);
+        for part in ["the numeric rank is 3, the exact one 8", "ZZ2", "one symbol"] {
+            assert!(run.err.contains(part), "{arguments:?}: {}", run.err);
+        }
+    }
+    for file in ["arm.rs", "arm.c", "plan.yaml", "motion.yaml", "estimate.yaml", "sums.tri"] {
+        assert!(!here.join(file).exists(), "{file} was written");
+    }
+
+    // With one symbol for equal lengths it is meant, and with another value it is a four-bar.
+    let meant = BY_CHANCE.replace("L2: 0.5, L3: 0.2", "L9: 1").replace("d: L2", "d: L0").replace("d: L3", "d: L1");
+    std::fs::write(here.join("meant.yaml"), meant).unwrap();
+    let run = rist(&here, &["inspect", "meant.yaml"]);
+    assert!(run.code == Some(0) && run.out.contains("3 base parameters"), "{}{}", run.out, run.err);
+    let run = rist(&here, &["inspect", "arm.yaml", "--value", "L3=0.3"]);
+    assert!(run.code == Some(0) && run.out.contains("8 base parameters"), "{}{}", run.out, run.err);
+}
+
+#[test]
+fn what_takes_long_is_refused_with_the_figures() {
+    let here = folder("size");
+    let link = |j: usize| {
+        let antecedent = if j == 1 { "base".into() } else { (j - 1).to_string() };
+        format!("  - {{link: {j}, antecedent: {antecedent}, alpha: pi/2, d: 0.1, theta: q{j}}}\n")
+    };
+    let links: String = (1..=300).map(link).collect();
+    let text = format!("convention: khalil-kleinfinger\nname: long\nrotor_inertia: none\nlinks:\n{links}");
+    std::fs::write(here.join("long.yaml"), text).unwrap();
+    for command in ["inspect", "generate", "excite"] {
+        let run = rist(&here, &[command, "long.yaml"]);
+        assert_eq!(run.code, Some(2), "{command}: {}", run.err);
+        let parts = ["300 links with 3000 standard parameters", " s and ", " GiB", "--any-size"];
+        assert!(parts.iter().all(|part| run.err.contains(part)), "{command}: {}", run.err);
+    }
+}
+
+/// Lengths far apart, in loops whose search for the passive joints would divide by what overflows.
+#[test]
+fn a_long_link_in_a_loop_ends_in_a_sentence() {
+    let here = folder("long_link");
+    for length in ["1e3", "2e5", "1e6", "1e9", "1e12", "1e15"] {
+        let text = BY_CHANCE.replace("L0: 0.5", &format!("L0: {length}"));
+        std::fs::write(here.join("long.yaml"), text).unwrap();
+        let run = rist(&here, &["inspect", "long.yaml"]);
+        assert_eq!(run.code, Some(2), "{length}: {}{}", run.out, run.err);
+        assert!(run.err.contains("in which the loops close"), "{length}: {}", run.err);
+    }
+}
