@@ -30,7 +30,7 @@ pub struct Rank {
 pub enum ExactRank {
     /// The rank where every coordinate is free.
     Free(usize),
-    /// The rank at states that close the loops in the field ([`crate::base::closed`]).
+    /// The rank at states that close the loops in the field (`base/closed`).
     Closed {
         /// The rank.
         rank: usize,
