@@ -157,13 +157,14 @@ impl Coefficient {
         self.terms.len()
     }
 
-    pub fn display<'a>(&'a self, graph: &'a Graph) -> impl fmt::Display + 'a {
-        Displayed { coefficient: self, graph }
+    /// As text; `name` is the name of a symbol.
+    pub fn display<'a>(&'a self, name: &'a dyn Fn(u32) -> String) -> impl fmt::Display + 'a {
+        Displayed { coefficient: self, name }
     }
 
     /// The summands, each alone, unless together they are the square or the double of an angle.
-    pub fn summands(&self, graph: &Graph) -> Vec<Coefficient> {
-        if double_angle(&self.terms, graph).is_some() {
+    pub fn summands(&self) -> Vec<Coefficient> {
+        if double_angle(&self.terms, &|_| String::new()).is_some() {
             return vec![self.clone()];
         }
         self.terms.iter().map(|(m, &r)| Coefficient { terms: BTreeMap::from([(m.clone(), r)]) }).collect()
@@ -230,7 +231,7 @@ fn dyadic(x: f64) -> Option<Ratio> {
 
 struct Displayed<'a> {
     coefficient: &'a Coefficient,
-    graph: &'a Graph,
+    name: &'a dyn Fn(u32) -> String,
 }
 
 impl fmt::Display for Displayed<'_> {
@@ -239,7 +240,7 @@ impl fmt::Display for Displayed<'_> {
         if terms.is_empty() {
             return f.write_str("0");
         }
-        if let Some(text) = double_angle(terms, self.graph) {
+        if let Some(text) = double_angle(terms, self.name) {
             return f.write_str(&text);
         }
         // Positive terms first reads better than a leading minus.
@@ -251,17 +252,16 @@ impl fmt::Display for Displayed<'_> {
                 (_, false) => f.write_str(" + ")?,
                 (_, true) => f.write_str(" - ")?,
             }
-            f.write_str(&product_text(monomial, (n.abs(), d), self.graph))?;
+            f.write_str(&product_text(monomial, (n.abs(), d), self.name))?;
         }
         Ok(())
     }
 }
 
-fn product_text(monomial: &Monomial, (n, d): Ratio, graph: &Graph) -> String {
-    let name = |s: u32| &graph.symbols()[s as usize].0;
+fn product_text(monomial: &Monomial, (n, d): Ratio, name: &dyn Fn(u32) -> String) -> String {
     let factor = |atom: Atom, k: i32| {
         let base = match atom {
-            Atom::Length(s) => name(s).clone(),
+            Atom::Length(s) => name(s),
             Atom::Cos(s) => format!("cos({})", name(s)),
             Atom::Sin(s) => format!("sin({})", name(s)),
         };
@@ -284,10 +284,9 @@ fn product_text(monomial: &Monomial, (n, d): Ratio, graph: &Graph) -> String {
 }
 
 /// x (2 cos^2 - 1) as x cos(2 a), 2 x sin cos as x sin(2 a), x - x cos^2 as x sin^2.
-fn double_angle(terms: &BTreeMap<Monomial, Ratio>, graph: &Graph) -> Option<String> {
-    let name = |s: u32| &graph.symbols()[s as usize].0;
+fn double_angle(terms: &BTreeMap<Monomial, Ratio>, name: &dyn Fn(u32) -> String) -> Option<String> {
     let signed = |rest: &Monomial, (n, d): Ratio, pair: String| {
-        let mut text = product_text(rest, (n.abs(), d), graph);
+        let mut text = product_text(rest, (n.abs(), d), name);
         text = if text == "1" { pair } else { format!("{text}*{pair}") };
         Some(if n < 0 { format!("-{text}") } else { text })
     };
@@ -329,6 +328,8 @@ mod tests {
         let del = g.symbol("DEL", SymbolKind::Constant(0.7));
         let (c, s) = (g.cos(del), g.sin(del));
         let read = |g: &Graph, e: Expr| Coefficient::from_expr(g, e).unwrap();
+        let names = g.symbols().to_vec();
+        let text = |c: Coefficient| c.display(&|s| names[s as usize].0.clone()).to_string();
 
         let (cc, ss) = (g.mul(c, c), g.mul(s, s));
         let one = g.add(cc, ss);
@@ -336,18 +337,18 @@ mod tests {
 
         let cos_2 = g.sub(cc, ss);
         let x = g.mul(d2, cos_2);
-        assert_eq!(read(&g, x).display(&g).to_string(), "D2*cos(2*DEL)");
+        assert_eq!(text(read(&g, x)), "D2*cos(2*DEL)");
         assert!((read(&g, x).number(&g) - 0.3 * libm::cos(1.4)).abs() < 1e-16);
 
         let sc = g.mul(s, c);
         let y = g.add(sc, sc);
-        assert_eq!(read(&g, -y).display(&g).to_string(), "-sin(2*DEL)");
+        assert_eq!(text(read(&g, -y)), "-sin(2*DEL)");
 
         let ratio = g.div(d2, d4);
         let z = g.mul(ratio, c);
-        assert_eq!(read(&g, z).display(&g).to_string(), "D2*cos(DEL)/D4");
+        assert_eq!(text(read(&g, z)), "D2*cos(DEL)/D4");
         let square = g.mul(d2, d2);
         let w = g.sub(d4, square);
-        assert_eq!(read(&g, w).display(&g).to_string(), "D4 - D2^2");
+        assert_eq!(text(read(&g, w)), "D4 - D2^2");
     }
 }

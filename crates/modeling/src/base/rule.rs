@@ -1,7 +1,5 @@
 //! A regrouping rule as people write it: equal coefficients share a parenthesis.
 
-use expr::Graph;
-
 use crate::base::coefficient::Coefficient;
 
 /// A coefficient as text: a sign and what stands behind it.
@@ -17,16 +15,16 @@ impl Factor {
         Factor { negative: false, magnitude: "1".into() }
     }
 
-    /// The factors of a coefficient, one per summand.
-    pub fn summands(c: &Coefficient, graph: &Graph) -> Vec<Factor> {
+    /// The factors of a coefficient, one per summand; `name` is the name of a symbol.
+    pub fn summands(c: &Coefficient, name: &dyn Fn(u32) -> String) -> Vec<Factor> {
         let factor = |c: Coefficient| {
-            let text = c.display(graph).to_string();
+            let text = c.display(name).to_string();
             match text.strip_prefix('-') {
                 Some(rest) => Factor { negative: true, magnitude: rest.to_string() },
                 None => Factor { negative: false, magnitude: text },
             }
         };
-        c.summands(graph).into_iter().map(factor).collect()
+        c.summands().into_iter().map(factor).collect()
     }
 
     pub fn number(x: f64) -> Factor {

@@ -10,11 +10,9 @@
 //! [Khalil, Dombre 2002, chapter 9]. A chain of n links has n such rules of bounded length; expanded, those of
 //! oblique axes grow faster than n^2, those of prismatic joints on them faster than any power of n.
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
 
-use expr::{Graph, SymbolKind};
+use expr::Graph;
 use robot::{Inertial, Robot, StandardParameter};
 
 use crate::base::coefficient::Coefficient;
@@ -206,41 +204,43 @@ impl RuleSources {
     }
 }
 
-/// The names of the constants in a rule, made once for each pair of links.
+/// The names of the constants in a rule.
 struct Names<'a> {
     sources: &'a RuleSources,
-    made: RefCell<BTreeMap<(usize, usize), Rc<Graph>>>,
-    /// Without places at several links.
-    plain: Rc<Graph>,
+    /// Of the constants that stand at several places: the name of each link's own.
+    own: BTreeMap<u32, BTreeMap<usize, &'a str>>,
 }
 
 impl<'a> Names<'a> {
     fn new(sources: &'a RuleSources) -> Names<'a> {
-        Names { sources, made: RefCell::default(), plain: Rc::new(sources.symbols.clone()) }
+        let RuleSources { places, labels, symbols, .. } = sources;
+        let links: BTreeMap<&str, usize> = labels.iter().enumerate().map(|(j, l)| (l.0.as_str(), j)).collect();
+        let link = |place: &str| {
+            let place = place.trim_end_matches('_');
+            PLACES.iter().find_map(|letters| links.get(place.strip_prefix(letters)?).copied())
+        };
+        let own = symbols.symbols().iter().enumerate().filter_map(|(s, (name, _))| {
+            let mut own = BTreeMap::new();
+            for place in places.get(name)? {
+                if let Some(link) = link(place) {
+                    own.entry(link).or_insert(place.as_str());
+                }
+            }
+            Some((s as u32, own))
+        });
+        Names { sources, own: own.collect() }
     }
 
     /// Of the coefficient with which the parameter of column `kept` absorbs that of `dropped`: a number that stands at
     /// several places is called by the one on the way between their links, the outermost where there are several.
-    fn of(&self, kept: usize, dropped: usize) -> Rc<Graph> {
-        let RuleSources { places, links, labels, symbols, .. } = self.sources;
+    fn of(&self, kept: usize, dropped: usize) -> impl Fn(u32) -> String {
+        let RuleSources { links, labels, symbols, .. } = self.sources;
         let (from, to) = (links[dropped], links[kept]);
-        if places.is_empty() || from == to && kept != dropped {
-            return self.plain.clone();
-        }
-        let make = || {
+        move |symbol| {
             let way = std::iter::successors(Some(from), |&j| labels[j].1).take_while(|&j| j != to);
-            let way: Vec<&str> = way.map(|j| labels[j].0.as_str()).collect();
-            let own = |label: &str, place: &str| {
-                let place = place.trim_end_matches('_');
-                PLACES.iter().any(|letters| place.strip_prefix(letters) == Some(label))
-            };
-            let named = |(name, kind): &(String, SymbolKind)| {
-                let among = |label: &&str| places.get(name)?.iter().find(|place| own(label, place));
-                (way.iter().find_map(among).unwrap_or(name).clone(), *kind)
-            };
-            Rc::new(Graph::with_symbols(symbols.symbols().iter().map(named).collect()))
-        };
-        self.made.borrow_mut().entry((to, from)).or_insert_with(make).clone()
+            let own = self.own.get(&symbol).and_then(|own| way.into_iter().find_map(|j| own.get(&j).copied()));
+            own.unwrap_or(&symbols.symbols()[symbol as usize].0).to_owned()
+        }
     }
 }
 
@@ -276,9 +276,9 @@ impl Beta {
         }
     }
 
-    fn text(&self, graph: &Graph) -> String {
+    fn text(&self, name: &dyn Fn(u32) -> String) -> String {
         match self {
-            Beta::Exact(c) => c.display(graph).to_string(),
+            Beta::Exact(c) => c.display(name).to_string(),
             Beta::Number(x) => rule::rounded(*x).to_string(),
         }
     }
