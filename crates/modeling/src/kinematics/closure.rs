@@ -30,6 +30,8 @@ const MAX_STEPS: usize = 60;
 const SMALLEST_FRACTION: f64 = 1e-3;
 /// A search that ends within this many times [`CLOSED`] is closed: rounding may keep it from the goal itself.
 const ALMOST: f64 = 100.0;
+/// Above this ratio of pivots a block is far enough from singular that its pseudoinverse is its inverse.
+const INVERTIBLE: f64 = 1e-2;
 /// Most sweeps of the singular value decomposition; it takes some ten.
 const SWEEPS: usize = 200;
 /// Largest step of a coordinate when an assembly is followed, rad or m. It is small against the distance between
@@ -137,6 +139,11 @@ impl Closure {
 
     /// The passive coordinates at `q`, searched from `guess`, or from the robot's own start.
     pub fn solve(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<Vec<f64>, Open> {
+        self.solve_with_ratio(q, guess).map(|(passive, _)| passive)
+    }
+
+    /// With the ratio of singular values there.
+    fn solve_with_ratio(&mut self, q: &[f64], guess: Option<&[f64]>) -> Result<(Vec<f64>, f64), Open> {
         let mut passive = DVector::from_column_slice(guess.unwrap_or(&self.start));
         let (mut e, mut j) = self.at(q, &passive);
         for _ in 0..MAX_STEPS {
@@ -170,11 +177,11 @@ impl Closure {
         if gap.is_nan() || gap > ALMOST * CLOSED * size(&j) {
             return Err(Open::NotClosed { gap });
         }
-        let ratio = self.ratio(q, passive.as_slice());
+        let ratio = self.ratio(&e, &j);
         if ratio < SINGULAR {
             return Err(Open::Singular { ratio });
         }
-        Ok(passive.iter().copied().collect())
+        Ok((passive.iter().copied().collect(), ratio))
     }
 
     /// The passive coordinates at `q` of the assembly that the robot's start chooses. The assembly is followed in small
@@ -229,8 +236,8 @@ impl Closure {
             // Ever further from zero: the start is that of q = 0.
             let reach = std::f64::consts::PI * (attempt as f64 / NEAR as f64).min(1.0);
             let q: Vec<f64> = (0..n).map(|_| reach * random.unit()).collect();
-            let passive = self.solve(&q, None).ok()?;
-            (self.ratio(&q, &passive) > FAR_FROM_SINGULAR).then_some((q, passive))
+            let (passive, ratio) = self.solve_with_ratio(&q, None).ok()?;
+            (ratio > FAR_FROM_SINGULAR).then_some((q, passive))
         })
     }
 
@@ -241,13 +248,13 @@ impl Closure {
     fn follow(&mut self, from: &(Vec<f64>, Vec<f64>), goal: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let length = from.0.iter().zip(goal).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let (mut at, mut done) = (from.clone(), 0.0);
-        let (mut ratio, mut slope) = (self.ratio(&from.0, &from.1), 1.0_f64);
+        let (e, j) = self.at(&from.0, &DVector::from_column_slice(&from.1));
+        let (mut ratio, mut slope) = (self.ratio(&e, &j), 1.0_f64);
         while done < length {
             let stride = STRIDE.min(0.5 * ratio / slope).min(length - done);
             let fraction = if stride < length - done { (done + stride) / length } else { 1.0 };
             let q: Vec<f64> = from.0.iter().zip(goal).map(|(a, b)| a + fraction * (b - a)).collect();
-            let Ok(passive) = self.solve(&q, Some(&at.1)) else { break };
-            let next = self.ratio(&q, &passive);
+            let Ok((passive, next)) = self.solve_with_ratio(&q, Some(&at.1)) else { break };
             if next <= FAR_FROM_SINGULAR {
                 break;
             }
@@ -262,9 +269,8 @@ impl Closure {
     fn step(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> Option<DVector<f64>> {
         let mut step = DVector::zeros(j.ncols());
         for block in self.blocks.iter().filter(|b| !b.rows.is_empty()) {
-            let svd = block.of(j).try_svd(true, true, f64::EPSILON, SWEEPS)?;
             let right = DVector::from_iterator(block.rows.len(), block.rows.iter().map(|&row| e[row]));
-            let solved = svd.solve(&right, SINGULAR * svd.singular_values.max()).ok()?;
+            let solved = solved(block.of(j), &right)?;
             for (x, &column) in solved.iter().zip(&block.columns) {
                 step[column] = *x;
             }
@@ -273,9 +279,8 @@ impl Closure {
     }
 
     /// Smallest over largest singular value of J_p, of the block where it is the least.
-    fn ratio(&mut self, q: &[f64], passive: &[f64]) -> f64 {
-        let (e, j) = self.at(q, &DVector::from_column_slice(passive));
-        if !is_finite(&e, &j) {
+    fn ratio(&self, e: &DVector<f64>, j: &DMatrix<f64>) -> f64 {
+        if !is_finite(e, j) {
             return 0.0;
         }
         let ratio = |block: &Block| {
@@ -283,11 +288,24 @@ impl Closure {
             if block.rows.len() < block.columns.len() {
                 return None;
             }
-            let values = block.of(&j).try_svd(false, false, f64::EPSILON, SWEEPS)?.singular_values;
+            let values = block.of(j).try_svd(false, false, f64::EPSILON, SWEEPS)?.singular_values;
             Some(values.min() / values.max())
         };
         self.blocks.iter().map(|block| ratio(block).unwrap_or(0.0)).fold(1.0, f64::min)
     }
+}
+
+/// J^+ e.
+fn solved(j: DMatrix<f64>, e: &DVector<f64>) -> Option<DVector<f64>> {
+    if j.is_square() {
+        let lu = j.clone().full_piv_lu();
+        let pivots = lu.u().diagonal().abs();
+        if pivots.min() > INVERTIBLE * pivots.max() {
+            return lu.solve(e);
+        }
+    }
+    let svd = j.try_svd(true, true, f64::EPSILON, SWEEPS)?;
+    svd.solve(e, SINGULAR * svd.singular_values.max()).ok()
 }
 
 fn is_finite(e: &DVector<f64>, j: &DMatrix<f64>) -> bool {
