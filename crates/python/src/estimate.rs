@@ -220,7 +220,7 @@ impl Estimate {
     /// Whether to trust it, and why.
     #[getter]
     fn verdict(&self) -> Verdict {
-        Verdict { inner: self.verdict.clone() }
+        self.verdict.clone().into()
     }
 
     /// |tau - W X| / |tau| over all joints.

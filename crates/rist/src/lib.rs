@@ -37,6 +37,7 @@
 mod adapters;
 mod after_estimate;
 pub mod checking;
+mod chosen;
 pub mod closed_loop;
 mod described;
 pub mod description;
@@ -52,6 +53,8 @@ pub mod judged;
 pub mod load;
 pub mod model;
 pub mod motion_portrait;
+mod motion_range;
+mod mount;
 pub mod output;
 pub mod page;
 pub mod planning;

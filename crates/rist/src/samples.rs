@@ -12,27 +12,33 @@ use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
-use identification::estimate::rotors::WithRotors;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
-use identification::estimate::verdict::{BodiesEvidence, Evidence, Trust, Verdict};
+use identification::estimate::ledger::hypotheses::{Tested, hypotheses};
+use identification::estimate::ledger::torque_error::{TorqueError, torque_errors};
+use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
 use logs::{Effort, LogSource};
-use robot::{Inertial, LinkId, RotorInertia};
+use robot::{Inertial, LinkId};
 
 use crate::Estimate;
+use crate::chosen::choose;
 use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
+use crate::mount::Tilt;
+use crate::motion_range::{allowed, seen};
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
 
 /// The outcome of an identification.
 pub struct Identification {
+    /// The model that was used, where it is not the one given: with the rotor inertias that its URDF cannot say.
+    pub model: Option<Model>,
     /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
     /// The delay, where it was searched.
@@ -51,21 +57,35 @@ pub struct Identification {
     pub held_out: Option<f64>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
+    /// How unsure torques are, by use.
+    pub torque_errors: Vec<TorqueError>,
+    /// Faults of the logs, each tested as one unknown more.
+    pub faults: Vec<Tested>,
+    /// The base parameters of the description; `None` where it has no inertials.
+    pub described_parameters: Option<Vec<f64>>,
 }
 
 impl Identification {
-    /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `predicted`: its error on
-    /// logs that were not fitted, where there are some.
-    pub fn judge(&mut self, predicted: Option<f64>) -> Verdict {
+    /// The model that was used, where `given` was given.
+    pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
+        self.model.as_ref().unwrap_or(given)
+    }
+
+    /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `prediction`: of logs that
+    /// were not fitted, where there are some.
+    pub(crate) fn judge(&mut self, prediction: Prediction) -> Verdict {
         self.estimate.refusal = Vec::new();
+        let parts_are_new = self.passport.visited.has_new_parts();
         let verdict = Verdict::of(&Evidence {
             estimate: &self.estimate,
             passport: Some(&self.passport),
             described: self.described,
+            described_parameters: self.described_parameters.as_deref(),
             total: self.estimate.total,
-            held_out: self.held_out,
-            predicted,
+            prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
             bodies: self.bodies_evidence.as_ref(),
+            torque_errors: &self.torque_errors,
+            faults: &self.faults,
         });
         if verdict.trust == Trust::No {
             self.estimate.refusal.clone_from(&verdict.reasons);
@@ -82,25 +102,6 @@ pub struct Bodies {
     pub armatures: Vec<f64>,
     /// Why they must not be used. Nothing is written into a simulator's file while there is a reason.
     pub refusal: Option<String>,
-}
-
-/// The fit, and, where the model has no rotor inertias, the rows that could determine them too.
-fn fit_of(
-    model: &Model,
-    logs: &[LogSource],
-    records: &SourceRecords,
-    options: &Options,
-) -> Result<(Fit, Option<WithRotors>), Error> {
-    let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
-    let with_rotors = match is_without_rotors(model) {
-        true => WithRotors::of_records(regressor, records, options)?,
-        false => None,
-    };
-    let fit = match &with_rotors {
-        Some(rows) => Fit::of_observation(regressor, records, rows.without(regressor, options), names, options)?,
-        None => Fit::of_records(regressor, records, names, options)?,
-    };
-    Ok((fit, with_rotors))
 }
 
 /// Which parameters are kept.
@@ -157,25 +158,38 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: Kept,
 ) -> Result<Identification, Error> {
-    let regressor = model.regressor();
     let mut options = Options { model: model.robot.name.clone(), ..request.options() };
 
-    // Convert currents to torques, and correct the delay of the torques.
+    // Convert currents to torques, decide what is left open, and correct the delay of the torques.
     let gains = drive_gains(model, logs, &request.gain, &mut options)?;
-    let delay = request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?;
+    let chosen = choose(model, logs, request, &mut options)?;
+    let model = chosen.model.as_ref().unwrap_or(model);
+    let regressor = model.regressor();
+    let delay = match chosen.delay {
+        Some(delay) => Some(delay),
+        None => request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?,
+    };
 
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
-    let (mut fit, with_rotors) = fit_of(model, logs, &records, &options)?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let mut fit = Fit::of_records(regressor, &records, names, &options)?;
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let rotors = with_rotors.and_then(|rows| rows.remark(regressor, fit.estimate.cross_validation?, &options));
+    let tilts = Tilt::both(&model.robot);
+    let tilts: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
+    let tilts: Vec<&dyn Fn(&[f64]) -> Vec<f64>> = tilts.iter().map(|tilt| tilt as _).collect();
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(regressor, &options.friction, &couplings);
+    let faults = hypotheses(&linear, &records, &fit.solution.x, &fit.weights, &tilts)?;
+    let (inverse, observation_range) = (fit.solution.inverse.clone(), seen(&fit.observation));
 
+    let described_parameters = described.clone();
     let described = described.map(|x| described_error(model, &fit, &options, &x));
     if kept == Kept::Essential {
         keep_essential(regressor, &mut fit, &options);
@@ -196,9 +210,15 @@ fn identify_kept(
         estimate.remarks.push(gain_remark(model, &request.gain, &found));
         widen(&mut estimate, &found);
     }
-    estimate.remarks.extend(rotors);
+    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
+    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
+    let covariance = with_deviations(&inverse, &sigma);
+    let limits = allowed(model, &observation_range);
+    let torque_errors = torque_errors(&linear, &values, &covariance, &observation_range, &limits);
+    estimate.remarks.splice(..0, chosen.sentences);
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
+        model: chosen.model,
         estimate,
         delay,
         friction,
@@ -208,6 +228,9 @@ fn identify_kept(
         described,
         held_out,
         bodies_evidence: found.evidence,
+        torque_errors,
+        faults,
+        described_parameters,
     })
 }
 
@@ -233,8 +256,8 @@ fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBo
     let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
     let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
     let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
-    let ratio = |((_, body), known): (&(&str, Ten), &Option<Ten>)| {
-        Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite())
+    let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
+        Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite()).map(|ratio| (name.to_string(), ratio))
     };
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
     let refusal = found.refusal();
@@ -246,7 +269,7 @@ fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBo
     })
 }
 
-fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
+pub(crate) fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {
         return Err(Error::verdict(format_args!(
@@ -269,10 +292,6 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     let selection = select_friction(model.regressor(), &records, options, &candidates)?;
     options.friction = selection.candidates[selection.chosen].terms.clone();
     Ok(selection)
-}
-
-fn is_without_rotors(model: &Model) -> bool {
-    model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent)
 }
 
 /// Puts the known gains into the options, and estimates those that are missing; `None` where all are known.

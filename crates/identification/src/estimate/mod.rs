@@ -14,6 +14,7 @@ pub mod fleet;
 pub mod held_out;
 pub mod identified;
 pub mod identify;
+pub mod ledger;
 pub mod options;
 pub mod passport;
 pub mod remarks;

@@ -10,7 +10,7 @@ use logs::Suspect;
 
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES, significant};
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES, significant};
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Passport};
 use crate::estimate::passport::samples::Samples;
@@ -29,6 +29,9 @@ pub struct Look<'a> {
 
 /// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
+
+/// Slopes within this share of their median are alike.
+const ALIKE_SLOPES: f64 = 0.2;
 
 /// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
@@ -114,6 +117,7 @@ impl Look<'_> {
         if !NOMINAL_INERTIAL_SLOPES.contains(&scale) {
             found.push(self.unit(scale, slopes, list()));
         }
+        found.extend(self.common_factor(&telling, list()).filter(|_| found.is_empty() && !all_signs));
         if all_signs {
             found.push(Finding {
                 fault: Fault::TorqueSigns,
@@ -148,6 +152,23 @@ impl Look<'_> {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
         }
         found
+    }
+
+    /// A factor that all slopes share.
+    fn common_factor(&self, telling: &[f64], evidence: String) -> Option<Finding> {
+        let middle = self.common_scale(telling);
+        let alike = |slope: &f64| (slope / middle - 1.0).abs() < ALIKE_SLOPES;
+        let is_off = !COMMON_FACTORS.contains(&middle) && NOMINAL_INERTIAL_SLOPES.contains(&middle);
+        (telling.len() >= 2 && is_off && telling.iter().all(alike)).then(|| Finding {
+            fault: Fault::Factor(middle),
+            joints: Vec::new(),
+            evidence,
+            remedy: format!(
+                "the unit, the gains or the gear ratios of the torques are wrong, or all masses of the description are; if \
+                 the torques are: divide their columns by {}",
+                significant(middle)
+            ),
+        })
     }
 
     /// The median size of the slopes that tell; 1 where there are too few, because one joint of several may be wrong by

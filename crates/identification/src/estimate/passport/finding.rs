@@ -11,6 +11,8 @@ pub enum Fault {
     NoTorque,
     /// Drive gains so many times those that the description implies.
     Gains(f64),
+    /// Torques so many times those of the description, at all joints alike.
+    Factor(f64),
     /// All torques have the other sign.
     TorqueSigns,
     /// The torque of a joint has the other sign.
@@ -57,6 +59,9 @@ pub enum Fault {
 
 /// Common slopes within these are errors of nominal inertials, not another unit.
 pub const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
+
+/// Slopes of all joints within these may be errors of nominal inertials, even where they are alike.
+pub const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
 
 /// The columns of a log that share an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +118,9 @@ impl Finding {
             }
             Fault::Gains(factor) => {
                 format!("the drive gains are {} times those that the description implies", significant(factor))
+            }
+            Fault::Factor(factor) => {
+                format!("the torques are {} times those of the description at all joints alike", significant(factor))
             }
             Fault::TorqueSigns => "the torques of all joints have the wrong sign".into(),
             Fault::TorqueSign => format!("the torque of {of} has the wrong sign"),

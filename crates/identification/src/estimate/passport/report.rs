@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::estimate::ledger::visited::Visited;
 use crate::estimate::passport::finding::{Fault, Finding, significant};
 use crate::estimate::passport::friction::OwnFriction;
 
@@ -22,6 +23,12 @@ pub struct JointPassport {
     pub friction: Option<OwnFriction>,
     /// Distance between the ends of its motion, rad (m).
     pub range: f64,
+    /// Time by which its velocity lags the slope of its position, s; `None` where it hardly moves.
+    pub velocity_lag: Option<f64>,
+    /// Whether its acceleration is not the slope of its velocity.
+    pub wrong_acceleration: bool,
+    /// The least offset of its zero that would have been found, rad; `None` where none would.
+    pub zero_power: Option<f64>,
 }
 
 /// What a log says of itself and of its description before anything is fitted.
@@ -33,6 +40,8 @@ pub struct Passport {
     pub findings: Vec<Finding>,
     /// What could not be looked at, in sentences.
     pub untold: Vec<String>,
+    /// Where the robot was.
+    pub visited: Visited,
 }
 
 /// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
@@ -45,6 +54,11 @@ const SHOWN_SLOPE_SHARE: f64 = 0.05;
 const DOUBTED_GAIN_FACTOR: f64 = 1.8;
 
 impl Passport {
+    /// Whether there was a description to hold the log against.
+    pub fn has_description(&self) -> bool {
+        self.joints.iter().any(|j| j.slope.is_some())
+    }
+
     /// Whether a finding forbids to use an estimate from this log.
     pub fn is_gross(&self) -> bool {
         self.findings.iter().any(|f| f.fault.is_gross())

@@ -1,0 +1,113 @@
+//! The faults that a fit tells by itself, as claims: the one that explains most, and what the others would have shown.
+
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
+
+use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
+use crate::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
+use crate::estimate::ledger::{at, cannot_tell};
+use crate::estimate::passport::significant;
+
+/// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
+const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
+const USELESS_SCALE: f64 = 0.5;
+
+/// The claims of tested hypotheses; `coordinates` by name.
+pub fn claims_of_faults(tested: &[Tested], coordinates: &[String]) -> Vec<Claim> {
+    let gain = |t: &Tested| t.held_out.map_or(1.0, |(without, with)| with / without);
+    let strongest = tested.iter().filter(|t| t.is_found()).min_by(|a, b| gain(a).total_cmp(&gain(b)));
+    let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, coordinates)).into_iter().collect();
+    let kinds: [fn(&Hypothesis) -> bool; 4] = [
+        |h| matches!(h, Hypothesis::Mount(_)),
+        |h| matches!(h, Hypothesis::Zero(_)),
+        |h| matches!(h, Hypothesis::Scale(_)),
+        |h| matches!(h, Hypothesis::Spring(_)),
+    ];
+    for is_kind in kinds {
+        let of_kind: Vec<&Tested> = tested.iter().filter(|t| is_kind(&t.of)).collect();
+        let (told, untold): (Vec<&Tested>, Vec<&Tested>) = of_kind.into_iter().partition(|t| is_useful(t));
+        let is_free = |t: &&&Tested| strongest.is_none() || (!t.is_found() && Some(**t) != strongest);
+        claims.extend(told.iter().filter(is_free).map(|t| agrees(t, coordinates)));
+        let names: Vec<&String> = untold.iter().filter_map(|t| Some(&coordinates[t.of.joint()?])).collect();
+        if let (Some(first), false) = (untold.first(), names.is_empty()) {
+            let why = "other bodies explain it as well";
+            claims.push(cannot_tell(at(topic(&first.of), names), why, "the description, as far as its bodies are right"));
+        }
+    }
+    claims
+}
+
+fn topic(of: &Hypothesis) -> Topic {
+    match of {
+        Hypothesis::Zero(_) => ZERO,
+        Hypothesis::Scale(_) => SCALE,
+        Hypothesis::Spring(_) => SPRING,
+        Hypothesis::Mount(_) => MOUNT,
+    }
+}
+
+fn is_useful(tested: &Tested) -> bool {
+    match tested.of {
+        Hypothesis::Zero(_) | Hypothesis::Mount(_) => tested.power < USELESS_ANGLE_RAD,
+        Hypothesis::Scale(_) => tested.power < USELESS_SCALE,
+        Hypothesis::Spring(_) => tested.power.is_finite(),
+    }
+}
+
+fn subject(of: &Hypothesis, coordinates: &[String]) -> Subject {
+    match *of {
+        Hypothesis::Mount(axis) => Subject::of(MOUNT, [if axis == 0 { "x" } else { "y" }]),
+        Hypothesis::Zero(k) | Hypothesis::Scale(k) | Hypothesis::Spring(k) => at(topic(of), [&coordinates[k]]),
+    }
+}
+
+fn figure(of: &Hypothesis, x: f64) -> Figure {
+    match of {
+        Hypothesis::Zero(_) | Hypothesis::Mount(_) => Figure::new(x.to_degrees(), "deg"),
+        Hypothesis::Scale(_) => Figure::new(100.0 * x, "%"),
+        Hypothesis::Spring(_) => Figure::new(x, "N m/rad (N/m)"),
+    }
+}
+
+fn agrees(tested: &Tested, coordinates: &[String]) -> Claim {
+    let smallest = figure(&tested.of, tested.power);
+    Claim::new(subject(&tested.of, coordinates), Outcome::Agrees { smallest })
+}
+
+fn contradicted(tested: &Tested, coordinates: &[String]) -> Claim {
+    let Tested { of, value, deviation, held_out, .. } = tested;
+    let size = |x: f64| figure(of, x).to_string();
+    let off = format!("{} +- {}", size(*value), size(*deviation));
+    let at = |k: usize| &coordinates[k];
+    let (fault, remedy) = match *of {
+        Hypothesis::Zero(k) => (
+            format!("the zero of {} is off by {off}", at(k)),
+            format!(
+                "in the file of [options]: transmission: {{offsets: [..]}}, {} for {}",
+                significant(*value),
+                at(k)
+            ),
+        ),
+        Hypothesis::Scale(k) => (
+            format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
+            format!("look at the gain, the gear ratio or the unit of {}", at(k)),
+        ),
+        Hypothesis::Spring(k) => (
+            format!("a spring of {off} acts on {}", at(k)),
+            format!("no model of ours has a spring at a joint: take its torque, {} q, out of {}", significant(*value), at(k)),
+        ),
+        Hypothesis::Mount(axis) => (
+            format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),
+            "give the description the direction of gravity that the mount has".into(),
+        ),
+    };
+    let trial = match held_out {
+        Some((without, with)) => Trial::Tried {
+            quantity: "error on parts left out".into(),
+            before: Figure::new(100.0 * without, "%"),
+            after: Figure::new(100.0 * with, "%"),
+        },
+        None => Trial::NotTried { why: "it is too small".into() },
+    };
+    let remedy = Remedy::new("identify", remedy);
+    Claim::new(subject(of, coordinates), Outcome::Contradicted { fault, remedy, trial })
+}

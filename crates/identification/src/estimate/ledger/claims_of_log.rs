@@ -1,0 +1,81 @@
+//! What a log and a description have to do with each other, as claims.
+//!
+//! Each finding of the passport contradicts, or leaves open, what it is about. Without one, sign, scale and zero agree at
+//! the joints where a mistake would have been found, with the least mistake that would; at the others they cannot be told.
+
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
+
+use crate::estimate::ledger::topics::{DELAY, LOG, MOUNT, SCALE, SIGN, ZERO};
+use crate::estimate::ledger::{at, cannot_tell};
+use crate::estimate::passport::Passport;
+use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
+use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, JointPassport};
+
+/// The claims of a passport, contradictions first.
+pub fn claims_of_log(passport: &Passport) -> Vec<Claim> {
+    let mut claims: Vec<Claim> = passport.findings.iter().map(finding).collect();
+    claims.extend(passport.untold.iter().map(|why| cannot_tell(Subject::whole(SCALE), why, "inertials")));
+    if passport.findings.iter().any(|f| f.fault.is_gross()) {
+        return claims;
+    }
+    let names = |of: &dyn Fn(&JointPassport) -> bool| -> (Vec<String>, Vec<String>) {
+        let named = |j: &&JointPassport| of(j);
+        let (told, untold): (Vec<_>, Vec<_>) = passport.joints.iter().partition(named);
+        [told, untold].map(|joints: Vec<&JointPassport>| joints.into_iter().map(|j| j.coordinate.clone()).collect()).into()
+    };
+    let brakes = |j: &JointPassport| j.friction.is_some_and(|f| f.brakes > f.deviation);
+    let counts = |j: &JointPassport| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
+    let mut agree = |topic: Topic, told: Vec<String>, smallest: Figure| {
+        if !told.is_empty() {
+            claims.push(Claim::new(at(topic, &told), Outcome::Agrees { smallest }));
+        }
+    };
+    let (signed, unsigned) = names(&|j| brakes(j) || counts(j));
+    agree(SIGN, signed, Figure::new(-1.0, "times the torque"));
+    let (scaled, unscaled) = names(&counts);
+    let largest = if scaled.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
+    agree(SCALE, scaled, Figure::new(largest, "times the torque, of all joints alike"));
+    let mut zeros: Vec<(f64, Vec<String>)> = Vec::new();
+    for joint in &passport.joints {
+        let Some(angle) = joint.zero_power else { continue };
+        match zeros.iter_mut().find(|(of, _)| *of == angle) {
+            Some((_, names)) => names.push(joint.coordinate.clone()),
+            None => zeros.push((angle, vec![joint.coordinate.clone()])),
+        }
+    }
+    zeros.sort_by(|a, b| a.0.total_cmp(&b.0));
+    zeros.into_iter().for_each(|(angle, names)| agree(ZERO, names, Figure::new(angle.to_degrees().round(), "deg")));
+
+    if passport.has_description() {
+        let (_, unzeroed) = names(&|j| j.zero_power.is_some());
+        let mut open = |topic: Topic, names: Vec<String>, why: &str, would_tell: &str| {
+            if !names.is_empty() {
+                claims.push(cannot_tell(at(topic, &names), why, would_tell));
+            }
+        };
+        open(SIGN, unsigned, "friction and description say too little of the torque", "a faster motion of these joints");
+        open(SCALE, unscaled, "the description explains less than half of the torque", "a known load");
+        open(ZERO, unzeroed, "these joints carry too little gravity", "a heavier load, or the encoder's own reference");
+    }
+    claims
+}
+
+/// The claim of one finding.
+fn finding(finding: &Finding) -> Claim {
+    let topic = match finding.fault {
+        Fault::TorqueUnit(_) | Fault::NoTorque | Fault::Gains(_) | Fault::Factor(_) => SCALE,
+        Fault::TorqueSigns | Fault::TorqueSign | Fault::MotionSign | Fault::Reversed | Fault::FrictionSign => SIGN,
+        Fault::Zero(_) => ZERO,
+        Fault::Delay(_) => DELAY,
+        Fault::GravityCompensated => MOUNT,
+        _ => LOG,
+    };
+    let subject = Subject::of(topic, finding.joints.iter().cloned());
+    if !finding.fault.is_gross() {
+        let why = format!("{}: {}", finding.statement(), finding.evidence);
+        return cannot_tell(subject, why, &finding.remedy);
+    }
+    let remedy = Remedy::new("identify", &finding.remedy);
+    let trial = Trial::NotTried { why: finding.evidence.clone() };
+    Claim::new(subject, Outcome::Contradicted { fault: finding.statement(), remedy, trial })
+}
