@@ -73,7 +73,11 @@ mod tests {
                         worst(&[b.clone(), a.clone(), b.clone()], purpose),
                         "order, repetition: {a}; {b}"
                     );
-                    assert!(after <= before || (is_asked && !is_told(&one)), "a claim raises {}: {a}; {b}", purpose.name);
+                    assert!(
+                        after <= before || (is_asked && !is_told(&one)),
+                        "a claim raises {}: {a}; {b}",
+                        purpose.name
+                    );
                     assert!(after == before || needs(b), "{} does not need {b}", purpose.name);
                 }
             }

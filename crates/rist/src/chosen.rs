@@ -87,14 +87,17 @@ fn look(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport
 fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
     let mut sentences = Vec::new();
     let signal = &mut options.signal;
+    let mut lags: Vec<f64> = seen.joints.iter().filter_map(|j| j.velocity_lag).collect();
+    lags.sort_by(f64::total_cmp);
+    // The middle joint: a filter acts on all of them.
     if signal.velocity == Velocity::Auto
-        && let Some((name, lag)) = seen.joints.iter().filter_map(|j| Some((&j.coordinate, j.velocity_lag?))).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        && let Some(lag) = lags.get(lags.len() / 2)
         && lag.abs() > TIMELY_S
     {
         signal.velocity = Velocity::Differentiated;
         signal.acceleration = Velocity::Differentiated;
         sentences.push(format!(
-            "the velocity column of {name} lags the slope of its position by {:.1} ms: the slopes of the positions are taken \
+            "the velocity columns lag the slopes of the positions by {:.1} ms: those slopes are taken \
              ([options.signal.velocity=measured] takes the columns)",
             1e3 * lag
         ));

@@ -63,7 +63,9 @@ mod tests {
         let zero = Tilt::of(&robot, robot.gravity_number()).unwrap();
         let angle = 1e-6;
         let [x, y, z] = robot.gravity_number();
-        for (k, turned) in [[x, y - angle * z, z + angle * y], [x + angle * z, y, z - angle * x]].into_iter().enumerate() {
+        for (k, turned) in
+            [[x, y - angle * z, z + angle * y], [x + angle * z, y, z - angle * x]].into_iter().enumerate()
+        {
             let turned = Tilt::of(&robot, turned).unwrap();
             for q in [[0.3, -0.4, 0.5, 1.0, 2.0, -1.0], [1.0, 2.0, -2.0, 0.1, 0.2, 0.3]] {
                 for j in 0..6 {

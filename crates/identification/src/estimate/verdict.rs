@@ -5,15 +5,15 @@
 
 use std::fmt;
 
-use claims::{Claim, Outcome, Purpose, Remedy, Standing, Subject, Trial, lowering, worst};
+use claims::{Claim, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, lowering, worst};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{INTERVAL, Identified, Status};
+pub use crate::estimate::ledger::Prediction;
 use crate::estimate::ledger::hypotheses::Tested;
 use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
-use crate::estimate::ledger::topics::BODIES;
+use crate::estimate::ledger::topics::{BODIES, GRAVITY_TORQUE, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN};
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-pub use crate::estimate::ledger::Prediction;
 use crate::estimate::ledger::{claims_of_faults, claims_of_fit, claims_of_log, not_noise};
 use crate::estimate::passport::Passport;
 
@@ -126,15 +126,31 @@ impl Verdict {
 /// All claims, those of the log first.
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
-    let mut claims: Vec<Claim> = evidence.passport.map(claims_of_log).unwrap_or_default();
     let coordinates: Vec<String> = estimate.joints.iter().map(|j| j.coordinate.clone()).collect();
-    claims.extend(claims_of_faults(evidence.faults, &coordinates));
+    let faults = claims_of_faults(evidence.faults, &coordinates);
+    let of_log = evidence.passport.map(claims_of_log).unwrap_or_default();
+    let mut claims: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
+    claims.extend(faults);
     claims.extend(claims_of_bodies(evidence));
     claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction));
     claims.extend(evidence.torque_errors.iter().map(claim_of_torque));
     let strength = |claim: &Claim| claim.standing();
     claims.sort_by_key(strength);
     claims
+}
+
+/// A claim of the description for the joints of which the fit tells nothing finer.
+fn untold_yet(claim: Claim, finer: &[Claim]) -> Option<Claim> {
+    let subject = claim.subject();
+    if claim.standing() == Standing::Refused || subject.of.is_empty() {
+        return Some(claim);
+    }
+    let is_told = |name: &&String| {
+        let one = Subject::of(subject.topic, [(*name).clone()]);
+        finer.iter().any(|c| matches!(c.outcome(), Outcome::Agrees { .. }) && c.subject().touches(&one))
+    };
+    let open: Vec<String> = subject.of.iter().filter(|name| !is_told(name)).cloned().collect();
+    (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
 }
 
 /// What speaks against the bodies.
@@ -149,14 +165,18 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| refused(why.clone(), look)).collect();
     let ratios: Vec<f64> = bodies.mass_ratios.iter().map(|(_, ratio)| *ratio).collect();
     if let Some(factor) = common_factor(&ratios) {
-        let fault = format!("all masses are about {factor:.2} times those of the description: a unit or a gain is wrong");
+        let fault =
+            format!("all masses are about {factor:.2} times those of the description: a unit or a gain is wrong");
         claims.push(refused(fault, "look at the unit and the gains of the torques"));
     } else if let Some((name, ratio)) = bodies.mass_ratios.iter().find(|(_, r)| !BELIEVED_MASS_RATIOS.contains(r)) {
         let fault = format!(
             "the mass of {name} comes out at {ratio:.2} times that of the description: these data do not tell it, or \
              inertia that no body has is put into it"
         );
-        claims.push(refused(fault, "log the robot without load, or give the load its own log ([loaded]); [anyway] writes it"));
+        claims.push(refused(
+            fault,
+            "log the robot without load, or give the load its own log ([loaded]); [anyway] writes it",
+        ));
     }
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
@@ -175,7 +195,9 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
 fn sentence(claim: &Claim) -> String {
     match claim.outcome() {
         Outcome::Contradicted { fault, trial, .. } => match trial {
-            Trial::Tried { quantity, before, after } => format!("{fault} ({quantity} {before}, with that undone {after})"),
+            Trial::Tried { quantity, before, after } => {
+                format!("{fault} ({quantity} {before}, with that undone {after})")
+            }
             Trial::NotTried { .. } => fault.clone(),
         },
         Outcome::CannotTell { why, .. } | Outcome::NotLookedAt { why, .. } => why.clone(),
@@ -215,7 +237,10 @@ fn favours(evidence: &Evidence) -> Vec<String> {
         reasons.push(format!("logs that were not fitted are predicted with {}", percent(error)));
     } else if let Some(error) = prediction.held_out {
         let of = percent(estimate.total);
-        reasons.push(format!("parts left out, each a motion of its own, are predicted with {}, those fitted with {of}", percent(error)));
+        reasons.push(format!(
+            "parts left out, each a motion of its own, are predicted with {}, those fitted with {of}",
+            percent(error)
+        ));
     }
     let unsure = |e: &TorqueError| format!("{} {}", e.of.name(), percent(e.relative));
     let errors: Vec<String> = evidence.torque_errors.iter().map(unsure).collect();
@@ -259,7 +284,10 @@ fn found(evidence: &Evidence) -> String {
 fn use_it(evidence: &Evidence) -> String {
     match evidence.estimate.options.is_none() {
         true => "use it (rist report draws it, rist simulate [feedforward] tries it)".into(),
-        false => "use it (rist identify [write_urdf] or [write_mjcf] for simulators, rist generate [estimate] for code)".into(),
+        false => {
+            "use it (rist identify [write_urdf] or [write_mjcf] for simulators, rist generate [estimate] for code)"
+                .into()
+        }
     }
 }
 
@@ -267,6 +295,26 @@ fn use_it(evidence: &Evidence) -> String {
 pub fn percent(x: f64) -> String {
     let x = 100.0 * x;
     if x >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }
+}
+
+/// Topics of which the table and the reasons tell.
+const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION];
+
+/// What agrees and what cannot be told, a line each, and an empty line behind them.
+pub fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
+    let mut is_empty = true;
+    for claim in claims {
+        let subject = claim.subject();
+        match claim.outcome() {
+            Outcome::Agrees { smallest } => writeln!(f, "agrees: {subject}; {smallest} would have shown")?,
+            Outcome::CannotTell { why, .. } => writeln!(f, "cannot tell: {subject}: {why}")?,
+            Outcome::NotLookedAt { why, .. } => writeln!(f, "not looked at: {subject}: {why}")?,
+            Outcome::Proven { .. } | Outcome::Assumed { .. } => writeln!(f, "{claim}")?,
+            Outcome::Contradicted { .. } => continue,
+        }
+        is_empty = false;
+    }
+    if is_empty { Ok(()) } else { writeln!(f) }
 }
 
 /// A joint whose torque is less sure than this, relative to itself, is named.
@@ -282,6 +330,7 @@ impl fmt::Display for Verdict {
             writeln!(f, "{:<32} {:<9}  {error}{worst}", one.name, one.trust.word())?;
         }
         writeln!(f)?;
+        write_claims(f, self.claims.iter().filter(|claim| !IN_THE_TABLE.contains(&claim.subject().topic)))?;
         writeln!(f, "found: {}", self.found)?;
         writeln!(f, "trust: {}: {}", self.trust.word(), self.reasons.join("; "))?;
         writeln!(f, "next: {}", self.next)

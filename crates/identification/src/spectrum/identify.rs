@@ -12,8 +12,8 @@ use logs::Error;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
-use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
+use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};

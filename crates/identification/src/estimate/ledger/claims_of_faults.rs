@@ -26,11 +26,16 @@ pub fn claims_of_faults(tested: &[Tested], coordinates: &[String]) -> Vec<Claim>
         let of_kind: Vec<&Tested> = tested.iter().filter(|t| is_kind(&t.of)).collect();
         let (told, untold): (Vec<&Tested>, Vec<&Tested>) = of_kind.into_iter().partition(|t| is_useful(t));
         let is_free = |t: &&&Tested| strongest.is_none() || (!t.is_found() && Some(**t) != strongest);
-        claims.extend(told.iter().filter(is_free).map(|t| agrees(t, coordinates)));
+        let told: Vec<&Tested> = told.into_iter().filter(|t| is_free(&t)).collect();
+        claims.extend(agree(&told, coordinates));
         let names: Vec<&String> = untold.iter().filter_map(|t| Some(&coordinates[t.of.joint()?])).collect();
         if let (Some(first), false) = (untold.first(), names.is_empty()) {
             let why = "other bodies explain it as well";
-            claims.push(cannot_tell(at(topic(&first.of), names), why, "the description, as far as its bodies are right"));
+            claims.push(cannot_tell(
+                at(topic(&first.of), names),
+                why,
+                "the description, as far as its bodies are right",
+            ));
         }
     }
     claims
@@ -68,9 +73,25 @@ fn figure(of: &Hypothesis, x: f64) -> Figure {
     }
 }
 
-fn agrees(tested: &Tested, coordinates: &[String]) -> Claim {
-    let smallest = figure(&tested.of, tested.power);
-    Claim::new(subject(&tested.of, coordinates), Outcome::Agrees { smallest })
+/// One claim for those of equal power, the least power first.
+fn agree(tested: &[&Tested], coordinates: &[String]) -> Vec<Claim> {
+    let mut groups: Vec<(Figure, Subject)> = Vec::new();
+    for one in tested {
+        let (figure, subject) = (shown(figure(&one.of, one.power)), subject(&one.of, coordinates));
+        match groups.iter_mut().find(|(of, _)| *of == figure) {
+            Some((_, all)) => all.of.extend(subject.of),
+            None => groups.push((figure, subject)),
+        }
+    }
+    groups.sort_by(|a, b| a.0.value.total_cmp(&b.0.value));
+    groups.into_iter().map(|(smallest, subject)| Claim::new(subject, Outcome::Agrees { smallest })).collect()
+}
+
+/// One digit, rounded up: a power is no measurement.
+fn shown(figure: Figure) -> Figure {
+    let digit = 10f64.powf(figure.value.abs().log10().floor());
+    let value = (figure.value / digit - 1e-9).ceil() * digit;
+    Figure { value: format!("{value:.1e}").parse().unwrap_or(value), ..figure }
 }
 
 fn contradicted(tested: &Tested, coordinates: &[String]) -> Claim {
@@ -81,11 +102,7 @@ fn contradicted(tested: &Tested, coordinates: &[String]) -> Claim {
     let (fault, remedy) = match *of {
         Hypothesis::Zero(k) => (
             format!("the zero of {} is off by {off}", at(k)),
-            format!(
-                "in the file of [options]: transmission: {{offsets: [..]}}, {} for {}",
-                significant(*value),
-                at(k)
-            ),
+            format!("in the file of [options]: transmission: {{offsets: [..]}}, {} for {}", significant(*value), at(k)),
         ),
         Hypothesis::Scale(k) => (
             format!("the torque of {} is off by {off} beside those of the other joints", at(k)),
@@ -93,7 +110,11 @@ fn contradicted(tested: &Tested, coordinates: &[String]) -> Claim {
         ),
         Hypothesis::Spring(k) => (
             format!("a spring of {off} acts on {}", at(k)),
-            format!("no model of ours has a spring at a joint: take its torque, {} q, out of {}", significant(*value), at(k)),
+            format!(
+                "no model of ours has a spring at a joint: take its torque, {} q, out of {}",
+                significant(*value),
+                at(k)
+            ),
         ),
         Hypothesis::Mount(axis) => (
             format!("gravity is tilted by {off} about {} of the base", ["x", "y"][axis]),

@@ -64,10 +64,15 @@ pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -
         claims.push(match chi > LACKING_MODEL_CHI_SQUARE {
             true => cannot_tell(
                 whole(RESIDUAL),
-                format!("the model lacks something: chi^2 per freedom is {chi:.1}, where noise alone gives less than 1"),
+                format!(
+                    "the model lacks something: chi^2 per freedom is {chi:.1}, where noise alone gives less than 1"
+                ),
                 "the effect that the remarks name, as an unknown",
             ),
-            false => Claim::new(whole(RESIDUAL), Outcome::Agrees { smallest: Figure::new(LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom") }),
+            false => Claim::new(
+                whole(RESIDUAL),
+                Outcome::Agrees { smallest: Figure::new(LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom") },
+            ),
         });
     }
     claims.extend(estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it")));
@@ -97,7 +102,11 @@ pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -
     let condition = estimate.condition_number;
     if condition.is_finite() && condition > DECIDING_CONDITION_NUMBER {
         let why = format!("the condition number is {condition:.0}");
-        claims.push(cannot_tell(whole(PARAMETERS), why, "a motion that excites the weakest direction (rist excite [after])"));
+        claims.push(cannot_tell(
+            whole(PARAMETERS),
+            why,
+            "a motion that excites the weakest direction (rist excite [after])",
+        ));
     }
     claims
 }
@@ -131,7 +140,8 @@ fn other_motion(estimate: &Estimate, total: f64, prediction: &Prediction) -> Cla
         );
     }
     if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
-        && error > described && error > SMALL_HELD_OUT_ERROR
+        && error > described
+        && error > SMALL_HELD_OUT_ERROR
     {
         let why = format!(
             "the description predicts the other log better ({}) than these parameters do ({})",

@@ -5,7 +5,7 @@
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
-use crate::estimate::ledger::topics::{DELAY, LOG, MOUNT, SCALE, SIGN, ZERO};
+use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
 use crate::estimate::ledger::{at, cannot_tell};
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
@@ -14,14 +14,16 @@ use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, JointPasspo
 /// The claims of a passport, contradictions first.
 pub fn claims_of_log(passport: &Passport) -> Vec<Claim> {
     let mut claims: Vec<Claim> = passport.findings.iter().map(finding).collect();
-    claims.extend(passport.untold.iter().map(|why| cannot_tell(Subject::whole(SCALE), why, "inertials")));
+    claims.extend(passport.untold.iter().map(|why| cannot_tell(Subject::whole(COMMON_SCALE), why, "inertials")));
     if passport.findings.iter().any(|f| f.fault.is_gross()) {
         return claims;
     }
     let names = |of: &dyn Fn(&JointPassport) -> bool| -> (Vec<String>, Vec<String>) {
         let named = |j: &&JointPassport| of(j);
         let (told, untold): (Vec<_>, Vec<_>) = passport.joints.iter().partition(named);
-        [told, untold].map(|joints: Vec<&JointPassport>| joints.into_iter().map(|j| j.coordinate.clone()).collect()).into()
+        [told, untold]
+            .map(|joints: Vec<&JointPassport>| joints.into_iter().map(|j| j.coordinate.clone()).collect())
+            .into()
     };
     let brakes = |j: &JointPassport| j.friction.is_some_and(|f| f.brakes > f.deviation);
     let counts = |j: &JointPassport| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
@@ -33,8 +35,9 @@ pub fn claims_of_log(passport: &Passport) -> Vec<Claim> {
     let (signed, unsigned) = names(&|j| brakes(j) || counts(j));
     agree(SIGN, signed, Figure::new(-1.0, "times the torque"));
     let (scaled, unscaled) = names(&counts);
+    let scaled_any = !scaled.is_empty();
     let largest = if scaled.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
-    agree(SCALE, scaled, Figure::new(largest, "times the torque, of all joints alike"));
+    agree(COMMON_SCALE, scaled, Figure::new(largest, "times the torque"));
     let mut zeros: Vec<(f64, Vec<String>)> = Vec::new();
     for joint in &passport.joints {
         let Some(angle) = joint.zero_power else { continue };
@@ -53,8 +56,18 @@ pub fn claims_of_log(passport: &Passport) -> Vec<Claim> {
                 claims.push(cannot_tell(at(topic, &names), why, would_tell));
             }
         };
-        open(SIGN, unsigned, "friction and description say too little of the torque", "a faster motion of these joints");
-        open(SCALE, unscaled, "the description explains less than half of the torque", "a known load");
+        open(
+            SIGN,
+            unsigned,
+            "friction and description say too little of the torque",
+            "a faster motion of these joints",
+        );
+        open(
+            COMMON_SCALE,
+            if scaled_any { Vec::new() } else { unscaled },
+            "the description explains less than half of the torque",
+            "a known load",
+        );
         open(ZERO, unzeroed, "these joints carry too little gravity", "a heavier load, or the encoder's own reference");
     }
     claims
@@ -63,13 +76,15 @@ pub fn claims_of_log(passport: &Passport) -> Vec<Claim> {
 /// The claim of one finding.
 fn finding(finding: &Finding) -> Claim {
     let topic = match finding.fault {
-        Fault::TorqueUnit(_) | Fault::NoTorque | Fault::Gains(_) | Fault::Factor(_) => SCALE,
+        Fault::TorqueUnit(_) | Fault::NoTorque | Fault::Gains(_) | Fault::Factor(_) => COMMON_SCALE,
         Fault::TorqueSigns | Fault::TorqueSign | Fault::MotionSign | Fault::Reversed | Fault::FrictionSign => SIGN,
         Fault::Zero(_) => ZERO,
         Fault::Delay(_) => DELAY,
         Fault::GravityCompensated => MOUNT,
         _ => LOG,
     };
+    // What does not forbid an estimate counts against it all the same.
+    let topic = if finding.fault.is_gross() || topic == DELAY { topic } else { LOG };
     let subject = Subject::of(topic, finding.joints.iter().cloned());
     if !finding.fault.is_gross() {
         let why = format!("{}: {}", finding.statement(), finding.evidence);

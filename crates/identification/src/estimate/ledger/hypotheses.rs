@@ -85,7 +85,7 @@ const SIGMAS: f64 = 6.0;
 /// Error on parts left out over that without the fault, below which the fault is worth naming.
 const WORTHWHILE: f64 = 0.9;
 /// Smaller angles and scales than these are errors of calibration, rad and 1.
-const LEAST_ANGLE_RAD: f64 = 0.0175;
+const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 const LEAST_SCALE: f64 = 0.03;
 /// Samples that are looked at.
 const MOST_SAMPLES: usize = 3000;

@@ -31,8 +31,10 @@ pub mod topics {
     pub const LOG: Topic = Topic("log");
     /// Which way torque and motion count.
     pub const SIGN: Topic = Topic("sign");
-    /// Torque per torque of the description, or of other joints.
-    pub const SCALE: Topic = Topic("scale");
+    /// Torque per torque of the description, of all joints alike.
+    pub const COMMON_SCALE: Topic = Topic("common scale of the torques");
+    /// Torque of a joint beside that of the others.
+    pub const SCALE: Topic = Topic("scale beside the other joints");
     /// Where a joint is at zero.
     pub const ZERO: Topic = Topic("zero");
     /// How the base is mounted under gravity.

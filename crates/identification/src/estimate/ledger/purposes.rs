@@ -45,7 +45,8 @@ pub fn bodies_purpose() -> Purpose {
 
 fn common(name: &'static str) -> Purpose {
     let told = [LOG, RESIDUAL, PARAMETERS].map(|t| Need::where_told(Subject::whole(t)));
-    let uncontradicted = [SIGN, SCALE, ZERO, MOUNT, SPRING].map(|t| Need::uncontradicted(Subject::whole(t)));
+    let uncontradicted =
+        [SIGN, COMMON_SCALE, SCALE, ZERO, MOUNT, SPRING].map(|t| Need::uncontradicted(Subject::whole(t)));
     let purpose = Purpose::new(name, Need::new(Subject::whole(OTHER_MOTION)));
     told.into_iter().chain(uncontradicted).fold(purpose, Purpose::and)
 }

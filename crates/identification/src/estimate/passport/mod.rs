@@ -29,16 +29,16 @@ mod trials;
 
 use logs::{Error, Suspect};
 
+use crate::estimate::ledger::visited::Visited;
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
+pub use crate::estimate::passport::finding::COMMON_FACTORS;
 pub(crate) use crate::estimate::passport::finding::significant;
 use crate::estimate::passport::friction::own_friction;
+use crate::estimate::passport::power::zero_power;
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
-pub use crate::estimate::passport::finding::COMMON_FACTORS;
-use crate::estimate::passport::power::zero_power;
 pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
 pub use crate::estimate::passport::report::{JointPassport, Passport};
-use crate::estimate::ledger::visited::Visited;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::passport::samples::Samples;
