@@ -6,7 +6,7 @@
 //! | rotor inertia of a URDF, which cannot say | the error on parts of the logs, each predicted from the others |
 //! | delay of the torques | the same, where the passport sees one |
 
-use identification::estimate::delay::Delay;
+use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::held_out::cross_validate;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
@@ -25,7 +25,6 @@ use crate::doctor::passport_of;
 use crate::error::Error;
 use crate::model::Model;
 use crate::request::SamplesRequest;
-use crate::samples::found_delay;
 
 /// Error on parts left out over that without a choice, below which the choice is taken.
 const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
@@ -164,4 +163,19 @@ fn delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Opt
         1e3 * found.seconds
     );
     Ok(Some((found, sentence)))
+}
+
+/// The delay with the smallest residual, put into the options.
+pub(crate) fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
+    let delay = estimate_delay(model.regressor(), logs, options)?;
+    if delay.at_the_end {
+        return Err(Error::verdict(format_args!(
+            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the search ends there, but the \
+             residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
+             drive gains, or give the delay",
+            delay.seconds, delay.residual, delay.residual_without
+        )));
+    }
+    options.signal.delay = delay.seconds;
+    Ok(delay)
 }

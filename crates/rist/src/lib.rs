@@ -42,6 +42,7 @@ pub mod closed_loop;
 mod described;
 pub mod description;
 pub mod doctor;
+mod drive_gains;
 mod effects;
 mod error;
 pub mod evaluation;

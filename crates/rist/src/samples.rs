@@ -1,11 +1,8 @@
 //! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
-use std::fmt::Write as _;
-
 use identification::estimate::consistent::{bodies, identify_consistent};
-use identification::estimate::delay::{Delay, estimate_delay};
+use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
-use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::{Fit, with_deviations};
@@ -16,17 +13,17 @@ use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
-use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
-use logs::{Effort, LogSource};
+use logs::LogSource;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
-use crate::chosen::choose;
+use crate::chosen::{choose, found_delay};
 use crate::doctor::passport_of;
+use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
@@ -269,20 +266,6 @@ fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBo
     })
 }
 
-pub(crate) fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
-    let delay = estimate_delay(model.regressor(), logs, options)?;
-    if delay.at_the_end {
-        return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the search ends there, but the \
-             residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
-             drive gains, or give the delay",
-            delay.seconds, delay.residual, delay.residual_without
-        )));
-    }
-    options.signal.delay = delay.seconds;
-    Ok(delay)
-}
-
 fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
     let couplings = options.transmission.coupled();
     let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
@@ -292,102 +275,6 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     let selection = select_friction(model.regressor(), &records, options, &candidates)?;
     options.friction = selection.candidates[selection.chosen].terms.clone();
     Ok(selection)
-}
-
-/// Puts the known gains into the options, and estimates those that are missing; `None` where all are known.
-fn drive_gains(
-    model: &Model,
-    logs: &[LogSource],
-    given: &[(String, Gain)],
-    options: &mut Options,
-) -> Result<Option<DriveGains>, Error> {
-    if !logs.iter().any(|log| log.effort_is() == Effort::Current) {
-        return match given.first() {
-            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
-            None => Ok(None),
-        };
-    }
-    if given.is_empty() && options.transmission.drive_gains.is_some() {
-        return Ok(None);
-    }
-    let coordinates = model.regressor().coordinates();
-    let known = known_gains(model, given)?;
-    let all: Option<Vec<f64>> = known.iter().map(|g| if let Gain::Known(g) = g { Some(*g) } else { None }).collect();
-    if all.is_some() {
-        options.transmission.drive_gains = all;
-        return Ok(None);
-    }
-    if known.iter().all(|g| *g == Gain::Free) {
-        return Err(Error::new(format_args!(
-            "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
-             others are then estimated): [gain={}=11.5]",
-            coordinates.first().map_or("q1", String::as_str)
-        )));
-    }
-    let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    let is_open = |k: &usize| {
-        !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]
-    };
-    let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
-    if !open.is_empty() {
-        return Err(Error::verdict(format_args!(
-            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
-             them with its deviation, as [gain={}=11+-2]",
-            open.join(", "),
-            open[0]
-        )));
-    }
-    if found.steps.is_none() {
-        return Err(Error::verdict("the drive gains did not converge: give more of them, or what is expected of them"));
-    }
-    options.transmission.drive_gains = Some(found.gain.clone());
-    Ok(Some(found))
-}
-
-/// The gains of the request over those of the description, one a coordinate.
-fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
-    let described = model.drive_gains();
-    let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
-    for (coordinate, gain) in given {
-        known[known_coordinate(model, coordinate)?] = *gain;
-    }
-    Ok(known)
-}
-
-fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
-    model.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}]: {e}")))
-}
-
-fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> String {
-    let known = known_gains(model, given).unwrap_or_default();
-    let mut text = "drive gains, N m/A:".to_string();
-    let coordinates = model.regressor().coordinates();
-    for (((coordinate, gain), sigma), known) in
-        coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)
-    {
-        // Writing to a String cannot fail.
-        let _ = match known {
-            Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
-            Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
-        };
-    }
-    text + "; all results rest on those that were given"
-}
-
-/// Includes the uncertainty of the gains in deviations and covariance, because the parameters follow from the gains.
-fn widen(estimate: &mut Estimate, gains: &DriveGains) {
-    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its own deviations.
-    if gains.deviation.len() != estimate.parameters.len() {
-        return;
-    }
-    for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
-        *parameter = parameter.clone().widened(deviation);
-    }
-    if !estimate.covariance.is_empty() {
-        let found = |(c, parameter): (usize, &Identified)| parameter.sigma.unwrap_or(estimate.covariance[c][c].sqrt());
-        let sigma: Vec<f64> = estimate.parameters.iter().enumerate().map(found).collect();
-        estimate.covariance = with_deviations(&gains.covariance, &sigma);
-    }
 }
 
 /// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use experiments::motion::record::Record;
 use identification::estimate::described::described_residuals;
 use identification::estimate::held_out;
-use identification::estimate::ledger::visited::Visited;
+use identification::estimate::passport::visited::Visited;
 use identification::estimate::residuals::Residuals;
 use identification::portrait::series::series;
 use identification::rows::observation::Observation;

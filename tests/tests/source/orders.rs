@@ -3,7 +3,7 @@
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
 pub const ORDERS: [(&str, &[&str]); 16] = [
-    ("crates/claims", &["subject", "figure", "remedy", "outcome", "claim", "standing", "purpose", "rule"]),
+    ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
@@ -136,6 +136,10 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "doctor",
             "adapters",
             "load",
+            "mount",
+            "motion_range",
+            "chosen",
+            "drive_gains",
             "samples",
             "validation",
             "judged",

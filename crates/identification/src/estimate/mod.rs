@@ -7,6 +7,7 @@ pub mod consistent;
 pub mod cross_talk;
 pub mod delay;
 pub mod described;
+pub mod digits;
 pub mod directions;
 pub mod drive_gains;
 pub mod essential;

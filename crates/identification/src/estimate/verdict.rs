@@ -8,6 +8,7 @@ use std::fmt;
 use claims::{Claim, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, lowering, worst};
 
 use crate::estimate::artefact::Estimate;
+use crate::estimate::digits::percent;
 use crate::estimate::identified::{INTERVAL, Identified, Status};
 pub use crate::estimate::ledger::Prediction;
 use crate::estimate::ledger::hypotheses::Tested;
@@ -126,8 +127,7 @@ impl Verdict {
 /// All claims, those of the log first.
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
-    let coordinates: Vec<String> = estimate.joints.iter().map(|j| j.coordinate.clone()).collect();
-    let faults = claims_of_faults(evidence.faults, &coordinates);
+    let faults = claims_of_faults(evidence.faults, &estimate.joints);
     let of_log = evidence.passport.map(claims_of_log).unwrap_or_default();
     let mut claims: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
     claims.extend(faults);
@@ -291,12 +291,6 @@ fn use_it(evidence: &Evidence) -> String {
     }
 }
 
-/// `0.53 %`, with digits that count.
-pub fn percent(x: f64) -> String {
-    let x = 100.0 * x;
-    if x >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }
-}
-
 /// Topics of which the table and the reasons tell.
 const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION];
 
@@ -349,10 +343,5 @@ mod tests {
         assert_eq!(common_factor(&[0.08, 0.5, 1.3]), None);
         assert_eq!(common_factor(&[1.2, 1.1, 1.3]), None);
         assert_eq!((common_factor(&[0.1, 0.1]), common_factor(&[])), (None, None));
-    }
-
-    #[test]
-    fn digits_that_count() {
-        assert_eq!((percent(0.00532), percent(0.145)), ("0.53 %".into(), "14.5 %".into()));
     }
 }

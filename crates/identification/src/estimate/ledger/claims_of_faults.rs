@@ -2,20 +2,22 @@
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
+use crate::estimate::digits::significant;
 use crate::estimate::ledger::hypotheses::{Hypothesis, Tested};
 use crate::estimate::ledger::topics::{MOUNT, SCALE, SPRING, ZERO};
-use crate::estimate::ledger::{at, cannot_tell};
-use crate::estimate::passport::significant;
+use crate::estimate::ledger::topics::{at, cannot_tell};
+use crate::estimate::residuals::JointResidual;
+use linear_model::unit::Unit;
 
 /// Powers beyond these tell nobody anything: 45 degrees, and half of a torque.
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const USELESS_SCALE: f64 = 0.5;
 
-/// The claims of tested hypotheses; `coordinates` by name.
-pub fn claims_of_faults(tested: &[Tested], coordinates: &[String]) -> Vec<Claim> {
+/// The claims of tested hypotheses; `joints`: one per coordinate.
+pub fn claims_of_faults(tested: &[Tested], joints: &[JointResidual]) -> Vec<Claim> {
     let gain = |t: &Tested| t.held_out.map_or(1.0, |(without, with)| with / without);
     let strongest = tested.iter().filter(|t| t.is_found()).min_by(|a, b| gain(a).total_cmp(&gain(b)));
-    let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, coordinates)).into_iter().collect();
+    let mut claims: Vec<Claim> = strongest.map(|t| contradicted(t, joints)).into_iter().collect();
     let kinds: [fn(&Hypothesis) -> bool; 4] = [
         |h| matches!(h, Hypothesis::Mount(_)),
         |h| matches!(h, Hypothesis::Zero(_)),
@@ -27,8 +29,8 @@ pub fn claims_of_faults(tested: &[Tested], coordinates: &[String]) -> Vec<Claim>
         let (told, untold): (Vec<&Tested>, Vec<&Tested>) = of_kind.into_iter().partition(|t| is_useful(t));
         let is_free = |t: &&&Tested| strongest.is_none() || (!t.is_found() && Some(**t) != strongest);
         let told: Vec<&Tested> = told.into_iter().filter(|t| is_free(&t)).collect();
-        claims.extend(agree(&told, coordinates));
-        let names: Vec<&String> = untold.iter().filter_map(|t| Some(&coordinates[t.of.joint()?])).collect();
+        claims.extend(agree(&told, joints));
+        let names: Vec<&String> = untold.iter().filter_map(|t| Some(&joints[t.of.joint()?].coordinate)).collect();
         if let (Some(first), false) = (untold.first(), names.is_empty()) {
             let why = "other bodies explain it as well";
             claims.push(cannot_tell(
@@ -58,26 +60,26 @@ fn is_useful(tested: &Tested) -> bool {
     }
 }
 
-fn subject(of: &Hypothesis, coordinates: &[String]) -> Subject {
+fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     match *of {
         Hypothesis::Mount(axis) => Subject::of(MOUNT, [if axis == 0 { "x" } else { "y" }]),
-        Hypothesis::Zero(k) | Hypothesis::Scale(k) | Hypothesis::Spring(k) => at(topic(of), [&coordinates[k]]),
+        Hypothesis::Zero(k) | Hypothesis::Scale(k) | Hypothesis::Spring(k) => at(topic(of), [&joints[k].coordinate]),
     }
 }
 
-fn figure(of: &Hypothesis, x: f64) -> Figure {
-    match of {
+fn figure(of: &Hypothesis, x: f64, joints: &[JointResidual]) -> Figure {
+    match *of {
         Hypothesis::Zero(_) | Hypothesis::Mount(_) => Figure::new(x.to_degrees(), "deg"),
         Hypothesis::Scale(_) => Figure::new(100.0 * x, "%"),
-        Hypothesis::Spring(_) => Figure::new(x, "N m/rad (N/m)"),
+        Hypothesis::Spring(k) => Figure::new(x, if joints[k].unit == Unit::TORQUE { "N m/rad" } else { "N/m" }),
     }
 }
 
 /// One claim for those of equal power, the least power first.
-fn agree(tested: &[&Tested], coordinates: &[String]) -> Vec<Claim> {
+fn agree(tested: &[&Tested], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
-        let (figure, subject) = (shown(figure(&one.of, one.power)), subject(&one.of, coordinates));
+        let (figure, subject) = (shown(figure(&one.of, one.power, joints)), subject(&one.of, joints));
         match groups.iter_mut().find(|(of, _)| *of == figure) {
             Some((_, all)) => all.of.extend(subject.of),
             None => groups.push((figure, subject)),
@@ -94,11 +96,11 @@ fn shown(figure: Figure) -> Figure {
     Figure { value: format!("{value:.1e}").parse().unwrap_or(value), ..figure }
 }
 
-fn contradicted(tested: &Tested, coordinates: &[String]) -> Claim {
+fn contradicted(tested: &Tested, joints: &[JointResidual]) -> Claim {
     let Tested { of, value, deviation, held_out, .. } = tested;
-    let size = |x: f64| figure(of, x).to_string();
+    let size = |x: f64| figure(of, x, joints).to_string();
     let off = format!("{} +- {}", size(*value), size(*deviation));
-    let at = |k: usize| &coordinates[k];
+    let at = |k: usize| &joints[k].coordinate;
     let (fault, remedy) = match *of {
         Hypothesis::Zero(k) => (
             format!("the zero of {} is off by {off}", at(k)),
@@ -130,5 +132,5 @@ fn contradicted(tested: &Tested, coordinates: &[String]) -> Claim {
         None => Trial::NotTried { why: "it is too small".into() },
     };
     let remedy = Remedy::new("identify", remedy);
-    Claim::new(subject(of, coordinates), Outcome::Contradicted { fault, remedy, trial })
+    Claim::new(subject(of, joints), Outcome::Contradicted { fault, remedy, trial })
 }

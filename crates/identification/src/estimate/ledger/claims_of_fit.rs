@@ -5,11 +5,11 @@ use linear_model::parameter::ParameterId;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
+use crate::estimate::digits::percent;
+use crate::estimate::digits::significant;
 use crate::estimate::identified::{Identified, Status};
-use crate::estimate::ledger::cannot_tell;
+use crate::estimate::ledger::topics::cannot_tell;
 use crate::estimate::ledger::topics::{FRICTION, OTHER_MOTION, PARAMETERS, RESIDUAL};
-use crate::estimate::passport::significant;
-use crate::estimate::verdict::percent;
 
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
 /// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that

@@ -6,7 +6,7 @@
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
 use crate::estimate::ledger::topics::{COMMON_SCALE, DELAY, LOG, MOUNT, SIGN, ZERO};
-use crate::estimate::ledger::{at, cannot_tell};
+use crate::estimate::ledger::topics::{at, cannot_tell};
 use crate::estimate::passport::Passport;
 use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::{COMMON_FACTORS, COUNTED_SLOPE_SHARE, JointPassport};

@@ -7,10 +7,10 @@
 
 use claims::{Claim, Figure, Need, Outcome, Purpose, Subject, Topic};
 
-use crate::estimate::ledger::cannot_tell;
+use crate::estimate::digits::percent;
+use crate::estimate::ledger::topics::cannot_tell;
 use crate::estimate::ledger::topics::*;
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-use crate::estimate::verdict::percent;
 
 /// Error of predicted torque by the covariance, relative, up to which it is sure.
 pub const SURE_TORQUE: f64 = 0.05;

@@ -8,11 +8,12 @@
 use linear_model::regressor::Regressor;
 use logs::Suspect;
 
+use crate::estimate::digits::significant;
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES, significant};
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Passport};
+use crate::estimate::passport::report::{ALIKE_SLOPES, COUNTED_SLOPE_SHARE, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
@@ -29,9 +30,6 @@ pub struct Look<'a> {
 
 /// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
-
-/// Slopes within this share of their median are alike.
-const ALIKE_SLOPES: f64 = 0.2;
 
 /// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
@@ -117,7 +115,6 @@ impl Look<'_> {
         if !NOMINAL_INERTIAL_SLOPES.contains(&scale) {
             found.push(self.unit(scale, slopes, list()));
         }
-        found.extend(self.common_factor(&telling, list()).filter(|_| found.is_empty() && !all_signs));
         if all_signs {
             found.push(Finding {
                 fault: Fault::TorqueSigns,
@@ -147,6 +144,9 @@ impl Look<'_> {
         found.extend(changes.iter().filter(is_new).map(|change| self.changed(change, &changes, &list())));
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
+        }
+        if found.is_empty() {
+            found.extend(self.common_factor(&telling, list()));
         }
         if telling.is_empty() && found.is_empty() {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());

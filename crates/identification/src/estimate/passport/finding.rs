@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::estimate::digits::significant;
+
 /// What is wrong with a log, or with a log and a description together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
@@ -79,7 +81,6 @@ impl Fault {
     pub fn is_gross(self) -> bool {
         match self {
             Fault::Computed | Fault::Saturated(_) | Fault::Delay(_) => false,
-            Fault::Gains(factor) => !NOMINAL_INERTIAL_SLOPES.contains(&factor),
             _ => true,
         }
     }
@@ -168,18 +169,5 @@ impl Finding {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}; {}", self.statement(), self.evidence, self.remedy)
-    }
-}
-
-/// Three significant digits, without an exponent where the number can be read without it.
-pub fn significant(x: f64) -> String {
-    let size = x.abs();
-    match size {
-        _ if size == 0.0 => "0".into(),
-        _ if !(1e-3..1e5).contains(&size) => format!("{x:.2e}"),
-        _ if size >= 100.0 => format!("{x:.0}"),
-        _ if size >= 10.0 => format!("{x:.1}"),
-        _ if size >= 0.1 => format!("{x:.2}"),
-        _ => format!("{x:.4}"),
     }
 }

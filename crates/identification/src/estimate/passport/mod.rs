@@ -22,23 +22,23 @@ mod order;
 mod power;
 mod regression;
 mod report;
-pub(crate) mod samples;
+mod samples;
 mod search;
 mod signals;
 mod trials;
+pub mod visited;
 
 use logs::{Error, Suspect};
 
-use crate::estimate::ledger::visited::Visited;
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
 pub use crate::estimate::passport::finding::COMMON_FACTORS;
-pub(crate) use crate::estimate::passport::finding::significant;
 use crate::estimate::passport::friction::own_friction;
 use crate::estimate::passport::power::zero_power;
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
 pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
 pub use crate::estimate::passport::report::{JointPassport, Passport};
+use crate::estimate::passport::visited::Visited;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::passport::samples::Samples;

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
-use crate::estimate::ledger::visited::Visited;
-use crate::estimate::passport::finding::{Fault, Finding, significant};
+use crate::estimate::digits::significant;
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::friction::OwnFriction;
+use crate::estimate::passport::visited::Visited;
 
 /// How a joint's torque agrees with the description.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,9 +50,8 @@ pub const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
-/// Gains that differ by this factor from those of the description are worth a word. Inertials are rarely so wrong in
-/// all joints.
-const DOUBTED_GAIN_FACTOR: f64 = 1.8;
+/// Slopes within this share of their median are alike.
+pub const ALIKE_SLOPES: f64 = 0.15;
 
 impl Passport {
     /// Whether there was a description to hold the log against.
@@ -79,9 +79,12 @@ impl Passport {
         let Some(factor) = found.get(found.len() / 2).map(|f| f.0).filter(|_| found.len() >= gains.len().min(2)) else {
             return;
         };
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
         self.findings.retain(|f| !is_unit(f));
-        if self.findings.is_empty() && !(1.0 / DOUBTED_GAIN_FACTOR..DOUBTED_GAIN_FACTOR).contains(&factor) {
+        // A load, or bodies that differ, move some joints only.
+        let alike = found.iter().all(|(slope, _)| (slope / factor - 1.0).abs() < ALIKE_SLOPES);
+        let is_off = !COMMON_FACTORS.contains(&factor) && (alike || !NOMINAL_INERTIAL_SLOPES.contains(&factor));
+        if self.findings.is_empty() && is_off {
             let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
             self.findings.push(Finding {
                 fault: Fault::Gains(factor),
@@ -97,7 +100,7 @@ impl Passport {
 
     /// Notes what gains the description implies where the efforts are known to be currents, which is no fault.
     pub fn efforts_are_currents(&mut self) {
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
         let (unit, others) = std::mem::take(&mut self.findings).into_iter().partition(is_unit);
         let unit: Vec<Finding> = unit;
         self.findings = others;
