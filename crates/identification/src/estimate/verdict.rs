@@ -319,19 +319,20 @@ const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS,
 
 /// What agrees and what cannot be told, a line each, and an empty line behind them.
 pub fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
-    let mut is_empty = true;
-    for claim in claims {
-        let subject = claim.subject();
-        match claim.outcome() {
-            Outcome::Agrees { smallest } => writeln!(f, "agrees: {subject}; {smallest} would have shown")?,
-            Outcome::CannotTell { why, .. } => writeln!(f, "cannot tell: {subject}: {why}")?,
-            Outcome::NotLookedAt { why, .. } => writeln!(f, "not looked at: {subject}: {why}")?,
-            Outcome::Proven { .. } | Outcome::Assumed { .. } => writeln!(f, "{claim}")?,
-            Outcome::Contradicted { .. } => continue,
-        }
-        is_empty = false;
+    let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
+    lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+    if lines.is_empty() { Ok(()) } else { writeln!(f) }
+}
+
+/// A claim in one line.
+pub fn claim_line(claim: &Claim) -> String {
+    let subject = claim.subject();
+    match claim.outcome() {
+        Outcome::Agrees { smallest } => format!("agrees: {subject}; {smallest} would have shown"),
+        Outcome::CannotTell { why, .. } => format!("cannot tell: {subject}: {why}"),
+        Outcome::NotLookedAt { why, .. } => format!("not looked at: {subject}: {why}"),
+        Outcome::Proven { .. } | Outcome::Assumed { .. } | Outcome::Contradicted { .. } => claim.to_string(),
     }
-    if is_empty { Ok(()) } else { writeln!(f) }
 }
 
 /// A joint whose torque is less sure than this, relative to itself, is named.
