@@ -23,7 +23,7 @@ pub struct FreeFit<'a> {
 }
 
 /// Error of a fit with free parameters up to which it explains a log.
-const EXPLAINED_ERROR: f64 = 0.05;
+const EXPLAINED_ERROR: f64 = 0.02;
 
 /// The claims of a passport, contradictions first. With a fit, an offset or a sign of a joint that the fit does not need is
 /// no contradiction: other bodies explain the log as well.

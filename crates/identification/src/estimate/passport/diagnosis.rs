@@ -31,6 +31,9 @@ pub struct Look<'a> {
 /// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
+/// Slopes within this share of their median are alike.
+const ALIKE_SLOPES: f64 = 0.25;
+
 /// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
 
@@ -160,7 +163,8 @@ impl Look<'_> {
         // A load, or other bodies, move some joints and not all of them to one side.
         let is_off =
             telling.iter().all(|s| *s > COMMON_FACTORS.end) || telling.iter().all(|s| *s < COMMON_FACTORS.start);
-        (telling.len() >= 2 && is_off && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
+        let alike = telling.iter().all(|s| (s / middle - 1.0).abs() < ALIKE_SLOPES);
+        (telling.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
             fault: Fault::Factor(middle),
             joints: Vec::new(),
             evidence,
