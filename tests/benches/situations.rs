@@ -55,5 +55,6 @@ fn show(situation: &Situation, outcome: &Outcome) {
         println!("{name:<22} {value:>12.5} {sigma:>12.5} {exact:>12.5} {off:>12.2}");
     }
     println!("{}", line(situation, outcome));
-    println!("the truth leaves {:.1e} of the torque in the columns of the model", judgement.left);
+    let (left, unsaid) = (judgement.left, judgement.unsaid);
+    println!("the true bodies leave {left:.1e} of the torque in the columns of the model, {unsaid} rotors have none");
 }

@@ -32,8 +32,10 @@ pub struct Judgement {
     pub worst_sigma: Worst,
     /// Of each parameter: name, value, deviation, truth.
     pub parameters: Vec<(String, f64, f64, f64)>,
-    /// What the truth leaves over in the columns of the model: a rounding, but where a rotor has no column.
+    /// What the true bodies leave of the torque in the columns of the model: a rounding.
     pub left: f64,
+    /// Rotors that the columns of the model cannot say.
+    pub unsaid: usize,
 }
 
 /// What was said, and the truth.
@@ -124,11 +126,7 @@ impl Situation {
         let chain = standing(&self.machine, &self.defects, self.is_loaded(0));
         let (torque, rigid, worst_joint) = self.torque_errors(&linear, &chain, &x);
         let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
-        let mut true_base = truth(&upright, model.regressor(), true);
-        // A model without rotors shows the bodies' parameters, not those that would explain rotors.
-        if true_base.left > 1e-6 {
-            true_base.base = truth(&upright, model.regressor(), false).base;
-        }
+        let true_base = truth(&upright, model.regressor());
         let true_value = |id: &ParameterId| self.true_value(id, model, &true_base.base, &options.friction);
         let one = |p: &identification::estimate::identified::Identified| {
             Some((p.id.to_string(), p.value?, p.sigma?, true_value(&p.id)?))
@@ -137,7 +135,15 @@ impl Situation {
         let off = |(_, value, sigma, exact): &(String, f64, f64, f64)| (value - exact).abs() / sigma;
         let worst = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
         let worst_sigma = worst.map_or((String::new(), 0.0), |p| (p.0.clone(), off(p)));
-        Judgement { torque, rigid, worst_joint, worst_sigma, parameters, left: true_base.left }
+        Judgement {
+            torque,
+            rigid,
+            worst_joint,
+            worst_sigma,
+            parameters,
+            left: true_base.left,
+            unsaid: true_base.unsaid.len(),
+        }
     }
 
     /// Errors of the torque on the motion of use: of all, of the bodies, and of the worst joint.

@@ -89,10 +89,11 @@ pub fn line(situation: &Situation, outcome: &Outcome) -> String {
         let (joint, of_joint) = &j.worst_joint;
         let (parameter, sigma) = &j.worst_sigma;
         format!(
-            "torque {:.2} % ({joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma",
+            "torque {:.2} % ({joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma{}",
             100.0 * j.torque,
             100.0 * of_joint,
-            100.0 * j.rigid
+            100.0 * j.rigid,
+            if j.unsaid > 0 { " (rotors left out)" } else { "" }
         )
     });
     let (logs, name) = (situation.motions.len(), &situation.machine.name);
