@@ -56,6 +56,8 @@ impl Counts {
 pub struct Tally {
     groups: BTreeMap<(usize, String), Counts>,
     false_yes: Vec<String>,
+    /// Good ones that are not trusted, with the first reason.
+    doubted: Vec<String>,
 }
 
 impl Tally {
@@ -71,6 +73,10 @@ impl Tally {
         }
         if outcome.is_yes() && (outcome.predicts_wrong() || outcome.bodies_wrong() || outcome.is_oversure()) {
             self.false_yes.push(line(situation, outcome));
+        }
+        if outcome.is_good() && !outcome.is_yes() && !situation.changes() {
+            let reason = outcome.verdict.as_ref().and_then(|v| v.reasons.first()).map_or("", String::as_str);
+            self.doubted.push(format!("{}\n    {reason}", line(situation, outcome)));
         }
     }
 
@@ -129,6 +135,8 @@ impl fmt::Display for Tally {
             )?;
         }
         writeln!(f, "\nfalse yes ({}):", self.false_yes.len())?;
-        self.false_yes.iter().try_for_each(|line| writeln!(f, "{line}"))
+        self.false_yes.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        writeln!(f, "\ngood, and not trusted ({}):", self.doubted.len())?;
+        self.doubted.iter().try_for_each(|line| writeln!(f, "{line}"))
     }
 }

@@ -3,7 +3,7 @@
 //! The links follow the motion exactly. Behind a flexible joint the motor stands at theta = q + tau / K, so that its
 //! speed and acceleration follow from the torque by central differences; K is given by the frequency at which the link
 //! swings against a motor that is held. Bristles are integrated exactly over each step at its speed:
-//! z -> z_s sign(v) + (z - z_s sign(v)) exp(-|v| h / z_s) [Dahl 1968].
+//! z -> z_s sign(v) + (z - z_s sign(v)) exp(-|v| h / z_s), Dahl's law.
 
 use super::chain::Chain;
 use super::defects::{Defect, Kind};
