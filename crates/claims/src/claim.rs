@@ -39,6 +39,11 @@ impl Claim {
 }
 
 impl Claim {
+    /// Whether it says that something is wrong.
+    pub fn is_contradicted(&self) -> bool {
+        self.standing() == Standing::Refused
+    }
+
     /// How it stands.
     pub fn standing(&self) -> Standing {
         Standing::of(&self.outcome)

@@ -24,9 +24,13 @@ pub fn as_json(verdict: &Verdict) -> Value {
 
 /// A failure with exit code 1 where the verdict is no; `withheld`: files were asked for and are not written.
 pub fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
-    if verdict.trust != Trust::No {
+    let (trust, reasons) = match withheld {
+        true => verdict.of_bodies(),
+        false => (verdict.trust, verdict.reasons.clone()),
+    };
+    if trust != Trust::No {
         return Ok(());
     }
     let files = if withheld { "; nothing is written for a simulator (--anyway writes it)" } else { "" };
-    Err(Failure::verdict(format_args!("not to be trusted: {}{files}", verdict.reasons.join("; "))))
+    Err(Failure::verdict(format_args!("not to be trusted: {}{files}", reasons.join("; "))))
 }

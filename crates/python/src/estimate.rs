@@ -84,8 +84,9 @@ impl Estimate {
                 }
             }));
         };
-        if !anyway && self.verdict.trust == Trust::No {
-            let reasons = self.verdict.reasons.join("; ");
+        let (trust, reasons) = self.verdict.of_bodies();
+        if !anyway && trust == Trust::No {
+            let reasons = reasons.join("; ");
             return Err(error(format_args!(
                 "not to be trusted: {reasons}; nothing is written for a simulator (anyway=True writes it)"
             )));

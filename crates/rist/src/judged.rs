@@ -38,7 +38,7 @@ impl Identification {
         let validation = (!predictions.is_empty()).then(|| {
             Validation::of_logs(reference, &estimate.method, estimate.cutoff, model.regressor(), &predictions)
         });
-        let is_withheld = verdict.trust == Trust::No && !anyway;
+        let is_withheld = verdict.of_bodies().0 == Trust::No && !anyway;
         Ok(Judged { predictions, validation, verdict, is_withheld })
     }
 

@@ -254,13 +254,14 @@ fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBo
     let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
     let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
     let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
-        Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite()).map(|ratio| (name.to_string(), ratio))
+        let described = known.as_ref()?[9];
+        Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
     let refusal = found.refusal();
     Ok(FoundBodies {
         bodies: Some(Bodies { links, armatures: armatures(model, &found.consistent.phi), refusal: refusal.clone() }),
-        evidence: Some(BodiesEvidence { refusal, mass_ratios: named.iter().zip(&known).filter_map(ratio).collect() }),
+        evidence: Some(BodiesEvidence { refusal, masses: named.iter().zip(&known).filter_map(ratio).collect() }),
         outgrown: named.iter().zip(&known).filter_map(describe).collect(),
         estimate: found.estimate,
     })

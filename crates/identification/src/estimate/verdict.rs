@@ -13,7 +13,9 @@ use crate::estimate::identified::{INTERVAL, Identified, Status};
 pub use crate::estimate::ledger::Prediction;
 use crate::estimate::ledger::hypotheses::Tested;
 use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
-use crate::estimate::ledger::topics::{BODIES, GRAVITY_TORQUE, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN};
+use crate::estimate::ledger::topics::{
+    BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
+};
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
 use crate::estimate::ledger::{claims_of_faults, claims_of_fit, claims_of_log, not_noise};
 use crate::estimate::passport::Passport;
@@ -23,7 +25,7 @@ pub use claims::Trust;
 /// The verdict, the last lines of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The lowest answer of all uses.
+    /// The lowest answer of all uses of torques.
     pub trust: Trust,
     /// What was found, beside the error of the description.
     pub found: String,
@@ -31,7 +33,7 @@ pub struct Verdict {
     pub reasons: Vec<String>,
     /// What to do now.
     pub next: String,
-    /// The answer for each use.
+    /// The answer for each use of torques, and for bodies where they were asked for.
     pub uses: Vec<UseVerdict>,
     /// All that was claimed.
     pub claims: Vec<Claim>,
@@ -55,8 +57,8 @@ pub struct UseVerdict {
 pub struct BodiesEvidence {
     /// Why they are not to be used; `None` where the solver found them and they fit.
     pub refusal: Option<String>,
-    /// Identified over described mass of each body that has one, by name.
-    pub mass_ratios: Vec<(String, f64)>,
+    /// Of each body that has a described mass: its name, the identified over the described mass, and the described mass, kg.
+    pub masses: Vec<(String, f64, f64)>,
 }
 
 /// What a verdict is made from.
@@ -90,6 +92,9 @@ const COMMON_FACTOR_SPREAD: f64 = 1.6;
 /// Identified over described mass beyond which a body is not to be written.
 const BELIEVED_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
+/// A change of this share of the robot's mass is none that matters.
+const SMALL_MASS_SHARE: f64 = 0.02;
+
 impl Verdict {
     /// Weighs the evidence.
     pub fn of(evidence: &Evidence) -> Verdict {
@@ -107,10 +112,10 @@ impl Verdict {
             }
         };
         let uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
-        let trust = uses.iter().map(|u| u.trust).min().unwrap_or(Trust::WithCare);
+        let trust = uses.iter().take(Use::ALL.len()).map(|u| u.trust).min().unwrap_or(Trust::WithCare);
         let lowered: Vec<&Claim> = claims
             .iter()
-            .filter(|claim| purposes.iter().any(|(p, _)| lowering(&claims, p).contains(claim)))
+            .filter(|claim| purposes[..Use::ALL.len()].iter().any(|(p, _)| lowering(&claims, p).contains(claim)))
             .filter(|claim| trust != Trust::No || claim.standing() == Standing::Refused)
             .collect();
         let next = lowered.first().map_or_else(|| use_it(evidence), |claim| what_mends(claim));
@@ -124,13 +129,26 @@ impl Verdict {
     }
 }
 
+impl Verdict {
+    /// Whether bodies may be written, by trust and reasons; the answer for all uses where no bodies were asked for.
+    pub fn of_bodies(&self) -> (Trust, Vec<String>) {
+        let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
+        let lowered = lowering(&self.claims, &bodies_purpose());
+        let refused = lowered.into_iter().filter(|claim| claim.standing() == Standing::Refused);
+        (trust, refused.map(sentence).collect())
+    }
+}
+
 /// All claims, those of the log first.
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints);
     let of_log = evidence.passport.map(claims_of_log).unwrap_or_default();
-    let mut claims: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
-    claims.extend(faults);
+    let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
+    let is_open = |claim: &Claim| claim.standing() == Standing::Open;
+    let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });
+    let fine: Vec<Claim> = fine.collect();
+    let mut claims = [coarse, fine].concat();
     claims.extend(claims_of_bodies(evidence));
     claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction));
     claims.extend(evidence.torque_errors.iter().map(claim_of_torque));
@@ -139,15 +157,15 @@ fn claims(evidence: &Evidence) -> Vec<Claim> {
     claims
 }
 
-/// A claim of the description for the joints of which the fit tells nothing finer.
-fn untold_yet(claim: Claim, finer: &[Claim]) -> Option<Claim> {
+/// A claim for the joints of which the others tell nothing.
+fn untold_yet(claim: Claim, others: &[Claim]) -> Option<Claim> {
     let subject = claim.subject();
     if claim.standing() == Standing::Refused || subject.of.is_empty() {
         return Some(claim);
     }
     let is_told = |name: &&String| {
         let one = Subject::of(subject.topic, [(*name).clone()]);
-        finer.iter().any(|c| matches!(c.outcome(), Outcome::Agrees { .. }) && c.subject().touches(&one))
+        others.iter().any(|c| matches!(c.outcome(), Outcome::Agrees { .. }) && c.subject().touches(&one))
     };
     let open: Vec<String> = subject.of.iter().filter(|name| !is_told(name)).cloned().collect();
     (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
@@ -156,19 +174,24 @@ fn untold_yet(claim: Claim, finer: &[Claim]) -> Option<Claim> {
 /// What speaks against the bodies.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
-    let refused = |fault: String, advice: &str| {
+    let contradicted = |topic: Topic, fault: String, advice: &str| {
         let remedy = Remedy::new("identify", advice);
         let trial = Trial::NotTried { why: "it needs other data".into() };
-        Claim::new(Subject::whole(BODIES), Outcome::Contradicted { fault, remedy, trial })
+        Claim::new(Subject::whole(topic), Outcome::Contradicted { fault, remedy, trial })
     };
+    let refused = |fault: String, advice: &str| contradicted(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
-    let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| refused(why.clone(), look)).collect();
-    let ratios: Vec<f64> = bodies.mass_ratios.iter().map(|(_, ratio)| *ratio).collect();
+    let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| contradicted(LOG, why.clone(), look)).collect();
+    let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
+    let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
+    let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
+        !BELIEVED_MASS_RATIOS.contains(&ratio) && (ratio - 1.0).abs() * mass > SMALL_MASS_SHARE * whole
+    };
     if let Some(factor) = common_factor(&ratios) {
         let fault =
             format!("all masses are about {factor:.2} times those of the description: a unit or a gain is wrong");
-        claims.push(refused(fault, "look at the unit and the gains of the torques"));
-    } else if let Some((name, ratio)) = bodies.mass_ratios.iter().find(|(_, r)| !BELIEVED_MASS_RATIOS.contains(r)) {
+        claims.push(contradicted(COMMON_SCALE, fault, "look at the unit and the gains of the torques"));
+    } else if let Some((name, ratio, _)) = bodies.masses.iter().find(is_off) {
         let fault = format!(
             "the mass of {name} comes out at {ratio:.2} times that of the description: these data do not tell it, or \
              inertia that no body has is put into it"
@@ -296,19 +319,20 @@ const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS,
 
 /// What agrees and what cannot be told, a line each, and an empty line behind them.
 pub fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
-    let mut is_empty = true;
-    for claim in claims {
-        let subject = claim.subject();
-        match claim.outcome() {
-            Outcome::Agrees { smallest } => writeln!(f, "agrees: {subject}; {smallest} would have shown")?,
-            Outcome::CannotTell { why, .. } => writeln!(f, "cannot tell: {subject}: {why}")?,
-            Outcome::NotLookedAt { why, .. } => writeln!(f, "not looked at: {subject}: {why}")?,
-            Outcome::Proven { .. } | Outcome::Assumed { .. } => writeln!(f, "{claim}")?,
-            Outcome::Contradicted { .. } => continue,
-        }
-        is_empty = false;
+    let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
+    lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+    if lines.is_empty() { Ok(()) } else { writeln!(f) }
+}
+
+/// A claim in one line.
+pub fn claim_line(claim: &Claim) -> String {
+    let subject = claim.subject();
+    match claim.outcome() {
+        Outcome::Agrees { smallest } => format!("agrees: {subject}; {smallest} would have shown"),
+        Outcome::CannotTell { why, .. } => format!("cannot tell: {subject}: {why}"),
+        Outcome::NotLookedAt { why, .. } => format!("not looked at: {subject}: {why}"),
+        Outcome::Proven { .. } | Outcome::Assumed { .. } | Outcome::Contradicted { .. } => claim.to_string(),
     }
-    if is_empty { Ok(()) } else { writeln!(f) }
 }
 
 /// A joint whose torque is less sure than this, relative to itself, is named.
