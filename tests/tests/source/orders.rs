@@ -218,7 +218,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "promise",
             "tape_robot",
             "benchmark",
-            "situations",
+            "random_situations",
         ],
     ),
     ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),

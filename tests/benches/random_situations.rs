@@ -1,7 +1,7 @@
 //! Whether a "yes" of `rist identify` can be believed: random robots, motions, noise, defects and gross faults.
 //!
-//! `cargo bench --profile dev -p tests --bench situations -- [COUNT] [from SEED] [each]`: counts; `each` prints every one.
-//! `cargo bench --profile dev -p tests --bench situations -- seed SEED`: one, with all that the program says.
+//! `cargo bench --profile dev -p tests --bench random_situations -- [COUNT] [from SEED] [each]`: counts; `each` prints every one.
+//! `cargo bench --profile dev -p tests --bench random_situations -- seed SEED`: one, with all that the program says.
 //!
 //! | column | is |
 //! |---|---|
@@ -12,9 +12,9 @@
 //! | good | torque within 2 %, all parameters within four deviations, both logs of one machine |
 //! | no, with care | what is said of the good |
 
-use tests::situations::Situation;
-use tests::situations::judge::Outcome;
-use tests::situations::tally::{Tally, line};
+use tests::random_situations::Situation;
+use tests::random_situations::judge::Outcome;
+use tests::random_situations::tally::{Tally, line};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|w| w != "--bench").collect();

@@ -1,18 +1,18 @@
-//! The simulator of the bench `situations`: its mechanics keep their laws, and agree with what rist derives and with the
+//! The simulator of the bench `random_situations`: its mechanics keep their laws, and agree with what rist derives and with the
 //! recursion of the tests; five situations end with a verdict.
 
 use rist::Model;
 use tests::random::{Random, State};
+use tests::random_situations::Situation;
+use tests::random_situations::chain::Chain;
+use tests::random_situations::defects::{Defect, Kind};
+use tests::random_situations::draw::Draw;
+use tests::random_situations::motion::Motion;
+use tests::random_situations::robots::{chain_of, machine};
+use tests::random_situations::sensors::{Noise, Sensors};
+use tests::random_situations::torque::{FINE, series, standing};
+use tests::random_situations::truth::truth;
 use tests::recursion;
-use tests::situations::Situation;
-use tests::situations::chain::Chain;
-use tests::situations::defects::{Defect, Kind};
-use tests::situations::draw::Draw;
-use tests::situations::motion::Motion;
-use tests::situations::robots::{chain_of, machine};
-use tests::situations::sensors::{Noise, Sensors};
-use tests::situations::torque::{FINE, series, standing};
-use tests::situations::truth::truth;
 
 /// Situations whose robots differ: the first seeds.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
