@@ -19,6 +19,7 @@ pub mod pose;
 pub mod program;
 pub mod promise;
 pub mod random;
+pub mod random_situations;
 pub mod random_structures;
 pub mod recursion;
 pub mod rules;

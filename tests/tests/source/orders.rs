@@ -218,6 +218,8 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "promise",
             "tape_robot",
             "benchmark",
+            "random_situations",
+            "situations",
         ],
     ),
     ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
