@@ -6,7 +6,8 @@
 //! |---|---|---|
 //! | inertia, rotor inertia | XX .. ZZ, IA | kg m^2 (IA: kg) |
 //! | first moment, mass | MX MY MZ, M | kg m, kg |
-//! | viscous friction | FV, FVP, FVN | N m s/rad (N s/m) |
+//! | viscous friction | FV, FVP, FVN, FVA | N m s/rad (N s/m) |
+//! | friction that grows with the root of the speed | FR | N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
 //! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
 //! | friction that grows with the load | FL, FLP, FLN | 1 |
 //! | coupled motor | IAM, FVM, FSM | as IA, FV, FS |
@@ -216,10 +217,14 @@ pub enum FrictionParameter {
     LoadBackward,
     /// IA: rotor inertia, for models that have none.
     Rotor,
+    /// FVA: viscous, where it differs by direction: half of the difference.
+    ViscousAsymmetry,
+    /// FR: per root of the speed.
+    Root,
 }
 
 impl FrictionParameter {
-    const ALL: [FrictionParameter; 14] = {
+    const ALL: [FrictionParameter; 16] = {
         use FrictionParameter::*;
         [
             Viscous,
@@ -236,6 +241,8 @@ impl FrictionParameter {
             LoadForward,
             LoadBackward,
             Rotor,
+            ViscousAsymmetry,
+            Root,
         ]
     };
 
@@ -257,6 +264,8 @@ impl FrictionParameter {
             LoadForward => "FLP",
             LoadBackward => "FLN",
             Rotor => "IA",
+            ViscousAsymmetry => "FVA",
+            Root => "FR",
         }
     }
 
@@ -276,7 +285,8 @@ impl FrictionParameter {
     fn unit(self) -> Unit {
         use FrictionParameter::*;
         match self {
-            Viscous | ViscousForward | ViscousBackward => Unit::VISCOUS,
+            Viscous | ViscousForward | ViscousBackward | ViscousAsymmetry => Unit::VISCOUS,
+            Root => Unit::ROOT_OF_SPEED,
             Load | LoadForward | LoadBackward => Unit::ONE,
             Rotor => Unit::INERTIA,
             _ => Unit::TORQUE,

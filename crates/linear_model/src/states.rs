@@ -1,6 +1,7 @@
 //! Samples of one record, ready for the regressor.
 
 use crate::friction::terms::FrictionTerm;
+use crate::regressor::Regressor;
 
 /// The columns of a friction term behind the filter of the torques.
 #[derive(Clone, Debug)]
@@ -32,6 +33,8 @@ pub struct States {
     pub motor_direction: Vec<f64>,
     /// Columns of friction that were filtered as a whole; other terms are computed sample by sample.
     pub friction: Vec<FilteredFriction>,
+    /// Torque of the bodies that an earlier fit predicts, N m (N), n each; empty where no friction grows with it.
+    pub load: Vec<f64>,
     /// Whether the row of joint j at sample r counts.
     pub used: Vec<bool>,
     /// Cut-off of positions and velocities in force, Hz; 0: none.
@@ -57,6 +60,27 @@ impl States {
         terms.iter().map(of).collect()
     }
 
+    /// The torque that a term of a single joint grows with, zero where none was predicted; `None` for other terms.
+    #[inline]
+    pub fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
+        term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
+    }
+
+    /// Predicts the torque of the bodies with these base parameters.
+    pub fn predict_load(&mut self, regressor: &dyn Regressor, base: &[f64]) {
+        let (n, p) = (self.n, base.len());
+        let (mut inputs, mut y) = (vec![0.0; 3 * n], vec![0.0; n * p]);
+        self.load.clear();
+        for r in 0..self.len() {
+            for (input, x) in inputs.chunks_exact_mut(n.max(1)).zip([&self.q, &self.dq, &self.ddq]) {
+                input.copy_from_slice(&x[r * n..(r + 1) * n]);
+            }
+            regressor.fill_many(&inputs, &mut y);
+            let torque = |row: &[f64]| row.iter().zip(base).map(|(y, x)| y * x).sum::<f64>();
+            self.load.extend((0..n).map(|j| torque(&y[j * p..(j + 1) * p])));
+        }
+    }
+
     /// Joins records of one robot that were prepared alike; where there is one number only, it is that of the first.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
@@ -69,6 +93,7 @@ impl States {
                 (&mut all.tau, &states.tau),
                 (&mut all.direction, &states.direction),
                 (&mut all.motor_direction, &states.motor_direction),
+                (&mut all.load, &states.load),
             ] {
                 all.extend(more);
             }

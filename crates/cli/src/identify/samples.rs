@@ -114,6 +114,9 @@ fn chosen(found: &Identification) -> String {
     if let Some(selection) = &found.friction {
         let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
     }
+    if let Some(terms) = &found.joint_terms {
+        let _ = writeln!(text, "{terms}");
+    }
     let _ = write!(text, "{}", found.estimate);
     if let Some(load) = &found.load {
         let _ = write!(text, "{load}");
