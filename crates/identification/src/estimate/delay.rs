@@ -43,7 +43,7 @@ const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
 const LONGEST_REVERSAL_MARGIN_S: f64 = 0.06;
 /// Residual of all rows with a delay over that without it, above which they contradict the delay: dry friction alone
 /// raises it by less.
-const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.02;
+const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
 /// Step of the coarse search, s.
 const COARSE_DELAY_STEP_S: f64 = 0.004;
 
