@@ -173,12 +173,7 @@ fn identify_kept(
 
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
-    check_terms(&options.friction, regressor.coordinates().len()).map_err(Error::new)?;
-    let joint_terms =
-        request.finds_friction().then(|| found_joint_terms(model, logs, kept, &mut options)).transpose()?;
-    if joint_terms.is_none() && options.friction_load.is_empty() && grows_with_load(&options) {
-        options.friction_load = predicted_load(model, logs, kept, &options)?.0;
-    }
+    let joint_terms = joint_friction(model, logs, kept, request.finds_friction(), &mut options)?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
@@ -287,6 +282,26 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     let selection = select_friction(model.regressor(), &records, options, &candidates)?;
     options.friction = selection.candidates[selection.chosen].terms.clone();
     Ok(selection)
+}
+
+/// Friction of single joints: chosen where `finds`, and with the load of a first fit where one is asked for.
+///
+/// Fails where a term cannot be, or a log cannot be read.
+fn joint_friction(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    finds: bool,
+    options: &mut Options,
+) -> Result<Option<JointTerms>, Error> {
+    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
+    if finds {
+        return found_joint_terms(model, logs, kept, options).map(Some);
+    }
+    if options.friction_load.is_empty() && grows_with_load(options) {
+        options.friction_load = predicted_load(model, logs, kept, options)?.0;
+    }
+    Ok(None)
 }
 
 /// Whether friction of a single joint grows with its load.

@@ -111,8 +111,8 @@ pub fn choose_joint_terms<R: Records + ?Sized>(
         };
         let possible = open.iter().zip(&tried).filter(|(i, tried)| is_possible(**i, tried.value));
         let Some((&best, tried)) = possible.min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { break };
-        // Squares; NaN ends the search too.
-        if !(tried.error < WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * error) {
+        // Squares.
+        if tried.error.is_nan() || tried.error >= WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * error {
             break;
         }
         error = tried.error;
