@@ -1,7 +1,6 @@
 //! Samples of one record, ready for the regressor.
 
 use crate::friction::terms::FrictionTerm;
-use crate::regressor::Regressor;
 
 /// The columns of a friction term behind the filter of the torques.
 #[derive(Clone, Debug)]
@@ -64,21 +63,6 @@ impl States {
     #[inline]
     pub fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
         term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
-    }
-
-    /// Predicts the torque of the bodies with these base parameters.
-    pub fn predict_load(&mut self, regressor: &dyn Regressor, base: &[f64]) {
-        let (n, p) = (self.n, base.len());
-        let (mut inputs, mut y) = (vec![0.0; 3 * n], vec![0.0; n * p]);
-        self.load.clear();
-        for r in 0..self.len() {
-            for (input, x) in inputs.chunks_exact_mut(n.max(1)).zip([&self.q, &self.dq, &self.ddq]) {
-                input.copy_from_slice(&x[r * n..(r + 1) * n]);
-            }
-            regressor.fill_many(&inputs, &mut y);
-            let torque = |row: &[f64]| row.iter().zip(base).map(|(y, x)| y * x).sum::<f64>();
-            self.load.extend((0..n).map(|j| torque(&y[j * p..(j + 1) * p])));
-        }
     }
 
     /// Joins records of one robot that were prepared alike; where there is one number only, it is that of the first.

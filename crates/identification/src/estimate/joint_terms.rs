@@ -278,13 +278,14 @@ impl fmt::Display for JointTerms {
 mod tests {
     use super::*;
     use crate::test_arm::Pendulum;
+    use linear_model::regressor::predict_load;
     use numerics::random::Random;
 
     /// Records of a pendulum whose friction is `friction(dq, load)`, with the load predicted by the truth.
     fn found(friction: impl Fn(f64, f64) -> f64) -> (JointTerms, f64) {
         let arm = Pendulum::new();
         let mut states = arm.states(3000);
-        states.predict_load(&arm, &arm.truth);
+        predict_load(&arm, &mut states, &arm.truth);
         let mut random = Random::new(5);
         for r in 0..states.len() {
             states.tau[r] += friction(states.dq[r], states.load[r]) + 0.05 * random.normal();

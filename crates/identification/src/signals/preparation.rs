@@ -1,7 +1,7 @@
 //! From a log to the records of an identification: one for each part between gaps of its clock.
 
 use linear_model::friction::terms::FrictionTerm;
-use linear_model::regressor::Regressor;
+use linear_model::regressor::{Regressor, predict_load};
 use linear_model::states::States;
 use logs::{Error, Log};
 
@@ -149,7 +149,7 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
             );
             return Err(Error::new(message));
         }
-        states.predict_load(regressor, &preparation.load);
+        predict_load(regressor, &mut states, &preparation.load);
     }
     Ok(states)
 }
