@@ -6,9 +6,8 @@
 //! torque of inertia moves the minimum by 3.6 ms.
 //!
 //! The rows near reversals are also those that know the delay. At a cut-off of 3.7 Hz a period reaches 0.27 s to each
-//! side, and rows of nearly constant speed are left, which are alike under every delay. So no more than 60 ms are left
-//! out to each side, and a delay that the rows left out contradict is none: where it raises the residual of all rows,
-//! these are searched.
+//! side, and rows of nearly constant speed are left, which are alike under every delay. A delay that the rows left
+//! out contradict is none: where it raises the residual of all rows, these are searched.
 
 use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
@@ -39,8 +38,6 @@ pub struct Delay {
 /// Longest delay of the search to both sides, s: a whole number of steps of [`COARSE_DELAY_STEP_S`], after which the
 /// search is finer.
 const LONGEST_SEARCHED_DELAY_S: f64 = 0.248;
-/// Longest time to each side of a reversal that is left out, s.
-const LONGEST_REVERSAL_MARGIN_S: f64 = 0.06;
 /// Residual of all rows with a delay over that without it, above which they contradict the delay: dry friction alone
 /// raises it by less.
 const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
@@ -63,7 +60,7 @@ impl Records for AwayFromReversals<'_> {
 }
 
 fn leave_out_reversals(states: &mut States, joint: usize) {
-    let margin = if states.cutoff > 0.0 { (1.0 / states.cutoff).min(LONGEST_REVERSAL_MARGIN_S) } else { 0.0 };
+    let margin = if states.cutoff > 0.0 { 1.0 / states.cutoff } else { 0.0 };
     let (n, len) = (states.n, states.len());
     let speed = |r: usize| states.dq[r * n + joint];
     let turns = (1..len).filter(|&r| speed(r - 1) * speed(r) <= 0.0);
