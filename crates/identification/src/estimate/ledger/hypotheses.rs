@@ -169,6 +169,10 @@ fn thinned(states: &States, first: usize, every: usize) -> States {
         tau: series(&states.tau, n),
         direction: series(&states.direction, n),
         motor_direction: series(&states.motor_direction, motors),
+        load: match states.load.is_empty() {
+            true => Vec::new(),
+            false => series(&states.load, n),
+        },
         used: chosen.clone().flat_map(|r| states.used[r * n..(r + 1) * n].iter().copied()).collect(),
         ..States::default()
     };
