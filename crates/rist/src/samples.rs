@@ -7,8 +7,8 @@ use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
-use identification::estimate::ledger::hypotheses::{Tested, hypotheses};
-use identification::estimate::ledger::torque_error::{TorqueError, torque_errors};
+use identification::estimate::ledger::hypotheses::{Tested, Tilt as TiltTorque, hypotheses};
+use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
@@ -20,6 +20,7 @@ use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
+use nalgebra::DMatrix;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
@@ -175,7 +176,6 @@ fn identify_kept(
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
     let joint_terms = joint_friction(model, logs, kept, request.finds_friction(), &mut options)?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
-    let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
     let names = logs.iter().map(LogSource::name).collect();
     let mut fit = Fit::of_records(regressor, &records, names, &options)?;
@@ -183,25 +183,19 @@ fn identify_kept(
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let tilts = Tilt::both(&model.robot);
-    let tilts: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
-    let tilts: Vec<&dyn Fn(&[f64]) -> Vec<f64>> = tilts.iter().map(|tilt| tilt as _).collect();
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(regressor, &options.friction, &couplings);
-    let faults = hypotheses(&linear, &records, &fit.solution.x, &fit.weights, &tilts)?;
-    let (inverse, observation_range) = (fit.solution.inverse.clone(), seen(&fit.observation));
-
-    let described_parameters = described.clone();
-    let described = described.map(|x| described_error(model, &fit, &options, &x));
+    let faults = faults(model, &linear, &records, &fit)?;
+    let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
+    let described_parameters = model.described_parameters();
+    let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
         keep_essential(regressor, &mut fit, &options);
     }
     let held_out = fit.estimate.cross_validation;
     let found = match kept {
         Kept::Consistent => existing_bodies(model, fit, &options)?,
-        Kept::All | Kept::Essential => {
-            FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() }
-        }
+        Kept::All | Kept::Essential => FoundBodies::none(fit.estimate),
     };
 
     // The remarks, and the gains that the estimate stands on.
@@ -212,11 +206,7 @@ fn identify_kept(
         estimate.remarks.push(gain_remark(model, &request.gain, &found));
         widen(&mut estimate, &found);
     }
-    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
-    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    let covariance = with_deviations(&inverse, &sigma);
-    let limits = allowed(model, &observation_range);
-    let torque_errors = torque_errors(&linear, &values, &covariance, &observation_range, &limits);
+    let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
     estimate.remarks.splice(..0, chosen.sentences);
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
@@ -237,6 +227,27 @@ fn identify_kept(
     })
 }
 
+/// The faults that unknowns more would explain, the tilt of the mount among them.
+fn faults(model: &Model, linear: &LinearModel, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
+    let tilts = Tilt::both(&model.robot);
+    let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
+    let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
+    Ok(hypotheses(linear, records, &fit.solution.x, &fit.weights, &torques)?)
+}
+
+/// How unsure torques are, by use. `inverse`: any multiple of the covariance for white noise.
+fn errors_of_torques(
+    model: &Model,
+    linear: &LinearModel,
+    estimate: &Estimate,
+    inverse: &DMatrix<f64>,
+    range: &MotionRange,
+) -> Vec<TorqueError> {
+    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
+    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
+    torque_errors(linear, &values, &with_deviations(inverse, &sigma), range, &allowed(model, range))
+}
+
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.
 fn described_error(model: &Model, fit: &Fit, options: &Options, parameters: &[f64]) -> f64 {
     let couplings = options.transmission.coupled();
@@ -251,6 +262,12 @@ struct FoundBodies {
     evidence: Option<BodiesEvidence>,
     /// Remarks on bodies whose mass differs much from that of the description.
     outgrown: Vec<String>,
+}
+
+impl FoundBodies {
+    fn none(estimate: Estimate) -> FoundBodies {
+        FoundBodies { estimate, bodies: None, evidence: None, outgrown: Vec::new() }
+    }
 }
 
 /// The estimate whose bodies can exist. Where the logs do not determine them, the description does.
