@@ -69,6 +69,10 @@ const SHOWN: usize = 100;
 
 /// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown.
 fn excerpt(place: &Place) -> Option<String> {
+    // A pipe can be read only once: opening it again would wait for ever.
+    if !std::fs::metadata(&place.file).ok()?.is_file() {
+        return None;
+    }
     let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED));
     let line = text.lines().nth(place.line - 1)?.ok()?;
     Some(marked(&line, place))
