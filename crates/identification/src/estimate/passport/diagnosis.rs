@@ -32,10 +32,7 @@ pub struct Look<'a> {
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
 /// Slopes within this share of their median are alike.
-const ALIKE_SLOPES: f64 = 0.25;
-/// Slopes within this share are one factor, where it is this far from 1.
-const SAME_SLOPES: f64 = 0.02;
-const SMALL_FACTOR: f64 = 0.1;
+const ALIKE_SLOPES: f64 = 0.15;
 
 /// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
@@ -166,11 +163,8 @@ impl Look<'_> {
         // A load, or other bodies, move some joints and not all of them to one side.
         let is_off =
             telling.iter().all(|s| *s > COMMON_FACTORS.end) || telling.iter().all(|s| *s < COMMON_FACTORS.start);
-        let within = |share: f64| telling.iter().all(|s| (s / middle - 1.0).abs() < share);
-        let is_off = is_off && within(ALIKE_SLOPES);
-        // Bodies that are wrong each in its own way move no three joints by the same factor.
-        let is_same = telling.len() >= 3 && within(SAME_SLOPES) && (middle - 1.0).abs() > SMALL_FACTOR;
-        (telling.len() >= 2 && (is_off || is_same) && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
+        let alike = telling.iter().all(|s| (s / middle - 1.0).abs() < ALIKE_SLOPES);
+        (telling.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
             fault: Fault::Factor(middle),
             joints: Vec::new(),
             evidence,
