@@ -6,7 +6,7 @@
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
 //! Gravity compensation asks for gravity alone, at rest; friction is left out of it. Its error is compared with the
-//! larger of that torque and [`MOVING_SHARE`] of the torque of motion, since a vertical axis has none to be compared with.
+//! larger of that torque and `MOVING_SHARE` of the torque of motion, since a vertical axis has none to be compared with.
 //!
 //! e, t: N m (N). Not here: errors of the model, which no covariance holds.
 
