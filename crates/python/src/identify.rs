@@ -93,10 +93,14 @@ fn identify_samples(
         let judged = found.judged(inner, &others, false)?;
         Ok((found, judged))
     })?;
+    let used = match found.model {
+        Some(used) => Py::new(py, model.get().read_as(used))?,
+        None => model.clone().unbind(),
+    };
     Ok(Estimate {
         inner: found.estimate,
-        model: Some(model.clone().unbind()),
-        verdict: judged.verdict,
+        model: Some(used),
+        verdict: judged.verdict.into(),
         bodies: found.bodies,
         load: found.load.map(|load| load.to_string().trim().to_string()),
         findings: found.passport.findings.iter().map(ToString::to_string).collect(),

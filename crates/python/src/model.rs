@@ -45,6 +45,12 @@ pub struct Model {
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 impl Model {
+    /// The same description, read as it was for another model.
+    pub fn read_as(&self, inner: rist::Model) -> Model {
+        let options = inner.description.as_ref().map(ModelOptions::of_description).unwrap_or_default();
+        Model { inner: Arc::new(inner), text: self.text.clone(), options, evaluations: Default::default() }
+    }
+
     fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
         let derived = || rist::Model::parse(&text, &path, &options);
         let model = py.detach(derived).or_error()?;

@@ -86,5 +86,5 @@ pub fn validate(
             })?
         }
     };
-    Ok((Validation { inner }, verdict.into()))
+    Ok((Validation { inner }, Verdict { said: verdict.into() }))
 }
