@@ -8,6 +8,7 @@
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::held_out::cross_validate;
+use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -62,6 +63,32 @@ impl<'a> Looked<'a> {
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
         Ok(Looked { options: options.clone(), records, passport, rows: None })
+    }
+
+    /// The same, read anew only where they were read with other options.
+    ///
+    /// Fails where a log cannot be read.
+    pub fn again(
+        before: Option<Looked<'a>>,
+        model: &'a Model,
+        logs: &'a [LogSource],
+        options: &Options,
+    ) -> Result<Looked<'a>, Error> {
+        match before.filter(|looked| looked.options == *options) {
+            Some(looked) => Ok(looked),
+            None => Looked::of(model, logs, options),
+        }
+    }
+
+    /// The fit to them, with the options that they were read with.
+    ///
+    /// Fails where a log cannot be read, and where no joint moves.
+    pub fn fit(&self, model: &Model, logs: &[LogSource]) -> Result<Fit, Error> {
+        let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
+        Ok(match &self.rows {
+            Some(rows) => Fit::of_observation(regressor, &self.records, rows.clone(), names, &self.options)?,
+            None => Fit::of_records(regressor, &self.records, names, &self.options)?,
+        })
     }
 }
 

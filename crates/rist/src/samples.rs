@@ -175,15 +175,9 @@ fn identify_kept(
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
     let joint_terms = joint_friction(model, logs, kept, request.finds_friction(), &mut options)?;
-    let Looked { records, passport, rows, .. } = match chosen.looked.filter(|looked| looked.options == options) {
-        Some(looked) => looked,
-        None => Looked::of(model, logs, &options)?,
-    };
-    let names = logs.iter().map(LogSource::name).collect();
-    let mut fit = match rows {
-        Some(rows) => Fit::of_observation(regressor, &records, rows, names, &options)?,
-        None => Fit::of_records(regressor, &records, names, &options)?,
-    };
+    let looked = Looked::again(chosen.looked, model, logs, &options)?;
+    let mut fit = looked.fit(model, logs)?;
+    let Looked { records, passport, .. } = looked;
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),

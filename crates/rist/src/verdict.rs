@@ -9,7 +9,7 @@ use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
 
-pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, write_claims};
+pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
 
 use crate::Estimate;
 use crate::doctor::examine;

@@ -323,7 +323,7 @@ fn use_it(evidence: &Evidence) -> String {
 const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION];
 
 /// What agrees and what cannot be told, a line each, and an empty line behind them.
-pub fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
+fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
     let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
     lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
     if lines.is_empty() { Ok(()) } else { writeln!(f) }
