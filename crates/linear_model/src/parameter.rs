@@ -273,12 +273,6 @@ impl FrictionParameter {
         matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }
 
-    /// Whether it is viscous or Coulomb friction or an offset, of both directions or of one.
-    pub fn is_customary(self) -> bool {
-        use FrictionParameter::*;
-        matches!(self, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
-    }
-
     /// Whether friction drives where the parameter is negative.
     pub fn brakes(self) -> bool {
         self.is_viscous() || matches!(self, Self::Coulomb | Self::CoulombForward)

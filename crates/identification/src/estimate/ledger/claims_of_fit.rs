@@ -218,16 +218,16 @@ fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
 
 /// Friction that drives, of joints with no term beyond the customary ones: beside another law each part may be negative.
 fn friction(estimate: &Estimate) -> Vec<Claim> {
-    let is_customary = |joint: &Label| {
+    let has_no_other = |joint: &Label| {
         let others = estimate.parameters.iter().filter_map(|p| match &p.id {
             ParameterId::Friction(term, label) if label == joint => Some(*term),
             _ => None,
         });
-        others.into_iter().all(FrictionParameter::is_customary)
+        others.into_iter().all(is_customary)
     };
     let drives = |p: &&Identified| {
         let is_brake =
-            matches!(&p.id, ParameterId::Friction(friction, joint) if friction.brakes() && is_customary(joint));
+            matches!(&p.id, ParameterId::Friction(friction, joint) if friction.brakes() && has_no_other(joint));
         is_brake && p.value.is_some_and(|value| value < -DRIVING_SIGMAS * p.sigma_or_infinity())
     };
     let claim = |p: &Identified| {
@@ -241,6 +241,12 @@ fn friction(estimate: &Estimate) -> Vec<Claim> {
         )
     };
     estimate.parameters.iter().filter(drives).map(claim).collect()
+}
+
+/// Whether it is viscous or Coulomb friction or an offset, of both directions or of one.
+fn is_customary(term: FrictionParameter) -> bool {
+    use FrictionParameter::*;
+    matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
 }
 
 /// The parameters of a status, at most three by name.
