@@ -47,7 +47,7 @@ fn as_json(log: &str, passport: &Passport) -> Value {
         "log": log,
         "joints": joints.collect::<Vec<_>>(),
         "findings": findings(&passport.findings),
-        "claims": rist::doctor::claims_of_log(passport),
+        "claims": rist::doctor::claims_of_log(passport, None),
     })
 }
 
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         for finding in &passport.findings {
             let _ = writeln!(text, "{finding}");
         }
-        let claims = rist::doctor::claims_of_log(&passport);
+        let claims = rist::doctor::claims_of_log(&passport, None);
         let _ = write!(text, "{}", Claims(&claims));
         if passport.findings.is_empty() {
             let _ = writeln!(text, "nothing is contradicted");

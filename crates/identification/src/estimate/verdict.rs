@@ -17,7 +17,7 @@ use crate::estimate::ledger::topics::{
     BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
 };
 use crate::estimate::ledger::torque_error::{TorqueError, Use};
-use crate::estimate::ledger::{claims_of_faults, claims_of_fit, claims_of_log, not_noise};
+use crate::estimate::ledger::{FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise};
 use crate::estimate::passport::Passport;
 
 pub use claims::Trust;
@@ -143,7 +143,8 @@ impl Verdict {
 fn claims(evidence: &Evidence) -> Vec<Claim> {
     let estimate = evidence.estimate;
     let faults = claims_of_faults(evidence.faults, &estimate.joints);
-    let of_log = evidence.passport.map(claims_of_log).unwrap_or_default();
+    let fit = evidence.prediction.held_out.map(|error| FreeFit { error, faults: evidence.faults });
+    let of_log = evidence.passport.map(|passport| claims_of_log(passport, fit)).unwrap_or_default();
     let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
     let is_open = |claim: &Claim| claim.standing() == Standing::Open;
     let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });

@@ -18,4 +18,4 @@ pub mod torque_error;
 
 pub use claims_of_faults::claims_of_faults;
 pub use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, Prediction, claims_of_fit, not_noise};
-pub use claims_of_log::claims_of_log;
+pub use claims_of_log::{FreeFit, claims_of_log};

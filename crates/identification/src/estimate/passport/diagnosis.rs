@@ -13,7 +13,7 @@ use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
 use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::regression::Partial;
-use crate::estimate::passport::report::{ALIKE_SLOPES, COUNTED_SLOPE_SHARE, Passport};
+use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Passport};
 use crate::estimate::passport::samples::Samples;
 use crate::estimate::passport::search::{Search, Suspicion, counts};
 use crate::estimate::passport::trials::Trials;
@@ -157,9 +157,10 @@ impl Look<'_> {
     /// A factor that all slopes share.
     fn common_factor(&self, telling: &[f64], evidence: String) -> Option<Finding> {
         let middle = self.common_scale(telling);
-        let alike = |slope: &f64| (slope / middle - 1.0).abs() < ALIKE_SLOPES;
-        let is_off = !COMMON_FACTORS.contains(&middle) && NOMINAL_INERTIAL_SLOPES.contains(&middle);
-        (telling.len() >= 2 && is_off && telling.iter().all(alike)).then(|| Finding {
+        // A load, or other bodies, move some joints and not all of them to one side.
+        let is_off =
+            telling.iter().all(|s| *s > COMMON_FACTORS.end) || telling.iter().all(|s| *s < COMMON_FACTORS.start);
+        (telling.len() >= 2 && is_off && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
             fault: Fault::Factor(middle),
             joints: Vec::new(),
             evidence,

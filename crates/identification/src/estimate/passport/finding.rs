@@ -121,7 +121,7 @@ impl Finding {
                 format!("the drive gains are {} times those that the description implies", significant(factor))
             }
             Fault::Factor(factor) => {
-                format!("the torques are {} times those of the description at all joints alike", significant(factor))
+                format!("the torques are about {} times those of the description, at all joints", significant(factor))
             }
             Fault::TorqueSigns => "the torques of all joints have the wrong sign".into(),
             Fault::TorqueSign => format!("the torque of {of} has the wrong sign"),

@@ -50,9 +50,6 @@ pub const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
-/// Slopes within this share of their median are alike.
-pub const ALIKE_SLOPES: f64 = 0.15;
-
 impl Passport {
     /// Whether there was a description to hold the log against.
     pub fn has_description(&self) -> bool {
@@ -82,8 +79,9 @@ impl Passport {
         let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
         self.findings.retain(|f| !is_unit(f));
         // A load, or bodies that differ, move some joints only.
-        let alike = found.iter().all(|(slope, _)| (slope / factor - 1.0).abs() < ALIKE_SLOPES);
-        let is_off = !COMMON_FACTORS.contains(&factor) && (alike || !NOMINAL_INERTIAL_SLOPES.contains(&factor));
+        let all = |is_off: &dyn Fn(f64) -> bool| found.iter().all(|(slope, _)| is_off(*slope));
+        let is_off = all(&|s| s > COMMON_FACTORS.end) || all(&|s| s < COMMON_FACTORS.start);
+        let is_off = is_off || !NOMINAL_INERTIAL_SLOPES.contains(&factor);
         if self.findings.is_empty() && is_off {
             let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
             self.findings.push(Finding {
