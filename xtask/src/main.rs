@@ -61,7 +61,7 @@ fn main() -> ExitCode {
 }
 
 /// In a program of its own: this one is built without what `gen` writes.
-pub fn stubs(arguments: &[String]) -> Result<(), String> {
+fn stubs(arguments: &[String]) -> Result<(), String> {
     let words = ["run", "--quiet", "--package", "tests", "--bin", "stubs", "--"];
     cargo(&words.into_iter().chain(arguments.iter().map(String::as_str)).collect::<Vec<_>>())
 }
