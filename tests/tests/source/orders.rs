@@ -84,6 +84,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
         "crates/linear_model",
         &[
             "yaml",
+            "artefact",
             "unit",
             "label",
             "parameter",

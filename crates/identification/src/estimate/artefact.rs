@@ -2,9 +2,9 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::description_options::DescriptionOptions;
 use linear_model::parameter::ParameterId;
-use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
@@ -101,7 +101,7 @@ impl Estimate {
     /// The text of estimate.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
         let whole = Estimate { parameter_count: Some(self.parameters.len()), ..self.clone() };
-        serde_yaml::to_string(&whole).map_err(|e| Error::new(format!("the estimate cannot be written: {e}")))
+        artefact::write(Kind::Estimate, &whole).map_err(Error::new)
     }
 
     /// Reads estimate.yaml.
@@ -110,7 +110,7 @@ impl Estimate {
     /// whose value is NaN or infinite.
     pub fn from_yaml(file: &str, text: &str) -> Result<Estimate, Error> {
         let at = |message: String| Error::at(file, 0, message);
-        let mut estimate: Estimate = yaml::read(text).map_err(|e| at(format!("this is no estimate: {e}")))?;
+        let mut estimate: Estimate = artefact::read(Kind::Estimate, text).map_err(at)?;
         let found = estimate.parameters.len();
         match estimate.parameter_count.take() {
             Some(count) if count == found => {}
