@@ -6,7 +6,6 @@ use experiments::excitation::artefact::ExcitingMotion;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
 use linear_model::artefact::Kind;
-use linear_model::reference::ModelReference;
 use rist::output::{check_output, is_same};
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
@@ -36,7 +35,7 @@ pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimat
 /// was made with another model.
 pub fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
-    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    let made_with = estimate.made_with();
     model.check(path, &made_with)?;
     Ok(model)
 }

@@ -134,7 +134,7 @@ impl fmt::Display for Validation {
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
-                write_residuals(f, &motion.joints, motion.relative, None)?;
+                write_residuals(f, &motion.joints, Some(motion.relative), None)?;
                 writeln!(f)?;
             }
             return Ok(());
