@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use experiments::excitation::artefact::ExcitingMotion;
-use experiments::plan::experiment_plan::ExperimentPlan;
-use identification::estimate::artefact::Estimate;
-use linear_model::artefact::Kind;
+use rist::Estimate;
+use rist::ExcitingMotion;
+use rist::ExperimentPlan;
+use rist::Kind;
 use rist::output::{check_output, is_same};
+pub use rist::read_text;
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
-pub use robot::format::read_text;
 
 use crate::failure::Failure;
 use crate::model::ModelArguments;

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
-use experiments::excitation::held_limits::origins_text;
+use rist::origins_text;
 use rist::request::CheckRequest;
+use rist::{ExcitingMotion, certificate_text, proven_text};
 use serde_json::json;
 
 use crate::artefact::read_text;

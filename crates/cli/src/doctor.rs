@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use identification::estimate::passport::Passport;
-use identification::estimate::passport::finding::Finding;
+use rist::Finding;
+use rist::Passport;
 use rist::doctor::claims_of_log;
 use rist::request::DoctorRequest;
 use rist::verdict::claim_line;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use experiments::excitation::artefact::ExcitingMotion;
-use experiments::motion::servo_script::servo_script;
-use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+use rist::ExcitingMotion;
 use rist::Model;
 use rist::request::ExciteRequest;
+use rist::servo_script;
+use rist::{TrajectoryFormat, trajectory_file};
 
 use crate::artefact::check_outputs;
 use crate::failure::Failure;

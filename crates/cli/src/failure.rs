@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::process::ExitCode;
 
+use rist::Place;
 use rist::request::spelling::{Reader, spelled};
-use robot::Place;
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
 pub struct Failure {
@@ -43,22 +43,12 @@ impl fmt::Display for Failure {
     }
 }
 
-impl From<rist::Error> for Failure {
-    fn from(e: rist::Error) -> Failure {
+/// Errors of `rist`, and those of other packages that it takes for its own.
+impl<E: Into<rist::Error>> From<E> for Failure {
+    fn from(e: E) -> Failure {
+        let e: rist::Error = e.into();
         let code = if e.is_verdict() { 1 } else { 2 };
         Failure { message: e.to_string(), code, place: e.place().cloned() }
-    }
-}
-
-impl From<robot::Error> for Failure {
-    fn from(e: robot::Error) -> Failure {
-        rist::Error::from(e).into()
-    }
-}
-
-impl From<logs::Error> for Failure {
-    fn from(e: logs::Error) -> Failure {
-        rist::Error::from(e).into()
     }
 }
 

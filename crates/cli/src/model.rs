@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use linear_model::description_options::DescriptionOptions;
+use rist::DescriptionOptions;
+use rist::Robot;
 use rist::{Model, ModelOptions};
-use robot::Robot;
 
 use crate::failure::Failure;
 use crate::flags::Flags;
@@ -33,7 +33,7 @@ impl ModelArguments {
     }
 
     fn read_by(&self, options: &ModelOptions) -> Result<Robot, Failure> {
-        let text = robot::format::text_of(&self.model)?;
+        let text = rist::text_of(&self.model)?;
         let robot = rist::description::parse_robot(&text, &self.model, options)?;
         if let Some(sentence) = rist::description::snapping(&robot, &text, &self.model, options) {
             note(sentence);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use experiments::motion::record::Record;
+use rist::Record;
 use rist::simulation::{Motions, SimulateRequest};
 use serde_json::json;
 

@@ -26,8 +26,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs = [arguments.sums.as_path()];
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
-    let failed = |e: logs::Error| Failure::new(format_args!("{}: {e}", arguments.sums.display()));
-    let estimate = read_sums(&arguments.sums)?.solve().map_err(failed)?;
+    let file = arguments.sums.display();
+    let estimate = read_sums(&arguments.sums)?.solve().map_err(|e| Failure::new(format_args!("{file}: {e}")))?;
     let verdict = rist::verdict::estimate_verdict(&estimate);
     print_result(format_args!("{estimate}\n{verdict}"), || {
         Ok(json!({"estimate": serde_json::to_value(&estimate)?, "verdict": as_json(&verdict)}))

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use identification::estimators::closed_loop::ClosedLoop;
+use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::experiments::{ExperimentLogs, identify_experiments, identify_paper_rows};
 use rist::output::{check_output, write_file};
