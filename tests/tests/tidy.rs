@@ -1,9 +1,9 @@
 //! The repository keeps its own rules: who knows whom, the length of files, clean lines.
 
 mod source {
-    pub mod imports;
-    pub mod orders;
-    pub mod tokens;
+    pub(crate) mod imports;
+    pub(crate) mod orders;
+    pub(crate) mod tokens;
 }
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -12,7 +12,7 @@ use crate::cargo::{cargo, done, root, target};
 /// Packages of the environment besides our own.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     crate::stubs(&["--check".into()])?;
     let (root, target) = (root(), target());
     let environment = target.join("python");

@@ -13,7 +13,7 @@ use crate::terminal::{note, print};
 
 /// Write a robot's description in another format, and say what that format cannot carry
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -25,7 +25,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = &arguments.model;
     let write = |text: &str| match &arguments.out {
         Some(out) => Ok(write_file(out, text, &[&model.model])?),

@@ -17,7 +17,7 @@ use crate::terminal::print;
 /// (x_MX2) override the standard parameters of the description. The output has columns
 /// Y_<coordinate>_<parameter> or tau_<coordinate>.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -28,7 +28,7 @@ pub struct Arguments {
     request: Flags<EvaluateRequest>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let quantity = arguments.request.read()?.quantity;
     print(&rist::evaluate(&mut arguments.model.derive()?, &arguments.states, quantity)?)
 }

@@ -9,30 +9,30 @@ use rist::Place;
 use rist::request::spelling::{Reader, spelled};
 
 /// A message for the user and an exit code: 2 for input that cannot be used, 1 for a verdict against input that was used.
-pub struct Failure {
+pub(crate) struct Failure {
     message: String,
     code: u8,
     place: Option<Place>,
 }
 
 impl Failure {
-    pub fn new(message: impl fmt::Display) -> Failure {
+    pub(crate) fn new(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 2, place: None }
     }
 
     /// A failure whose work is done and printed: the outcome is a no.
-    pub fn verdict(message: impl fmt::Display) -> Failure {
+    pub(crate) fn verdict(message: impl fmt::Display) -> Failure {
         Failure { message: message.to_string(), code: 1, place: None }
     }
 
     /// What the user is told, with the line that it is about.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let line = self.place.as_ref().and_then(excerpt).unwrap_or_default();
         format!("rist: {}\n{line}", spelled(&self.message, Reader::Program))
     }
 
     /// How the program exits.
-    pub fn exit_code(&self) -> ExitCode {
+    pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.code)
     }
 }

@@ -19,7 +19,7 @@ const WIDEST: usize = 120;
 ///
 /// Each base parameter comes with what it means, its rule, and its value where the description has inertials.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -27,7 +27,7 @@ pub struct Arguments {
     request: Flags<InspectRequest>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let robot = arguments.model.read()?;
     let path = &arguments.model.model;

@@ -11,12 +11,12 @@ use crate::terminal::print_result;
 ///
 /// Exit code 1 where there is one.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = rist::lint(&arguments.model.read()?);
     print_result(&found, || Ok(found.to_json()))?;
     match found.findings.len() {

@@ -13,7 +13,7 @@ use crate::terminal::{at_work, note};
 
 /// The model and how to read it.
 #[derive(Args)]
-pub struct ModelArguments {
+pub(crate) struct ModelArguments {
     /// Robot description: .yaml (modified DH), .urdf or .par (SYMORO); - is standard input
     pub model: PathBuf,
 
@@ -23,12 +23,12 @@ pub struct ModelArguments {
 
 impl ModelArguments {
     /// The options that the flags ask for.
-    pub fn options(&self) -> Result<ModelOptions, Failure> {
+    pub(crate) fn options(&self) -> Result<ModelOptions, Failure> {
         self.options.read()
     }
 
     /// The description, with nothing derived from it. Says on standard error which angles are not as given.
-    pub fn read(&self) -> Result<Robot, Failure> {
+    pub(crate) fn read(&self) -> Result<Robot, Failure> {
         self.read_by(&self.options()?)
     }
 
@@ -42,14 +42,14 @@ impl ModelArguments {
     }
 
     /// The description; refused where a symbol has no value.
-    pub fn read_with_values(&self) -> Result<Robot, Failure> {
+    pub(crate) fn read_with_values(&self) -> Result<Robot, Failure> {
         let robot = self.read()?;
         rist::description::check_values(&robot, &self.model)?;
         Ok(robot)
     }
 
     /// The model as it was read for an artefact, where no flag says how to read it.
-    pub fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
+    pub(crate) fn derive_as(&self, description: Option<&DescriptionOptions>) -> Result<Model, Failure> {
         let given = self.options()?;
         match (given.description(), description) {
             (None, Some(description)) => {
@@ -60,7 +60,7 @@ impl ModelArguments {
     }
 
     /// The model with all that follows from it.
-    pub fn derive(&self) -> Result<Model, Failure> {
+    pub(crate) fn derive(&self) -> Result<Model, Failure> {
         self.derive_by(&self.options()?)
     }
 

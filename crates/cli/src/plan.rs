@@ -21,7 +21,7 @@ use rist::output::{check_output, write_file};
 /// has the greatest determinant (or the least condition number) found. It says how far it can be from the best possible
 /// set.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -36,7 +36,7 @@ pub struct Arguments {
     files: Flags<TrajectoryFiles>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request.read()?;
     let inputs = [arguments.model.model.as_path()];
     // The search takes seconds: what it cannot be written to is found before.

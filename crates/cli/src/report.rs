@@ -27,7 +27,7 @@ use rist::output::{check_output, write_file};
 /// limits are drawn, and parameters have their rules and meanings. With the model of a motion its limits are proved once
 /// more, and its torques and the path of its tip are drawn.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     files: Flags<ReportFiles>,
 
@@ -36,7 +36,7 @@ pub struct Arguments {
     out: PathBuf,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files: ReportFiles = arguments.files.read()?;
     let name = |path: &PathBuf| path.display().to_string();
     let shown = [&files.plan, &files.motion, &files.estimate, &files.validation];
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// The page of an estimate, with what it makes of logs and of those that it is validated on.
-pub fn page_of(
+pub(crate) fn page_of(
     model: &Model,
     estimate: &Estimate,
     logs: &[LogSource],
@@ -126,7 +126,7 @@ pub fn page_of(
 }
 
 /// The page of a motion that was found just now.
-pub fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
+pub(crate) fn page_of_motion(model: &Model, found: &ExcitingMotion, date: Option<&str>) -> Result<String, Failure> {
     let portrait = found_motion(model, found)?;
     let command = command();
     let request = PageRequest {

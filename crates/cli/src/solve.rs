@@ -13,7 +13,7 @@ use rist::output::{check_output, write_file};
 
 /// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The sums
     #[arg(value_name = "FILE.tri")]
     sums: PathBuf,
@@ -23,7 +23,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs = [arguments.sums.as_path()];
     arguments.out.iter().try_for_each(|out| check_output(out, &inputs))?;
     let file = arguments.sums.display();

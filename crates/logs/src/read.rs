@@ -14,7 +14,7 @@ use crate::formats::delimited::TableReader;
 use crate::table::{MAX_FILE_BYTES, Table};
 
 /// A file that was opened.
-pub enum Opened {
+pub(crate) enum Opened {
     /// Text, of which rows are read on demand.
     Text {
         reader: TableReader<'static>,
@@ -26,7 +26,7 @@ pub enum Opened {
 }
 
 /// Opens a file, the directory of a rosbag2, or standard input (`-`).
-pub fn open(path: &Path) -> Result<Opened, Error> {
+pub(crate) fn open(path: &Path) -> Result<Opened, Error> {
     if path.as_os_str() == "-" {
         return opened("standard input", std::io::stdin(), false);
     }

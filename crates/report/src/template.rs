@@ -6,13 +6,13 @@ use minijinja::{AutoEscape, Environment, UndefinedBehavior};
 use serde::Serialize;
 
 /// A page from its template and its content. The content's texts are escaped, except those marked as safe.
-pub fn rendered(template: &str, content: impl Serialize) -> String {
+pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
 /// The same without escapes: Markdown, and LaTeX with its own filters `tex` and `tex_rule`.
-pub fn plain(template: &str, content: impl Serialize) -> String {
+pub(crate) fn plain(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
 }

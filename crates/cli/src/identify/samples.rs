@@ -24,7 +24,7 @@ use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{self, refused};
 use rist::output::{is_same, write_file};
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let files: BodiesFiles = given.read()?;
     needs(given, "date", "report")?;

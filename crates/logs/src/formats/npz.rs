@@ -15,7 +15,7 @@ use crate::table::{MAX_CELLS, Table};
 const MAX_ARRAY_BYTES: usize = 8 * MAX_CELLS;
 
 /// Reads the arrays of a file; a lone .npy has no names and is refused.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
+pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     if bytes.starts_with(b"\x93NUMPY") {
         return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));

@@ -29,7 +29,7 @@ const PARQUET_MAGIC: &[u8] = b"PAR1";
 const ROWS_PER_BATCH: usize = 1 << 13;
 
 /// Reads the columns of a file.
-pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
+pub(crate) fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     let metadata = footer(bytes).map_err(at)?;
     let bytes = Bytes::copy_from_slice(bytes);

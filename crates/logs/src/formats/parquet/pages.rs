@@ -20,7 +20,7 @@ use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::parquet::split_values::{joined, values_begin};
 
 /// Pages of a chunk.
-pub struct UnpackedPages {
+pub(crate) struct UnpackedPages {
     packed: SerializedPageReader<Bytes>,
     codec: Compression,
     /// Values that the chunk still has to give.
@@ -37,7 +37,11 @@ pub struct UnpackedPages {
 
 impl UnpackedPages {
     /// Fails when the chunk lies outside the file or is packed in a way that is not read.
-    pub fn of(file: &Bytes, chunk: &ColumnChunkMetaData, rows: usize) -> std::result::Result<UnpackedPages, String> {
+    pub(crate) fn of(
+        file: &Bytes,
+        chunk: &ColumnChunkMetaData,
+        rows: usize,
+    ) -> std::result::Result<UnpackedPages, String> {
         let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
         let end = start.checked_add(chunk.compressed_size()).filter(|&end| start >= 0 && end >= start);
         if end.is_none_or(|end| end.cast_unsigned() > file.len() as u64) {
