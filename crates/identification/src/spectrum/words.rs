@@ -7,7 +7,7 @@ use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 
 /// The effect, its joint and its size: `q2 bends: 3.4e3 N m/rad`. `frequency`: of a spring, Hz; deviations on request.
-pub fn size_words(
+pub(crate) fn size_words(
     size: &EffectSize,
     regressor: &dyn Regressor,
     frequency: Option<f64>,
