@@ -53,7 +53,9 @@ pub(crate) fn size_words(
             let unit = unit(joint, "N/m", "N m/rad");
             format!("{} bends: {}{spread} {unit}{damping}{at}", name(joint), significant(stiffness))
         }
-        Effect::Play { joint } => format!("{} has play of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad")),
+        Effect::Play { joint } => {
+            format!("{} has backlash of {} {}", name(joint), both(1e3, 2), unit(joint, "mm", "mrad"))
+        }
     }
 }
 
@@ -66,7 +68,7 @@ fn remedy(cause: &Cause, regressor: &dyn Regressor) -> String {
             Effect::Delay => ("delay", "auto".to_string()),
             Effect::Ripple { joint, periods } => ("ripple", format!("{}={periods}", name(joint))),
             Effect::Elastic { joint } => ("elastic", name(joint).to_string()),
-            Effect::Play { joint } => ("play", name(joint).to_string()),
+            Effect::Play { joint } => ("backlash", name(joint).to_string()),
         };
         match words.first_mut() {
             Some(first) => first.push_str(&format!(",{word}")),
