@@ -53,9 +53,9 @@ impl<E: Into<rist::Error>> From<E> for Failure {
 }
 
 /// Bytes of a file in which its line is looked for.
-const SEARCHED: u64 = 1 << 20;
+const SEARCHED_BYTES: u64 = 1 << 20;
 /// Characters of the line that are shown.
-const SHOWN: usize = 100;
+const SHOWN_CHARACTERS: usize = 100;
 
 /// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown.
 fn excerpt(place: &Place) -> Option<String> {
@@ -63,7 +63,7 @@ fn excerpt(place: &Place) -> Option<String> {
     if !std::fs::metadata(&place.file).ok()?.is_file() {
         return None;
     }
-    let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED));
+    let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED_BYTES));
     let line = text.lines().nth(place.line - 1)?.ok()?;
     Some(marked(&line, place))
 }
@@ -72,8 +72,8 @@ fn marked(line: &str, place: &Place) -> String {
     let plain = |c: char| if c.is_control() { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
     // The column in sight, with what stands before it.
-    let first = if place.column > SHOWN { place.column - SHOWN / 2 } else { 0 };
-    let shown: String = line.iter().skip(first).take(SHOWN).collect();
+    let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };
+    let shown: String = line.iter().skip(first).take(SHOWN_CHARACTERS).collect();
     let number = place.line.to_string();
     let margin = " ".repeat(number.len());
     let mut text = format!(" {number} | {shown}\n");

@@ -120,7 +120,7 @@ fn held_limits(
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
             // The motion moves a locked coordinate. Its limits of position are then the locked position, and its bodies
             // count as moving.
-            own = CoordinateLimits { position: (place - STILL, place + STILL), locked: None, ..own };
+            own = CoordinateLimits { position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE), locked: None, ..own };
         }
         limits.push(own);
         origins.extend(rows);
@@ -129,11 +129,11 @@ fn held_limits(
 }
 
 /// rad (m): how far rounding may move a locked coordinate.
-const STILL: f64 = 1e-9;
+const LOCKED_MOTION_TOLERANCE: f64 = 1e-9;
 
 /// Whether a coordinate that is locked moves, or stands elsewhere.
 fn stirs(coefficients: &[f64], locked: f64) -> bool {
     let swing: f64 = coefficients.iter().skip(1).map(|x| x.abs()).sum();
     let centre = coefficients.first().copied().unwrap_or(locked);
-    swing > STILL || (centre - locked).abs() > STILL
+    swing > LOCKED_MOTION_TOLERANCE || (centre - locked).abs() > LOCKED_MOTION_TOLERANCE
 }

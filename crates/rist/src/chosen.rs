@@ -207,8 +207,7 @@ fn late(
         return Ok(None);
     }
     let error = |options: &Options| -> Result<f64, Error> {
-        let couplings = options.transmission.coupled();
-        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+        let linear = options.linear_model(model.regressor());
         let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
         let observation = Observation::of_records(&linear, &records, None)?;
         Ok(cross_validate(&linear, &observation, options.weights).total)

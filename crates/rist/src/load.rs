@@ -43,8 +43,7 @@ pub(crate) fn load(
     options: &Options,
 ) -> Result<Load, Error> {
     let index = body(model, link)?;
-    let couplings = options.transmission.coupled();
-    let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+    let linear = options.linear_model(model.regressor());
     let records = SourceRecords::new(model.regressor(), loaded, &options.preparation())?;
     let with = Observation::of_records(&linear, &records, None)?.joints(|_| true);
     let without = fit.observation.joints(|_| true);

@@ -26,8 +26,7 @@ pub fn identify_closed_loop(
     options: &Options,
     method: ClosedLoop,
 ) -> Result<Estimate, Error> {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let fit = Fit::of_records(regressor, measured, logs, options)?;
     let joined = States::joined(measured);
     let found = simulated(&model, &joined, simulator, &fit.solution.x, method)?;

@@ -79,8 +79,7 @@ fn leave_out_reversals(states: &mut States, joint: usize) {
 ///
 /// Fails as `identify` does.
 pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &Options) -> Result<Delay, Error> {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let mut options = options.clone();
     let mut search = |delay: f64, away: bool| -> Result<(f64, usize), Error> {
         options.signal.delay = delay;

@@ -39,8 +39,7 @@ pub fn estimate_drive_gains(
     }
     let mut options = options.clone();
     options.transmission.drive_gains = Some(vec![1.0; regressor.coordinates().len()]);
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);

@@ -22,8 +22,7 @@ const SIGNIFICANT_CHI_SQUARE: f64 = 3.84;
 
 /// The fit with only the essential parameters; the others are zero, with the deviation that they had.
 pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Options) {
-    let couplings = options.transmission.coupled();
-    let model = Model::new(regressor, &options.friction, &couplings);
+    let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
     // The norm grows by half the relative growth of its square.

@@ -81,8 +81,7 @@ impl Fit {
         logs: Vec<String>,
         options: &Options,
     ) -> Result<Fit, Error> {
-        let couplings = options.transmission.coupled();
-        let model = Model::new(regressor, &options.friction, &couplings);
+        let model = options.linear_model(regressor);
         let observation = Observation::of_records(&model, records, None)?;
         Fit::of_observation(regressor, records, observation, logs, options)
     }
@@ -97,8 +96,7 @@ impl Fit {
         logs: Vec<String>,
         options: &Options,
     ) -> Result<Fit, Error> {
-        let couplings = options.transmission.coupled();
-        let model = Model::new(regressor, &options.friction, &couplings);
+        let model = options.linear_model(regressor);
         let mut joints = observation.joints(|_| true);
         if joints.iter().all(|t| t.rows == 0) {
             return Err(Error::new(NO_JOINT_MOVES));

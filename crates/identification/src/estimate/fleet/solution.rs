@@ -72,8 +72,7 @@ impl Accumulator {
     pub fn solve(&self) -> Result<Estimate, Error> {
         let columns: ColumnsAlone = self.settings().columns_alone()?;
         let options = &self.settings().options;
-        let couplings = options.transmission.coupled();
-        let model = Model::new(&columns, &options.friction, &couplings);
+        let model = options.linear_model(&columns);
         let solved = Solved::of(self)?;
         // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
         let sigma = solved.sigma(|freedom| reach(0.05, freedom.max(1.0)) / INTERVAL);
