@@ -19,7 +19,7 @@ use crate::estimators::drive_gains::equations::{JointEquations, Scatter};
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::estimators::drive_gains::replicates::Replicates;
 use crate::estimators::replicate_deviation::ReplicateDeviation;
-use crate::estimators::speed_bands::SpeedBands;
+use crate::estimators::state_bands::StateBands;
 use crate::rows::observation::Observation;
 use crate::rows::residual_sums::residual_sums;
 use crate::signals::records::SourceRecords;
@@ -43,7 +43,7 @@ pub fn estimate_drive_gains(
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let observation = Observation::of_records(&model, &records, None)?;
     let joints = observation.joints(|_| true);
-    let bands = SpeedBands::new(&model, &observation.speed, Arc::new(|_, _| 1.0));
+    let bands = StateBands::new(&model, &observation, Arc::new(|_, _| 1.0));
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);
