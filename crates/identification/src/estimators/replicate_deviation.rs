@@ -33,6 +33,7 @@ use std::sync::Arc;
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::Solution;
+use numerics::student::reach;
 
 use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::huber::Reweighted;
@@ -52,6 +53,9 @@ const ALIKE_OCTAVES: f64 = 0.5;
 /// The second of these limits.
 const APART_OCTAVES: f64 = 1.0;
 
+/// Probability of an error beyond the interval.
+const INTERVAL_RISK: f64 = 0.05;
+
 /// Fewer parameters do not tell the cases apart, because the ratio of a single one scatters by an octave and more.
 const MIN_TELLING_PARAMETERS: usize = 20;
 
@@ -67,6 +71,8 @@ pub struct ReplicateDeviation {
     pub by_speed: Vec<f64>,
     /// The bands of position of each joint as replicates.
     pub by_position: Vec<f64>,
+    /// Degrees of freedom of these variances: the parts of the record less one.
+    pub freedom: f64,
     /// How many correlated samples are worth one.
     ///
     /// It is computed with k = 0, because the share that the fit has absorbed says how few the parts are, and not how
@@ -77,11 +83,14 @@ pub struct ReplicateDeviation {
 impl ReplicateDeviation {
     /// The deviation to believe, one per parameter.
     ///
-    /// It is the larger of both where they disagree, their mean where they do not, and at least that of white noise.
+    /// It is the largest of the three where they disagree, their mean where they do not, and at least that of white noise.
+    /// 1.96 of it are the 95 % interval: a deviation of few draws is widened by the quantile of Student's t for its freedom
+    /// over that of a normal error.
     pub fn sigma(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
-        believed.into_iter().zip(&self.white).map(|(believed, white)| believed.max(*white)).collect()
+        let wider = reach(INTERVAL_RISK, self.freedom.max(1.0)) / reach(INTERVAL_RISK, f64::INFINITY);
+        believed.into_iter().zip(&self.white).map(|(believed, white)| (wider * believed).max(*white)).collect()
     }
 }
 
@@ -162,7 +171,7 @@ pub(crate) fn of_clusters(
     let by_band = |bands: &[Cluster]| root(whole.variance(bands, BAND_LEVERAGE_EXPONENT, REMAINDER_ROUNDING_SHARE));
     let (by_speed, by_position) = (by_band(&speed), by_band(&position));
     let correlated = median_ratio(&sums, &white).unwrap_or(1.0).max(1.0);
-    ReplicateDeviation { white, by_part, by_speed, by_position, correlated }
+    ReplicateDeviation { white, by_part, by_speed, by_position, freedom: count - 1.0, correlated }
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
@@ -227,7 +236,7 @@ mod tests {
         let sigma = |by_part: [f64; 3], by_speed: [f64; 3], times: usize| {
             let (white, by_part, by_speed) = (vec![0.5; 3 * times], by_part.repeat(times), by_speed.repeat(times));
             let by_position = by_speed.clone();
-            ReplicateDeviation { white, by_part, by_speed, by_position, correlated: 1.0 }.sigma()[..3].to_vec()
+            ReplicateDeviation { white, by_part, by_speed, by_position, freedom: 1e9, correlated: 1.0 }.sigma()[..3].to_vec()
         };
         // The median ratio is one, so the mean of the variances counts, whatever a single parameter has.
         assert_eq!(sigma([1.0, 1.0, 7.0], [1.0, 7.0, 1.0], 7), [1.0, 5.0, 5.0]);
@@ -273,6 +282,31 @@ mod tests {
             assert!(found.by_speed[c] < 2.0 * error, "{error} {found:?}");
         }
         assert!(at(32_000).1.by_part[c] < 0.5 * at(4000).1.by_part[c]);
+    }
+
+    /// A ripple of seven periods a turn returns at every pass of a position: the bands of position hold it.
+    #[test]
+    fn ripple_by_position_is_held() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &[], &[]);
+        let (mut held, mut of_white, mut all) = (0, 0, 0);
+        for phase in (0..24).map(|k| f64::from(k) * std::f64::consts::TAU / 24.0) {
+            let mut states = arm.states(4000);
+            for r in 0..states.len() {
+                states.tau[r] += 0.5 * (7.0 * states.q[r] + phase).sin();
+            }
+            let (solution, found) = of(&model, states);
+            for (c, sigma) in found.sigma().into_iter().enumerate() {
+                let error = (solution.x[c] - arm.truth[c]).abs();
+                held += usize::from(error <= 1.96 * sigma);
+                of_white += usize::from(error <= 1.96 * found.white[c]);
+                all += 1;
+            }
+        }
+        let share = |count: usize| count as f64 / all as f64;
+        // 72 intervals, those of one phase alike: 95 % less three deviations of a third as many.
+        assert!(share(held) > 0.85, "{}", share(held));
+        assert!(share(of_white) < 0.6, "{}", share(of_white));
     }
 
     /// Rows that count less count less in the scores too, and nothing is claimed where no row counts.
