@@ -120,7 +120,11 @@ fn held_limits(
         if let Some(place) = own.locked.filter(|q| stirs(coefficients, *q)) {
             // The motion moves a locked coordinate. Its limits of position are then the locked position, and its bodies
             // count as moving.
-            own = CoordinateLimits { position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE), locked: None, ..own };
+            own = CoordinateLimits {
+                position: (place - LOCKED_MOTION_TOLERANCE, place + LOCKED_MOTION_TOLERANCE),
+                locked: None,
+                ..own
+            };
         }
         limits.push(own);
         origins.extend(rows);

@@ -17,7 +17,6 @@ use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::signals::signal_options::Velocity;
 use linear_model::description_options::{DescriptionOptions, RotorInertias};
-use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
 use robot::RotorInertia;
 

@@ -10,7 +10,6 @@ use identification::estimate::passport::passport;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
 use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
-use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
 use numerics::in_order::on_threads;
 use numerics::interruption::Interruption;

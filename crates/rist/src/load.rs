@@ -8,7 +8,6 @@ use identification::estimate::options::Options;
 use identification::estimators::payload::payload;
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::{Ten, centroidal, smallest_eigenvalue};
 use logs::LogSource;
 use nalgebra::DMatrix;

@@ -28,7 +28,8 @@ pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
     let mut range = seen.clone();
     for k in 0..seen.speed.len() {
         let limits = model.robot.coordinates.get(k).map(|c| &c.limits);
-        let position = limits.and_then(|l| l.position).filter(|(low, high)| low < high && high - low < LIMITLESS_POSITION);
+        let position =
+            limits.and_then(|l| l.position).filter(|(low, high)| low < high && high - low < LIMITLESS_POSITION);
         range.position[k] = match position {
             Some(limits) => limits,
             None if model.regressor().is_prismatic(k) => seen.position[k],

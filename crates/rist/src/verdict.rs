@@ -6,7 +6,6 @@ use identification::estimate::passport::finding::Fault;
 use identification::estimate::verdict::{Evidence, Prediction};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
-use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
 
 pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};

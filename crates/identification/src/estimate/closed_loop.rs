@@ -3,7 +3,6 @@
 //! Least squares on the same rows is the start; its signals, remarks and intervals of validity stay. The values and
 //! their deviations are those of `estimators::closed_loop`.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
 use logs::Error;

@@ -9,7 +9,6 @@
 //! side, and rows of nearly constant speed are left, which are alike under every delay. A delay that the rows left
 //! out contradict is none: where it raises the residual of all rows, these are searched.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use linear_model::states::States;
 use logs::{Error, LogSource};

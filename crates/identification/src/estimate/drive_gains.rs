@@ -9,7 +9,6 @@
 
 use std::sync::Arc;
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 use logs::{Effort, Error, LogSource};
 use numerics::triangle::Triangle;

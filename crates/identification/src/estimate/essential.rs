@@ -5,7 +5,6 @@
 //! deviation to believe of a parameter that stays is the white deviation in the smaller model, times the ratio of the
 //! deviation to believe to the white one in the whole model.
 
-use linear_model::linear_model::Model;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::held_out::residuals;

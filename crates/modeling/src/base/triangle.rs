@@ -20,7 +20,8 @@ pub(crate) fn triangle(matrix: &DMatrix<f64>, joints: usize) -> DMatrix<f64> {
     let (rows, p) = matrix.shape();
     let mut r = vec![0.0; p * p];
     // The square of a denormal's root is no divisor.
-    let rounding = |c: nalgebra::DVectorView<f64>| (COLUMN_ROUNDING * COLUMN_ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
+    let rounding =
+        |c: nalgebra::DVectorView<f64>| (COLUMN_ROUNDING * COLUMN_ROUNDING * c.norm_squared()).max(f64::MIN_POSITIVE);
     let rounding: Vec<f64> = matrix.column_iter().map(rounding).collect();
     for joint in 0..joints.max(1) {
         let own: Vec<usize> = (joint..rows).step_by(joints.max(1)).collect();

@@ -5,7 +5,6 @@
 //! its degrees of freedom, so that 1.96 of it hold 95 %, and it is at least that of white noise. Not here, because they
 //! need the rows: residuals that move with another joint, rows that do not fit.
 
-use linear_model::linear_model::Model;
 use logs::Error;
 use numerics::least_squares::Solution;
 use numerics::student::reach;

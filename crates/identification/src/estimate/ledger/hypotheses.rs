@@ -245,7 +245,8 @@ fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
         let scatter = others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
         let deviation = scatter.sqrt().max(noise / norm);
         let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None };
-        let by_error = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt() / norm;
+        let by_error =
+            (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt() / norm;
         one.power = by_error.max(FOUND_FAULT_SIGMAS * deviation).max(one.least());
         if value.abs() > FOUND_FAULT_SIGMAS * deviation {
             let columns: Vec<usize> = (0..p).chain([p + e]).collect();

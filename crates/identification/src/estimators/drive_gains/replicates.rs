@@ -58,10 +58,7 @@ impl Replicates {
         let parts = observation.parts.iter().filter(|part| part.iter().any(|triangle| triangle.rows > 0));
         let mut of = [Vec::new(), Vec::new()];
         bands.products().for_each(|(joint, shared, products)| of[shared as usize].push(of_band((joint, products))));
-        Replicates {
-            parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(),
-            bands: of,
-        }
+        Replicates { parts: parts.map(|part| part.iter().enumerate().map(of_triangle).collect()).collect(), bands: of }
     }
 
     /// Deviations of the parameters at an answer, then of the logarithms of the gains that were not known.

@@ -74,7 +74,8 @@ mod tests {
     #[test]
     fn the_ranges_follow_each_other() {
         for (drift_count, ended_spectra) in [(0, 0), (3, 0), (0, 3), (3, 3)] {
-            let layout = Layout { base: 5, joints: 2, friction_of_joint: 4, drift_count, ended_spectra, effect_columns: 3 };
+            let layout =
+                Layout { base: 5, joints: 2, friction_of_joint: 4, drift_count, ended_spectra, effect_columns: 3 };
             let friction = (0..2).flat_map(|j| layout.friction(j));
             let ends = (0..ended_spectra).flat_map(|e| layout.ends(e));
             let all = layout.parameters().chain(friction).chain(layout.drifts()).chain(ends).chain(layout.effects());

@@ -110,7 +110,8 @@ fn columns_at(
     random: &mut SplitMix,
 ) -> Result<At, NoCertificate> {
     let n = regressor.outputs[0].rows.max(1);
-    let mut order = (expected + expected / 3 + 8).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1) + SETTLED_ORDERS;
+    let mut order =
+        (expected + expected / 3 + 8).div_ceil(n * (CURVES_PER_POINT - 1)).max(SETTLED_ORDERS + 1) + SETTLED_ORDERS;
     loop {
         let mut by_order: Vec<Vec<Vec<Residue>>> = vec![Vec::new(); order + 1];
         for _ in 0..CURVES_PER_POINT {
