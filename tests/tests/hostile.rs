@@ -24,7 +24,8 @@ fn files_without_end_are_refused() {
     let planar = planar.to_str().unwrap();
     std::fs::write(here.join("log.csv"), "t,q1,q2,tau1,tau2\n0,0,0,0,0\n").unwrap();
     std::os::unix::fs::symlink("/dev/zero", here.join("endless.yaml")).unwrap();
-    let commands: [&[&str]; 7] = [
+    let commands: [&[&str]; 8] = [
+        &["merge", "/dev/zero", "--out", "x.tri"],
         &["inspect", "endless.yaml"],
         &["identify", planar, "/dev/zero"],
         &["identify", planar, "log.csv", "--options", "endless.yaml"],
@@ -36,9 +37,49 @@ fn files_without_end_are_refused() {
     for command in commands {
         let run = bounded(&here, command);
         assert_eq!(run.code, Some(2), "{command:?}: {}", run.err);
-        let says_why = ["larger than 16 MiB", "binary file"].iter().any(|why| run.err.contains(why));
+        let says_why = ["larger than 16 MiB", "binary file", "no sums of rist accumulate"].iter().any(|why| run.err.contains(why));
         assert!(says_why, "{command:?}: {}", run.err);
     }
+}
+
+/// Strings that claim 4 GiB in files of some bytes: the process is not to end by an allocation that fails.
+#[test]
+fn strings_of_a_recording_are_not_believed() {
+    let here = folder("hostile-claims");
+    let planar = model_path("planar2r_vertical.yaml");
+    let claims: [&[u8]; 3] = [
+        b"\x03\x06\0\0\0\0\0\0\0\x01\0\xff\xff\xff\xff",
+        b"\x04\x08\0\0\0\0\0\0\0\x01\0\x01\0\xff\xff\xff\xff",
+        b"\x06\x20\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xff\xff\xff\xff",
+    ];
+    for record in claims {
+        std::fs::write(here.join("claim.mcap"), [b"\x89MCAP0\r\n", record].concat()).unwrap();
+        let run = bounded(&here, &["doctor", planar.to_str().unwrap(), "claim.mcap"]);
+        assert_eq!(run.code, Some(2), "{}", run.err);
+        assert!(run.err.contains("a string claims 4294967295 bytes"), "{}", run.err);
+    }
+}
+
+/// The line of a fault in a pipe is not looked for: whoever opens a pipe without a writer waits for ever.
+#[test]
+fn a_fault_in_a_pipe_is_told() {
+    let here = folder("hostile-pipe");
+    let text = "(printf 'convention: khalil-kleinfinger\nnam: x\n' > f.yaml &); exec timeout 20 \"$0\" inspect f.yaml";
+    let made = Command::new("mkfifo").arg(here.join("f.yaml")).status().unwrap();
+    assert!(made.success());
+    let mut shell = Command::new("sh");
+    shell.arg("-c").arg(text).arg(program());
+    let run = tests::program::run(shell.current_dir(&here));
+    assert!(run.code == Some(2) && run.err.contains("f.yaml:2"), "{:?}: {}", run.code, run.err);
+}
+
+/// What a terminal would take for a command is shown as what it is, in messages too.
+#[test]
+fn names_are_shown_as_what_they_are() {
+    let here = folder("hostile-names");
+    let run = bounded(&here, &["inspect", "a\u{1b}]0;x\u{202e}.yaml", "--color", "always"]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.err.contains("a\\u{1b}]0;x\\u{202e}.yaml"), "{:?}", run.err);
 }
 
 #[test]

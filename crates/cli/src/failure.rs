@@ -1,8 +1,7 @@
 //! The end of a command that does not succeed.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::ExitCode;
 
 use rist::request::spelling::{Reader, spelled};
@@ -63,19 +62,20 @@ impl From<logs::Error> for Failure {
 }
 
 /// Bytes of a file in which its line is looked for.
-const SEARCHED: u64 = 1 << 20;
+const SEARCHED: usize = 1 << 20;
 /// Characters of the line that are shown.
 const SHOWN: usize = 100;
 
-/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown.
+/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown, as that
+/// of a pipe, which was read and is gone.
 fn excerpt(place: &Place) -> Option<String> {
-    let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED));
-    let line = text.lines().nth(place.line - 1)?.ok()?;
-    Some(marked(&line, place))
+    let text = gate::source::glance(Path::new(&place.file), SEARCHED)?;
+    let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
+    Some(marked(std::str::from_utf8(line).ok()?, place))
 }
 
 fn marked(line: &str, place: &Place) -> String {
-    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    let plain = |c: char| if gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
     // The column in sight, with what stands before it.
     let first = if place.column > SHOWN { place.column - SHOWN / 2 } else { 0 };

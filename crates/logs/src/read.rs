@@ -5,8 +5,10 @@
 //! no text is held whole, up to [`MAX_FILE_BYTES`]. A text ends at [`MAX_CELLS`](crate::table::MAX_CELLS) numbers, so
 //! that a pipe or device without end is refused there.
 
-use std::io::{Cursor, Read};
+use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
+
+use gate::source::Source;
 
 use crate::Error;
 use crate::formats::content::{Content, MAGIC_BYTES};
@@ -28,7 +30,7 @@ pub enum Opened {
 /// Opens a file, the directory of a rosbag2, or standard input (`-`).
 pub fn open(path: &Path) -> Result<Opened, Error> {
     if path.as_os_str() == "-" {
-        return opened("standard input", std::io::stdin(), false);
+        return opened("standard input", Source::of(std::io::stdin()));
     }
     let file = path.display().to_string();
     #[cfg(any(feature = "mcap", feature = "rosbag2-sqlite"))]
@@ -39,26 +41,23 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
         std::io::ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
         _ => Error::at(&file, 0, format!("cannot be read: {e}")),
     };
-    let source = std::fs::File::open(path).map_err(failed)?;
-    let again = source.metadata().map_err(failed)?.is_file();
-    opened(&file, source, again)
+    opened(&file, Source::open(path).map_err(failed)?)
 }
 
-fn opened(file: &str, mut source: impl Read + Send + 'static, again: bool) -> Result<Opened, Error> {
-    let failed = |e: std::io::Error| Error::at(file, 0, format!("cannot be read: {e}"));
-    let mut head = Vec::new();
-    source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
+fn opened(file: &str, mut source: Source) -> Result<Opened, Error> {
+    let failed = |e: std::io::Error| match e.kind() {
+        ErrorKind::FileTooLarge => Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts")),
+        _ => Error::at(file, 0, format!("cannot be read: {e}")),
+    };
+    let again = source.length().is_some();
+    let head = source.head(MAGIC_BYTES).map_err(failed)?;
     let content = Content::of(&head);
-    let mut source = Cursor::new(head).chain(source);
+    let source = Cursor::new(head).chain(source);
     if matches!(content, Content::Text | Content::Gzip) {
         let reader = TableReader::of_content(file, content, source)?;
         return Ok(Opened::Text { reader, again });
     }
-    let mut bytes = Vec::new();
-    source.by_ref().take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        return Err(Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts")));
-    }
+    let bytes = Source::of(source).whole(MAX_FILE_BYTES).map_err(failed)?;
     Table::from_bytes(file, &bytes).map(Opened::Whole)
 }
 

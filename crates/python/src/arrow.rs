@@ -89,6 +89,10 @@ pub fn columns(frame: &Bound<'_, PyAny>) -> PyResult<Vec<Column>> {
     let pointer: NonNull<c_void> = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
     // SAFETY: the capsule of this name holds a stream and keeps it alive; the capsule releases it.
     let stream = unsafe { &mut *pointer.as_ptr().cast::<Stream>() };
+    // A stream that another consumer took has no functions left to call, and its owner says so by `release`.
+    if stream.release.is_none() {
+        return Err(error("the Arrow stream was released: another reader took it; ask its owner for a new one"));
+    }
     let failed = |what: &str| error(format_args!("the Arrow stream gives no {what}"));
     // SAFETY: a released structure is all zeros, which the owner fills.
     let (mut schema, get_schema) = (unsafe { std::mem::zeroed::<Schema>() }, stream.get_schema);

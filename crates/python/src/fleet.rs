@@ -132,8 +132,8 @@ impl Accumulator {
     /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
     #[staticmethod]
     fn read(path: PathBuf, model: Py<Model>) -> PyResult<Accumulator> {
-        let bytes = std::fs::read(&path).map_err(|e| error(format_args!("{}: {e}", path.display())))?;
-        Accumulator::of_bytes(&path, &bytes, model)
+        let sums = rist::Accumulator::read(&path).or_error()?;
+        Accumulator::of_sums(sums, model)
     }
 
     fn __len__(&self) -> usize {
@@ -154,6 +154,10 @@ impl Accumulator {
 impl Accumulator {
     fn of_bytes(path: &Path, bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
         let sums = rist::Accumulator::from_bytes(&path.display().to_string(), bytes).or_error()?;
+        Accumulator::of_sums(sums, model)
+    }
+
+    fn of_sums(sums: rist::Accumulator, model: Py<Model>) -> PyResult<Accumulator> {
         rist::fleet::check_sums(&model.get().inner, &sums).or_error()?;
         Ok(Accumulator { model, sums: Mutex::new(sums) })
     }

@@ -9,6 +9,7 @@
 use std::io::{BufReader, Cursor, Error as IoError, ErrorKind, Read};
 use std::path::Path;
 
+use gate::source::Source;
 use memchr::memchr_iter;
 
 use crate::Error;
@@ -64,9 +65,8 @@ impl<'a> TableReader<'a> {
     pub fn open(path: &Path) -> Result<TableReader<'static>, Error> {
         let file = path.display().to_string();
         let failed = |e: IoError| Error::at(&file, 0, format!("cannot be read: {e}"));
-        let mut source = std::fs::File::open(path).map_err(failed)?;
-        let mut head = Vec::new();
-        source.by_ref().take(MAGIC_BYTES as u64).read_to_end(&mut head).map_err(failed)?;
+        let mut source = Source::open(path).map_err(failed)?;
+        let head = source.head(MAGIC_BYTES).map_err(failed)?;
         TableReader::of_content(&file, Content::of(&head), Cursor::new(head).chain(source))
     }
 

@@ -2,10 +2,13 @@
 //!
 //! `arrays` says how arrays become columns. A .npz is a zip of .npy files, stored or deflated. Only the variants of
 //! both that NumPy writes are read here. The sizes in the zip are not trusted: its files must not overlap, and all
-//! arrays together hold at most [`MAX_CELLS`] numbers.
+//! arrays together stay within the [`Budget`] of the file and hold at most [`MAX_CELLS`] numbers. An array of numbers that
+//! is not read is noted.
 
 use std::borrow::Cow;
 use std::io::Read;
+
+use gate::budget::Budget;
 
 use crate::Error;
 use crate::formats::arrays::Array;
@@ -20,12 +23,20 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
     if bytes.starts_with(b"\x93NUMPY") {
         return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));
     }
-    let mut arrays = Vec::new();
-    let mut numbers = 0;
+    let (mut arrays, mut notes) = (Vec::new(), Vec::new());
+    let (mut numbers, mut budget) = (0, Budget::of(bytes.len()));
     for entry in entries(bytes).map_err(at)? {
         let Some(key) = entry.name.strip_suffix(".npy") else { continue };
-        let array = unpacked(&entry).and_then(|content| array(&content));
-        if let Some(array) = array.map_err(|e| at(format!("array `{key}`: {e}")))? {
+        let array = unpacked(&entry, &budget).and_then(|content| array(&content, &mut budget));
+        let found = match array.map_err(|e| at(format!("array `{key}`: {e}")))? {
+            ArrayContent::Numbers(array) => Some(array),
+            ArrayContent::Nothing => None,
+            ArrayContent::Unread(kind) => {
+                notes.push(format!("array `{key}` holds `{kind}`, which is not read: save it as float64"));
+                None
+            }
+        };
+        if let Some(array) = found {
             numbers += array.values.len();
             if numbers > MAX_CELLS {
                 return Err(at(format!(
@@ -35,7 +46,10 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
             arrays.push((key.to_string(), array));
         }
     }
-    Table::from_arrays(file, arrays)
+    let mut table = Table::from_arrays(file, arrays)
+        .map_err(|e| if notes.is_empty() { e } else { Error::at(file, 0, format!("{}; {}", e.message(), notes.join("; "))) })?;
+    table.notes.extend(notes);
+    Ok(table)
 }
 
 fn number(bytes: &[u8], at: usize, len: usize) -> Result<usize, String> {
@@ -90,10 +104,12 @@ fn entries(bytes: &[u8]) -> Result<Vec<Entry<'_>>, String> {
     Ok(out)
 }
 
-fn unpacked<'a>(entry: &Entry<'a>) -> Result<Cow<'a, [u8]>, String> {
+fn unpacked<'a>(entry: &Entry<'a>, budget: &Budget) -> Result<Cow<'a, [u8]>, String> {
     match entry.method {
         0 => Ok(Cow::Borrowed(entry.packed)),
         8 => {
+            // They are gone when its numbers are read, so nothing is drawn for them.
+            budget.clone().draw(entry.size)?;
             let mut out = Vec::new();
             let reader = flate2::read::DeflateDecoder::new(entry.packed);
             let read = reader.take(entry.size as u64).read_to_end(&mut out);
@@ -105,8 +121,19 @@ fn unpacked<'a>(entry: &Entry<'a>) -> Result<Cow<'a, [u8]>, String> {
     }
 }
 
-/// The numbers of a .npy; `None` for arrays that hold none.
-fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
+/// What a .npy holds.
+enum ArrayContent {
+    Numbers(Array),
+    /// Texts, truth values, or no element.
+    Nothing,
+    /// Numbers or objects of a type that is not read.
+    Unread(String),
+}
+
+/// Times that the numbers of an array are in memory at once: as they stand in the file and as columns.
+const COPIES: usize = 2;
+
+fn array(bytes: &[u8], budget: &mut Budget) -> Result<ArrayContent, String> {
     if !bytes.starts_with(b"\x93NUMPY") {
         return Err("this is no array of NumPy".into());
     }
@@ -119,12 +146,15 @@ fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
     let kind: String = field("descr").unwrap_or("").chars().take_while(|c| *c != '\'' && *c != '"').collect();
     let fortran = field("fortran_order").is_some_and(|t| t.starts_with("True"));
     let shape = field("shape").and_then(|t| t.strip_prefix('(')).and_then(|t| t.split(')').next()).unwrap_or("");
-    let shape: Vec<usize> = shape.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    let lengths = shape.split(',').map(str::trim).filter(|n| !n.is_empty());
+    let shape: Vec<usize> =
+        lengths.map(str::parse).collect::<Result<_, _>>().map_err(|_| format!("its shape is absurd: ({shape})"))?;
     let count = shape.iter().try_fold(1usize, |a, &b| a.checked_mul(b)).filter(|&n| n <= MAX_CELLS);
     let count = count.ok_or("its shape is absurd")?;
     if count == 0 {
-        return Ok(None); // (0,), (0, 7), but also (10^12, 0)
+        return Ok(ArrayContent::Nothing); // (0,), (0, 7), but also (10^12, 0)
     }
+    budget.draw(count.saturating_mul(COPIES * size_of::<f64>()))?;
     let values = match kind.as_str() {
         "<f8" => take(data, count, f64::from_le_bytes)?,
         "<f4" => take(data, count, |b| f64::from(f32::from_le_bytes(b)))?,
@@ -132,14 +162,17 @@ fn array(bytes: &[u8]) -> Result<Option<Array>, String> {
         "<u8" => take(data, count, |b| u64::from_le_bytes(b) as f64)?,
         "<i4" => take(data, count, |b| f64::from(i32::from_le_bytes(b)))?,
         "<i2" => take(data, count, |b| f64::from(i16::from_le_bytes(b)))?,
-        // Texts, objects, booleans: no signal.
-        _ => return Ok(None),
+        ">f8" => take(data, count, f64::from_be_bytes)?,
+        ">f4" => take(data, count, |b| f64::from(f32::from_be_bytes(b)))?,
+        _ if kind.contains(['f', 'i', 'u', 'c', 'O', 'm', 'M']) => return Ok(ArrayContent::Unread(kind)),
+        // Texts and truth values: no signal.
+        _ => return Ok(ArrayContent::Nothing),
     };
     let values = match shape[..] {
         [n, k] if fortran => (0..n * k).map(|i| values[i % k * n + i / k]).collect(),
         _ => values,
     };
-    Ok(Some(Array { shape, values }))
+    Ok(ArrayContent::Numbers(Array { shape, values }))
 }
 
 fn take<const N: usize>(data: &[u8], count: usize, read: impl Fn([u8; N]) -> f64) -> Result<Vec<f64>, String> {

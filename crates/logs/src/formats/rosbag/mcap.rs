@@ -70,6 +70,49 @@ fn records(
     Ok(true)
 }
 
+/// Refuses a record whose strings claim to be longer than it is: the crate reserves what a string claims before it
+/// reads, and an allocation that fails cannot be caught.
+fn strings_fit(opcode: u8, content: &[u8]) -> Result<(), String> {
+    // Bytes before the strings, how many strings there are, and whether a map of strings follows.
+    let (mut at, strings, has_map) = match opcode {
+        op::SCHEMA => (2, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::CHUNK => (28, 1, false),
+        _ => return Ok(()),
+    };
+    let damaged = |claimed: usize| {
+        let length = content.len();
+        format!("a string claims {claimed} bytes in a record of {length}: the record is damaged")
+    };
+    let length = |at: usize| {
+        let four = content.get(at..at.saturating_add(4)).and_then(|four| <[u8; 4]>::try_from(four).ok());
+        four.map(|four| u32::from_le_bytes(four) as usize)
+    };
+    let skip = |at: &mut usize, end: usize| match length(*at) {
+        Some(claimed) if claimed > end.saturating_sub(*at + 4) => Err(damaged(claimed)),
+        Some(claimed) => {
+            *at += 4 + claimed;
+            Ok(())
+        }
+        // Cut short: the crate says so.
+        None => {
+            *at = end;
+            Ok(())
+        }
+    };
+    for _ in 0..strings {
+        skip(&mut at, content.len())?;
+    }
+    if let Some(claimed) = length(at).filter(|_| has_map) {
+        at += 4;
+        let end = at.checked_add(claimed).filter(|&end| end <= content.len()).ok_or_else(|| damaged(claimed))?;
+        while at < end {
+            skip(&mut at, end)?;
+        }
+    }
+    Ok(())
+}
+
 struct Reader<'a, 'b> {
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, Channel>,
@@ -81,6 +124,7 @@ impl Reader<'_, '_> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK) {
             return Ok(());
         }
+        strings_fit(opcode, content)?;
         match mcap::parse_record(opcode, content).map_err(|e| format!("{e}: the record is damaged"))? {
             Record::Schema { header, .. } => {
                 self.schemas.insert(header.id, header.name);

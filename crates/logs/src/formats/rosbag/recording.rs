@@ -7,6 +7,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use gate::source::{self, Source};
+
 use crate::Error;
 use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::content::{Content, MAGIC_BYTES};
@@ -17,7 +19,7 @@ use crate::formats::rosbag::mcap;
 use crate::formats::rosbag::message::{Channel, Message, Outcome};
 #[cfg(feature = "rosbag2-sqlite")]
 use crate::formats::rosbag::sqlite;
-use crate::table::Table;
+use crate::table::{MAX_FILE_BYTES, Table};
 
 /// The names of the message type with joint states.
 const JOINT_STATE_TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
@@ -56,11 +58,8 @@ fn address(path: &Path) -> (PathBuf, Option<String>) {
 }
 
 fn head(path: &Path) -> Result<Content, Error> {
-    use std::io::Read;
-    let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(MAGIC_BYTES as u64).read_to_end(&mut head));
-    read.map_err(|e| unreadable(path, &e))?;
-    Ok(Content::of(&head))
+    let head = Source::open(path).and_then(|mut source| source.head(MAGIC_BYTES));
+    Ok(Content::of(&head.map_err(|e| unreadable(path, &e))?))
 }
 
 fn unreadable(path: &Path, e: &std::io::Error) -> Error {
@@ -116,14 +115,14 @@ impl Recording {
         match head(path)? {
             #[cfg(feature = "mcap")]
             Content::Mcap => {
-                let source = std::fs::File::open(path).map_err(|e| unreadable(path, &e))?;
-                let length = source.metadata().map_err(|e| unreadable(path, &e))?.len();
+                let source = Source::open(path).map_err(|e| unreadable(path, &e))?;
+                let length = source.length().unwrap_or(u64::MAX);
                 self.take(&file, |_, each| mcap::read(std::io::BufReader::new(source), length, each))
             }
             #[cfg(feature = "rosbag2-sqlite")]
             Content::Sqlite => self.take(&file, |wanted, each| sqlite::read(&sqlite::open(path)?, wanted, each)),
             Content::Zstd => {
-                let packed = std::fs::read(path).map_err(|e| unreadable(path, &e))?;
+                let packed = source::read(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, &e))?;
                 let unpacked = Compression::Zstd.unpack_within(&packed, MAX_UNPACKED_BYTES);
                 self.add_bytes(&file, &unpacked.map_err(|e| Error::at(&file, 0, e))?)
             }
