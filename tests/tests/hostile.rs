@@ -37,7 +37,8 @@ fn files_without_end_are_refused() {
     for command in commands {
         let run = bounded(&here, command);
         assert_eq!(run.code, Some(2), "{command:?}: {}", run.err);
-        let says_why = ["larger than 16 MiB", "binary file", "no sums of rist accumulate"].iter().any(|why| run.err.contains(why));
+        let says_why =
+            ["larger than 16 MiB", "binary file", "no sums of rist accumulate"].iter().any(|why| run.err.contains(why));
         assert!(says_why, "{command:?}: {}", run.err);
     }
 }

@@ -9,7 +9,8 @@ use std::fmt::Write;
 /// Whether a character is not seen, or changes how others are seen: controls, ends of lines, bidirectional controls,
 /// and what has no width.
 pub fn is_hidden(c: char) -> bool {
-    let is_bidirectional = matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let is_bidirectional =
+        matches!(c, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     let has_no_width = matches!(c, '\u{200b}' | '\u{2060}'..='\u{2065}' | '\u{206a}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}');
     c.is_control() || is_bidirectional || has_no_width || matches!(c, '\u{2028}' | '\u{2029}')
 }

@@ -38,7 +38,7 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
         return Ok(Opened::Whole(table));
     }
     let failed = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
+        ErrorKind::NotFound => Error::at(&file, 0, "there is no such file"),
         _ => Error::at(&file, 0, format!("cannot be read: {e}")),
     };
     opened(&file, Source::open(path).map_err(failed)?)
@@ -46,7 +46,9 @@ pub fn open(path: &Path) -> Result<Opened, Error> {
 
 fn opened(file: &str, mut source: Source) -> Result<Opened, Error> {
     let failed = |e: std::io::Error| match e.kind() {
-        ErrorKind::FileTooLarge => Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts")),
+        ErrorKind::FileTooLarge => {
+            Error::at(file, 0, format!("more than {MAX_FILE_BYTES} bytes; cut the log into parts"))
+        }
         _ => Error::at(file, 0, format!("cannot be read: {e}")),
     };
     let again = source.length().is_some();

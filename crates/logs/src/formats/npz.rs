@@ -46,8 +46,9 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Table, Error> {
             arrays.push((key.to_string(), array));
         }
     }
-    let mut table = Table::from_arrays(file, arrays)
-        .map_err(|e| if notes.is_empty() { e } else { Error::at(file, 0, format!("{}; {}", e.message(), notes.join("; "))) })?;
+    let mut table = Table::from_arrays(file, arrays).map_err(|e| {
+        if notes.is_empty() { e } else { Error::at(file, 0, format!("{}; {}", e.message(), notes.join("; "))) }
+    })?;
     table.notes.extend(notes);
     Ok(table)
 }
