@@ -85,8 +85,9 @@ fn a_wrong_description_moves_a_consistent_estimate_within_its_bound() {
         account(&estimate(&here, "e.yaml"))
     };
     let ((right, _), (wrong, excess)) = (of(&urdf, 0), of("wrong.urdf", 1));
-    // 24 logarithms of 0.1 nats, and what the bound itself costs with bodies a thousand times their reference.
-    assert!(wrong - right <= excess && excess < 5.0, "{right} {wrong} {excess}");
+    // 24 logarithms of a nat less what the description loses of its weight, and what the bound itself costs with bodies a
+    // thousand times their reference.
+    assert!(wrong - right <= excess && excess < 25.0, "{right} {wrong} {excess}");
 }
 
 /// Torques of the wrong sign are those of no bodies: it is said, and nothing is written for a simulator.

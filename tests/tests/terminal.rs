@@ -66,6 +66,7 @@ fn estimates_and_what_follows_from_them_as_json() {
     assert_eq!(count, estimate["parameters"].as_array().unwrap().len());
     assert_same(&found["estimate"], &estimate, "estimate");
     assert_eq!(found["verdict"]["trust"], "yes");
+    assert_eq!(found["verdict"]["uses"].as_array().unwrap().len(), 3);
     assert!(found["findings"].as_array().unwrap().is_empty() && found["validation"].is_null());
 
     let found = json(&here, &["validate", &arm, "e.yaml", "log.csv", "--out", "v.yaml", "--series", "s.parquet"], 0);
@@ -84,7 +85,7 @@ fn estimates_and_what_follows_from_them_as_json() {
     assert_same(&json(&here, &["merge", "a.tri", "--out", "b.tri"], 0), &sums, "merge");
     let solved = json(&here, &["solve", "b.tri"], 0);
     assert_eq!(solved["estimate"]["rows"], 2 * sums["logs"][0]["samples"].as_u64().unwrap());
-    assert_eq!(solved["verdict"]["trust"], "yes");
+    assert_eq!(solved["verdict"]["trust"], "with care");
 }
 
 #[test]

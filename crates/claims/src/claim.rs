@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::outcome::Outcome;
+use crate::standing::Standing;
 use crate::subject::Subject;
 
 /// What may be said of a subject. Its Display is a sentence.
@@ -34,6 +35,18 @@ impl Claim {
     /// What the check came to.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome
+    }
+}
+
+impl Claim {
+    /// Whether it says that something is wrong.
+    pub fn is_contradicted(&self) -> bool {
+        self.standing() == Standing::Refused
+    }
+
+    /// How it stands.
+    pub fn standing(&self) -> Standing {
+        Standing::of(&self.outcome)
     }
 }
 

@@ -50,6 +50,6 @@ pub use figure::{Bound, Figure};
 pub use outcome::Outcome;
 pub use purpose::{Need, Purpose};
 pub use remedy::{Remedy, Trial};
-pub use rule::worst;
+pub use rule::{lowering, worst};
 pub use standing::{Standing, Trust};
 pub use subject::{Subject, Topic};

@@ -8,18 +8,39 @@ use crate::subject::Subject;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Need {
     subject: Subject,
-    at_least: Standing,
+    kind: Kind,
+}
+
+/// When a need lowers the standing of its purpose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// Where it is not told as high as this, the purpose is refused; untold, it is open.
+    AtLeast(Standing),
+    /// Where anything told about it stands low.
+    WhereTold,
+    /// Where it is contradicted.
+    Uncontradicted,
 }
 
 impl Need {
-    /// A subject that must not be contradicted. Where each joint must be told, it names the joints.
+    /// A subject that must be told. Where each joint must be told, it names the joints.
     pub fn new(subject: Subject) -> Need {
-        Need { subject, at_least: Standing::Open }
+        Need { subject, kind: Kind::AtLeast(Standing::Open) }
     }
 
     /// A subject that must stand as high as this, since the user asked for it: where it is lower, the purpose is refused.
     pub fn at_least(subject: Subject, standing: Standing) -> Need {
-        Need { subject, at_least: standing }
+        Need { subject, kind: Kind::AtLeast(standing) }
+    }
+
+    /// A subject of which everything counts that is said, and that lowers nothing where nobody says anything.
+    pub fn where_told(subject: Subject) -> Need {
+        Need { subject, kind: Kind::WhereTold }
+    }
+
+    /// A subject that must not be contradicted, and that lowers nothing where it cannot be told.
+    pub fn uncontradicted(subject: Subject) -> Need {
+        Need { subject, kind: Kind::Uncontradicted }
     }
 
     /// Whether every joint that it names has a claim, and it has one at all.
@@ -31,12 +52,31 @@ impl Need {
         claims.iter().any(|claim| claim.subject().touches(&self.subject)) && self.subject.of.iter().all(about)
     }
 
-    /// The lowest standing among the claims about it, and open where it is not told.
+    /// Whether a claim keeps it from a yes.
+    pub(crate) fn is_lowered_by(&self, claim: &Claim) -> bool {
+        let standing = claim.standing();
+        let is_low = match self.kind {
+            Kind::AtLeast(least) => standing < least.max(Standing::Agreed),
+            Kind::WhereTold => standing < Standing::Agreed,
+            Kind::Uncontradicted => standing == Standing::Refused,
+        };
+        is_low && claim.subject().touches(&self.subject)
+    }
+
+    /// The lowest standing among the claims about it.
     pub(crate) fn standing(&self, claims: &[Claim]) -> Standing {
         let about = claims.iter().filter(|claim| claim.subject().touches(&self.subject));
-        let untold = (!self.is_told(claims)).then_some(Standing::Open);
-        let lowest = about.map(|claim| Standing::of(claim.outcome())).chain(untold).min();
-        lowest.filter(|standing| *standing >= self.at_least).unwrap_or(Standing::Refused)
+        let lowest = about.map(|claim| claim.standing()).min();
+        match self.kind {
+            Kind::AtLeast(least) => {
+                let untold = (!self.is_told(claims)).then_some(Standing::Open);
+                let lowest = lowest.into_iter().chain(untold).min();
+                lowest.filter(|standing| *standing >= least).unwrap_or(Standing::Refused)
+            }
+            Kind::WhereTold => lowest.unwrap_or(Standing::Proven),
+            Kind::Uncontradicted if lowest == Some(Standing::Refused) => Standing::Refused,
+            Kind::Uncontradicted => Standing::Proven,
+        }
     }
 }
 

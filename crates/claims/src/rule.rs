@@ -11,6 +11,12 @@ pub fn worst(claims: &[Claim], purpose: &Purpose) -> Standing {
     purpose.needs.iter().map(|need| need.standing(claims)).min().unwrap_or(Standing::Open)
 }
 
+/// The claims that keep a purpose from a yes.
+pub fn lowering<'a>(claims: &'a [Claim], purpose: &Purpose) -> Vec<&'a Claim> {
+    let is_low = |claim: &&Claim| purpose.needs.iter().any(|need| need.is_lowered_by(claim));
+    claims.iter().filter(is_low).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -50,11 +56,14 @@ mod tests {
             Purpose::new("both joints", Need::new(of(ZERO, 3))),
             Purpose::new("two needs", Need::new(of(ZERO, 2))).and(Need::at_least(of(FLOOR, 0), Standing::Assumed)),
             Purpose::new("a proof", Need::at_least(of(ZERO, 0), Standing::Proven)),
+            Purpose::new("where told", Need::where_told(of(ZERO, 1))),
+            Purpose::new("uncontradicted", Need::uncontradicted(of(ZERO, 2))),
         ];
         for purpose in &purposes {
             let is_told = |claims: &[Claim]| purpose.needs.iter().all(|need| need.is_told(claims));
             let needs = |claim: &Claim| claim.subject().topic == ZERO || purpose.needs.len() == 2;
-            assert!(worst(&[], purpose) <= Standing::Open);
+            let is_asked = !matches!(purpose.name, "where told" | "uncontradicted");
+            assert_eq!(worst(&[], purpose) <= Standing::Open, is_asked);
             for a in &pool {
                 for b in &pool {
                     let one = [a.clone()];
@@ -64,7 +73,11 @@ mod tests {
                         worst(&[b.clone(), a.clone(), b.clone()], purpose),
                         "order, repetition: {a}; {b}"
                     );
-                    assert!(after <= before || !is_told(&one), "a claim raises {}: {a}; {b}", purpose.name);
+                    assert!(
+                        after <= before || (is_asked && !is_told(&one)),
+                        "a claim raises {}: {a}; {b}",
+                        purpose.name
+                    );
                     assert!(after == before || needs(b), "{} does not need {b}", purpose.name);
                 }
             }
@@ -78,6 +91,28 @@ mod tests {
         let found = outcomes().map(|outcome| worst(&[Claim::new(Subject::whole(FLOOR), outcome)], &asked));
         assert_eq!(found, [Proven, Agreed, Assumed, Refused, Refused, Refused]);
         assert_eq!(worst(&[], &asked), Refused);
+    }
+
+    #[test]
+    fn what_need_not_be_told_lowers_nothing_where_nobody_tells_it() {
+        let need = || Need::uncontradicted(Subject::of(ZERO, ["q1"]));
+        let purpose = Purpose::new("one", Need::new(Subject::whole(FLOOR))).and(need());
+        let agrees = Claim::new(Subject::whole(FLOOR), outcomes()[1].clone());
+        let found = outcomes().map(|outcome| {
+            let zero = Claim::new(Subject::of(ZERO, ["q1"]), outcome);
+            worst(&[agrees.clone(), zero], &purpose)
+        });
+        use Standing::{Agreed, Open, Refused};
+        assert_eq!(found, [Agreed, Agreed, Agreed, Agreed, Agreed, Refused]);
+        let counts = Purpose::new("one", Need::where_told(Subject::of(ZERO, ["q1"])));
+        let found = outcomes().map(|outcome| worst(&[Claim::new(Subject::of(ZERO, ["q1"]), outcome)], &counts));
+        use Standing::{Assumed, Proven};
+        assert_eq!(found, [Proven, Agreed, Assumed, Open, Open, Refused]);
+        assert_eq!(worst(&[], &counts), Proven);
+        assert_eq!(worst(std::slice::from_ref(&agrees), &purpose), Agreed);
+        // A contradiction at another joint is not one of this subject.
+        let elsewhere = Claim::new(Subject::of(ZERO, ["q2"]), outcomes()[5].clone());
+        assert_eq!(worst(&[agrees, elsewhere], &purpose), Agreed);
     }
 
     #[test]

@@ -32,6 +32,17 @@ pub enum Trust {
     Yes,
 }
 
+impl Trust {
+    /// The answer in words.
+    pub fn word(self) -> &'static str {
+        match self {
+            Trust::Yes => "yes",
+            Trust::WithCare => "with care",
+            Trust::No => "no",
+        }
+    }
+}
+
 impl Standing {
     pub(crate) fn of(outcome: &Outcome) -> Standing {
         match outcome {

@@ -1,11 +1,12 @@
 //! `rist doctor`: what a log and a description have to do with each other, before anything is fitted.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Finding;
+use rist::doctor::Claim;
 use rist::request::DoctorRequest;
 use serde_json::{Value, json};
 
@@ -46,7 +47,7 @@ fn as_json(log: &str, passport: &Passport) -> Value {
         "log": log,
         "joints": joints.collect::<Vec<_>>(),
         "findings": findings(&passport.findings),
-        "untold": passport.untold,
+        "claims": rist::doctor::claims_of_log(passport, None),
     })
 }
 
@@ -57,6 +58,15 @@ pub fn findings(findings: &[Finding]) -> Vec<Value> {
         json!({"statement": f.statement(), "joints": f.joints, "gross": is_gross, "evidence": f.evidence, "remedy": f.remedy})
     };
     findings.iter().map(one).collect()
+}
+
+/// Claims as lines.
+struct Claims<'a>(&'a [Claim]);
+
+impl fmt::Display for Claims<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        rist::verdict::write_claims(f, self.0)
+    }
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -74,12 +84,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         for finding in &passport.findings {
             let _ = writeln!(text, "{finding}");
         }
-        for untold in &passport.untold {
-            let _ = writeln!(text, "{untold}");
-        }
+        let claims = rist::doctor::claims_of_log(&passport, None);
+        let _ = write!(text, "{}", Claims(&claims));
         if passport.findings.is_empty() {
-            let beyond = if passport.untold.is_empty() { "" } else { " beyond that" };
-            let _ = writeln!(text, "nothing wrong is seen{beyond}");
+            let _ = writeln!(text, "nothing is contradicted");
         }
         logs.push(as_json(&path.display().to_string(), &passport));
     }

@@ -1,21 +1,36 @@
 //! How a command ends that has a verdict.
 
-use rist::verdict::{Trust, Verdict};
+use rist::verdict::{Trust, UseVerdict, Verdict};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 
 /// The verdict as JSON.
 pub fn as_json(verdict: &Verdict) -> Value {
-    let Verdict { trust, found, reasons, next } = verdict;
-    json!({"trust": trust.word(), "found": found, "reasons": reasons, "next": next})
+    let Verdict { trust, found, reasons, next, uses, claims } = verdict;
+    let of_use = |u: &UseVerdict| {
+        let worst = u.worst_joint.as_ref().map(|(name, share)| json!({"joint": name, "error": share}));
+        json!({"use": u.name, "trust": u.trust.word(), "torque_error": u.error, "worst": worst})
+    };
+    json!({
+        "trust": trust.word(),
+        "found": found,
+        "reasons": reasons,
+        "next": next,
+        "uses": uses.iter().map(of_use).collect::<Vec<_>>(),
+        "claims": claims,
+    })
 }
 
 /// A failure with exit code 1 where the verdict is no; `withheld`: files were asked for and are not written.
 pub fn refused(verdict: &Verdict, withheld: bool) -> Result<(), Failure> {
-    if verdict.trust != Trust::No {
+    let (trust, reasons) = match withheld {
+        true => verdict.of_bodies(),
+        false => (verdict.trust, verdict.reasons.clone()),
+    };
+    if trust != Trust::No {
         return Ok(());
     }
     let files = if withheld { "; nothing is written for a simulator (--anyway writes it)" } else { "" };
-    Err(Failure::verdict(format_args!("not to be trusted: {}{files}", verdict.reasons.join("; "))))
+    Err(Failure::verdict(format_args!("not to be trusted: {}{files}", reasons.join("; "))))
 }

@@ -266,6 +266,12 @@ impl FrictionParameter {
         matches!(self, Viscous | ViscousForward | ViscousBackward)
     }
 
+    /// Whether friction drives where the parameter is negative.
+    pub fn brakes(self) -> bool {
+        use FrictionParameter::*;
+        matches!(self, Viscous | ViscousForward | ViscousBackward | Coulomb | CoulombForward)
+    }
+
     /// The unit at a joint that turns.
     fn unit(self) -> Unit {
         use FrictionParameter::*;

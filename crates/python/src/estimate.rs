@@ -84,8 +84,9 @@ impl Estimate {
                 }
             }));
         };
-        if !anyway && self.verdict.trust == Trust::No {
-            let reasons = self.verdict.reasons.join("; ");
+        let (trust, reasons) = self.verdict.of_bodies();
+        if !anyway && trust == Trust::No {
+            let reasons = reasons.join("; ");
             return Err(error(format_args!(
                 "not to be trusted: {reasons}; nothing is written for a simulator (anyway=True writes it)"
             )));
@@ -220,7 +221,7 @@ impl Estimate {
     /// Whether to trust it, and why.
     #[getter]
     fn verdict(&self) -> Verdict {
-        Verdict { inner: self.verdict.clone() }
+        self.verdict.clone().into()
     }
 
     /// |tau - W X| / |tau| over all joints.

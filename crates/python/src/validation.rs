@@ -86,5 +86,5 @@ pub fn validate(
             })?
         }
     };
-    Ok((Validation { inner }, Verdict { inner: verdict }))
+    Ok((Validation { inner }, verdict.into()))
 }

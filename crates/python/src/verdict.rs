@@ -1,10 +1,12 @@
 //! `rist.Verdict`.
 
+use std::collections::BTreeMap;
+
 use pyo3::prelude::*;
 use rist::request::spelling::{Reader, spelled};
 
 use crate::error::all_spelled;
-use rist::verdict::Trust;
+use rist::verdict::{Trust, UseVerdict};
 
 use crate::html;
 
@@ -12,18 +14,42 @@ use crate::html;
 #[pyclass(frozen, module = "rist")]
 pub struct Verdict {
     pub inner: rist::verdict::Verdict,
+    claims: Vec<String>,
 }
+
+impl From<rist::verdict::Verdict> for Verdict {
+    fn from(inner: rist::verdict::Verdict) -> Verdict {
+        Verdict { claims: inner.claims.iter().map(ToString::to_string).collect(), inner }
+    }
+}
+
+/// An answer for one use, as a pickle holds it: name, trust, error, the joint least sure.
+type UseParts = (String, String, Option<f64>, Option<(String, f64)>);
 
 #[pymethods]
 impl Verdict {
     /// "yes", "with care" or "no".
     #[getter]
     fn trust(&self) -> &'static str {
-        match self.inner.trust {
-            Trust::Yes => "yes",
-            Trust::WithCare => "with care",
-            Trust::No => "no",
-        }
+        self.inner.trust.word()
+    }
+
+    /// The answer for each use, by its name.
+    #[getter]
+    fn uses(&self) -> BTreeMap<&str, &str> {
+        self.inner.uses.iter().map(|u| (u.name.as_str(), u.trust.word())).collect()
+    }
+
+    /// How unsure the torque is for each use, relative, by its name; None where that is not known.
+    #[getter]
+    fn torque_errors(&self) -> BTreeMap<&str, Option<f64>> {
+        self.inner.uses.iter().map(|u| (u.name.as_str(), u.error)).collect()
+    }
+
+    /// All that was claimed, each with its evidence.
+    #[getter]
+    fn claims(&self) -> Vec<String> {
+        all_spelled(&self.claims)
     }
 
     /// What was found.
@@ -52,20 +78,39 @@ impl Verdict {
         html::text(&self.inner.to_string())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String, Vec<String>, String))> {
-        let of =
-            (self.trust().to_string(), self.inner.found.clone(), self.inner.reasons.clone(), self.inner.next.clone());
-        Ok((py.import("rist")?.getattr("_verdict")?, of))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
+        let rist::verdict::Verdict { found, reasons, next, uses, .. } = &self.inner;
+        let part = |u: &UseVerdict| (u.name.clone(), u.trust.word().into(), u.error, u.worst_joint.clone());
+        let uses = uses.iter().map(part).collect();
+        let parts = (self.trust().into(), found.clone(), reasons.clone(), next.clone(), uses, self.claims.clone());
+        Ok((py.import("rist")?.getattr("_verdict")?, parts))
+    }
+}
+
+/// What a pickle holds.
+type Parts = (String, String, Vec<String>, String, Vec<UseParts>, Vec<String>);
+
+fn trust(word: &str) -> Trust {
+    match word {
+        "yes" => Trust::Yes,
+        "with care" => Trust::WithCare,
+        _ => Trust::No,
     }
 }
 
 /// What a pickle of a verdict calls.
 #[pyfunction]
-pub fn _verdict(trust: &str, found: String, reasons: Vec<String>, next: String) -> Verdict {
-    let trust = match trust {
-        "yes" => Trust::Yes,
-        "with care" => Trust::WithCare,
-        _ => Trust::No,
-    };
-    Verdict { inner: rist::verdict::Verdict { trust, found, reasons, next } }
+pub fn _verdict(
+    word: &str,
+    found: String,
+    reasons: Vec<String>,
+    next: String,
+    uses: Vec<UseParts>,
+    claims: Vec<String>,
+) -> Verdict {
+    let one = |(name, word, error, worst_joint): UseParts| UseVerdict { name, trust: trust(&word), error, worst_joint };
+    let uses = uses.into_iter().map(one).collect();
+    // The claims themselves are written and never read; their sentences are kept.
+    let inner = rist::verdict::Verdict { trust: trust(word), found, reasons, next, uses, claims: Vec::new() };
+    Verdict { inner, claims }
 }

@@ -3,7 +3,7 @@
 use ::experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
-use identification::estimate::verdict::{Trust, Verdict};
+use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
 use identification::portrait::Portrait;
 use identification::portrait::envelope::Envelope;
 use serde::Serialize;
@@ -90,6 +90,17 @@ struct VerdictPart {
     found: String,
     reasons: Vec<String>,
     next: String,
+    uses: Vec<UsePart>,
+    /// What agrees and what cannot be told, a sentence each.
+    claims: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct UsePart {
+    name: String,
+    word: &'static str,
+    class: &'static str,
+    error: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -201,17 +212,30 @@ fn samples_of_a_span(envelope: &Envelope) -> usize {
 }
 
 fn verdict(verdict: &Verdict) -> VerdictPart {
-    let (word, class) = match verdict.trust {
-        Trust::Yes => ("Trust it", "yes"),
-        Trust::WithCare => ("With care", "care"),
-        Trust::No => ("Do not use it", "no"),
+    let class = |trust: Trust| match trust {
+        Trust::Yes => "yes",
+        Trust::WithCare => "care",
+        Trust::No => "no",
+    };
+    let word = match verdict.trust {
+        Trust::Yes => "Trust it",
+        Trust::WithCare => "With care",
+        Trust::No => "Do not use it",
+    };
+    let of_use = |u: &UseVerdict| UsePart {
+        name: u.name.clone(),
+        word: u.trust.word(),
+        class: class(u.trust),
+        error: u.error.map(percent),
     };
     VerdictPart {
         word,
-        class,
+        class: class(verdict.trust),
         found: verdict.found.clone(),
         reasons: verdict.reasons.clone(),
         next: verdict.next.clone(),
+        uses: verdict.uses.iter().map(of_use).collect(),
+        claims: verdict.claims.iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect(),
     }
 }
 

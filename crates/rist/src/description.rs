@@ -75,7 +75,7 @@ pub fn check_size(robot: &Robot, any_size: bool) -> Result<(), Error> {
     Ok(())
 }
 
-fn set_rotor_inertias(robot: &mut Robot, rotors: RotorInertias) {
+pub(crate) fn set_rotor_inertias(robot: &mut Robot, rotors: RotorInertias) {
     for link in &mut robot.links {
         let has = match rotors {
             RotorInertias::None => false,

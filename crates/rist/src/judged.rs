@@ -1,13 +1,13 @@
 //! Predicts, judges and withholds: what the program and Python do with an identification before they show it.
 
 use identification::estimate::residuals::Residuals;
-use identification::estimate::verdict::{Trust, Verdict};
+use identification::estimate::verdict::{Prediction, Trust, Verdict};
 use logs::LogSource;
 
 use crate::error::Error;
 use crate::model::Model;
 use crate::samples::Identification;
-use crate::validation::{Validation, predictions};
+use crate::validation::{Predicted, Validation, predictions};
 
 /// What is said of an identification, and what it predicts.
 pub struct Judged {
@@ -27,16 +27,31 @@ impl Identification {
     ///
     /// Fails where a log cannot be read.
     pub fn judged(&mut self, model: &Model, others: &[LogSource], anyway: bool) -> Result<Judged, Error> {
-        let predictions = predictions(model, &self.estimate, others)?;
-        let verdict = self.judge(predictions.iter().map(|(_, p)| p.total).reduce(f64::max));
+        let predicted = predictions(self.used(model), &self.estimate, others)?;
+        let verdict = self.judge(self.prediction(&predicted));
+        let predictions: Vec<(String, Residuals)> = predicted.into_iter().map(|p| (p.log, p.residuals)).collect();
         if let Some(bodies) = self.bodies.as_mut().filter(|_| anyway) {
             bodies.refusal = None;
         }
+        let model = self.used(model);
         let (reference, estimate) = (model.reference.clone(), &self.estimate);
         let validation = (!predictions.is_empty()).then(|| {
             Validation::of_logs(reference, &estimate.method, estimate.cutoff, model.regressor(), &predictions)
         });
-        let is_withheld = verdict.trust == Trust::No && !anyway;
+        let is_withheld = verdict.of_bodies().0 == Trust::No && !anyway;
         Ok(Judged { predictions, validation, verdict, is_withheld })
+    }
+
+    /// What the logs that were not fitted say of it: the worst of them.
+    fn prediction(&self, logs: &[Predicted]) -> Prediction {
+        let new: Vec<&Predicted> = logs.iter().filter(|p| p.visited.is_other_than(&self.passport.visited)).collect();
+        let counted: Vec<&Predicted> = if new.is_empty() { logs.iter().collect() } else { new };
+        let worst = counted.iter().max_by(|a, b| a.residuals.total.total_cmp(&b.residuals.total));
+        Prediction {
+            others: worst.map(|p| p.residuals.total),
+            others_repeat: !counted.iter().any(|p| p.visited.is_other_than(&self.passport.visited)),
+            others_described: worst.and_then(|p| p.described),
+            ..Prediction::default()
+        }
     }
 }

@@ -1,38 +1,41 @@
 //! Identifies parameters from logs, step by step: gains, delay, friction, fit, bodies that can exist, load, remarks.
 
-use std::fmt::Write as _;
-
 use identification::estimate::consistent::{bodies, identify_consistent};
-use identification::estimate::delay::{Delay, estimate_delay};
+use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
-use identification::estimate::drive_gains::estimate_drive_gains;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::{Fit, with_deviations};
+use identification::estimate::ledger::hypotheses::{Tested, hypotheses};
+use identification::estimate::ledger::torque_error::{TorqueError, torque_errors};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
-use identification::estimate::rotors::WithRotors;
 use identification::estimate::selection::{FrictionSelection, friction_candidates, preparation, select_friction};
-use identification::estimate::verdict::{BodiesEvidence, Evidence, Trust, Verdict};
-use identification::estimators::drive_gains::likelihood::{DriveGains, Gain};
+use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
-use logs::{Effort, LogSource};
-use robot::{Inertial, LinkId, RotorInertia};
+use logs::LogSource;
+use robot::{Inertial, LinkId};
 
 use crate::Estimate;
+use crate::chosen::{choose, found_delay};
 use crate::doctor::passport_of;
+use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
 use crate::load::{Load, load};
 use crate::model::Model;
+use crate::motion_range::{allowed, seen};
+use crate::mount::Tilt;
 use crate::request::Request;
 pub use crate::request::{IdentifyRequest, SamplesRequest};
 
 /// The outcome of an identification.
 pub struct Identification {
+    /// The model that was used, where it is not the one given: with the rotor inertias that its URDF cannot say.
+    pub model: Option<Model>,
     /// Values, intervals, residuals and remarks.
     pub estimate: Estimate,
     /// The delay, where it was searched.
@@ -51,21 +54,35 @@ pub struct Identification {
     pub held_out: Option<f64>,
     /// The evidence for and against the bodies.
     pub bodies_evidence: Option<BodiesEvidence>,
+    /// How unsure torques are, by use.
+    pub torque_errors: Vec<TorqueError>,
+    /// Faults of the logs, each tested as one unknown more.
+    pub faults: Vec<Tested>,
+    /// The base parameters of the description; `None` where it has no inertials.
+    pub described_parameters: Option<Vec<f64>>,
 }
 
 impl Identification {
-    /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `predicted`: its error on
-    /// logs that were not fitted, where there are some.
-    pub fn judge(&mut self, predicted: Option<f64>) -> Verdict {
+    /// The model that was used, where `given` was given.
+    pub fn used<'a>(&'a self, given: &'a Model) -> &'a Model {
+        self.model.as_ref().unwrap_or(given)
+    }
+
+    /// Whether to trust the estimate. If the answer is no, the estimate says so from now on. `prediction`: of logs that
+    /// were not fitted, where there are some.
+    pub(crate) fn judge(&mut self, prediction: Prediction) -> Verdict {
         self.estimate.refusal = Vec::new();
+        let parts_are_new = self.passport.visited.has_new_parts();
         let verdict = Verdict::of(&Evidence {
             estimate: &self.estimate,
             passport: Some(&self.passport),
             described: self.described,
+            described_parameters: self.described_parameters.as_deref(),
             total: self.estimate.total,
-            held_out: self.held_out,
-            predicted,
+            prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
             bodies: self.bodies_evidence.as_ref(),
+            torque_errors: &self.torque_errors,
+            faults: &self.faults,
         });
         if verdict.trust == Trust::No {
             self.estimate.refusal.clone_from(&verdict.reasons);
@@ -82,25 +99,6 @@ pub struct Bodies {
     pub armatures: Vec<f64>,
     /// Why they must not be used. Nothing is written into a simulator's file while there is a reason.
     pub refusal: Option<String>,
-}
-
-/// The fit, and, where the model has no rotor inertias, the rows that could determine them too.
-fn fit_of(
-    model: &Model,
-    logs: &[LogSource],
-    records: &SourceRecords,
-    options: &Options,
-) -> Result<(Fit, Option<WithRotors>), Error> {
-    let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
-    let with_rotors = match is_without_rotors(model) {
-        true => WithRotors::of_records(regressor, records, options)?,
-        false => None,
-    };
-    let fit = match &with_rotors {
-        Some(rows) => Fit::of_observation(regressor, records, rows.without(regressor, options), names, options)?,
-        None => Fit::of_records(regressor, records, names, options)?,
-    };
-    Ok((fit, with_rotors))
 }
 
 /// Which parameters are kept.
@@ -157,25 +155,38 @@ fn identify_kept(
     request: &SamplesRequest,
     kept: Kept,
 ) -> Result<Identification, Error> {
-    let regressor = model.regressor();
     let mut options = Options { model: model.robot.name.clone(), ..request.options() };
 
-    // Convert currents to torques, and correct the delay of the torques.
+    // Convert currents to torques, decide what is left open, and correct the delay of the torques.
     let gains = drive_gains(model, logs, &request.gain, &mut options)?;
-    let delay = request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?;
+    let chosen = choose(model, logs, request, &mut options)?;
+    let model = chosen.model.as_ref().unwrap_or(model);
+    let regressor = model.regressor();
+    let delay = match chosen.delay {
+        Some(delay) => Some(delay),
+        None => request.finds_delay().then(|| found_delay(model, logs, &mut options)).transpose()?,
+    };
 
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
     let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
-    let (mut fit, with_rotors) = fit_of(model, logs, &records, &options)?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let mut fit = Fit::of_records(regressor, &records, names, &options)?;
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let rotors = with_rotors.and_then(|rows| rows.remark(regressor, fit.estimate.cross_validation?, &options));
+    let tilts = Tilt::both(&model.robot);
+    let tilts: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
+    let tilts: Vec<&dyn Fn(&[f64]) -> Vec<f64>> = tilts.iter().map(|tilt| tilt as _).collect();
+    let couplings = options.transmission.coupled();
+    let linear = LinearModel::new(regressor, &options.friction, &couplings);
+    let faults = hypotheses(&linear, &records, &fit.solution.x, &fit.weights, &tilts)?;
+    let (inverse, observation_range) = (fit.solution.inverse.clone(), seen(&fit.observation));
 
+    let described_parameters = described.clone();
     let described = described.map(|x| described_error(model, &fit, &options, &x));
     if kept == Kept::Essential {
         keep_essential(regressor, &mut fit, &options);
@@ -196,9 +207,15 @@ fn identify_kept(
         estimate.remarks.push(gain_remark(model, &request.gain, &found));
         widen(&mut estimate, &found);
     }
-    estimate.remarks.extend(rotors);
+    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
+    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
+    let covariance = with_deviations(&inverse, &sigma);
+    let limits = allowed(model, &observation_range);
+    let torque_errors = torque_errors(&linear, &values, &covariance, &observation_range, &limits);
+    estimate.remarks.splice(..0, chosen.sentences);
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
+        model: chosen.model,
         estimate,
         delay,
         friction,
@@ -208,6 +225,9 @@ fn identify_kept(
         described,
         held_out,
         bodies_evidence: found.evidence,
+        torque_errors,
+        faults,
+        described_parameters,
     })
 }
 
@@ -233,31 +253,18 @@ fn existing_bodies(model: &Model, fit: Fit, options: &Options) -> Result<FoundBo
     let found = identify_consistent(model.regressor(), &map, &known, fit, options, &Default::default())?;
     let named: Vec<(&str, Ten)> = bodies(&map, &found.consistent.phi).collect();
     let describe = |(body, known): (&(&str, Ten), &Option<Ten>)| outgrown(body, known.as_ref()?);
-    let ratio = |((_, body), known): (&(&str, Ten), &Option<Ten>)| {
-        Some(body[9] / known.as_ref()?[9]).filter(|ratio| ratio.is_finite())
+    let ratio = |((name, body), known): (&(&str, Ten), &Option<Ten>)| {
+        let described = known.as_ref()?[9];
+        Some((name.to_string(), body[9] / described, described)).filter(|(_, ratio, _)| ratio.is_finite())
     };
     let links = model.body_links().into_iter().zip(named.iter().map(|(_, x)| *x)).collect();
     let refusal = found.refusal();
     Ok(FoundBodies {
         bodies: Some(Bodies { links, armatures: armatures(model, &found.consistent.phi), refusal: refusal.clone() }),
-        evidence: Some(BodiesEvidence { refusal, mass_ratios: named.iter().zip(&known).filter_map(ratio).collect() }),
+        evidence: Some(BodiesEvidence { refusal, masses: named.iter().zip(&known).filter_map(ratio).collect() }),
         outgrown: named.iter().zip(&known).filter_map(describe).collect(),
         estimate: found.estimate,
     })
-}
-
-fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
-    let delay = estimate_delay(model.regressor(), logs, options)?;
-    if delay.at_the_end {
-        return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the search ends there, but the \
-             residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
-             drive gains, or give the delay",
-            delay.seconds, delay.residual, delay.residual_without
-        )));
-    }
-    options.signal.delay = delay.seconds;
-    Ok(delay)
 }
 
 fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<FrictionSelection, Error> {
@@ -269,106 +276,6 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     let selection = select_friction(model.regressor(), &records, options, &candidates)?;
     options.friction = selection.candidates[selection.chosen].terms.clone();
     Ok(selection)
-}
-
-fn is_without_rotors(model: &Model) -> bool {
-    model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent)
-}
-
-/// Puts the known gains into the options, and estimates those that are missing; `None` where all are known.
-fn drive_gains(
-    model: &Model,
-    logs: &[LogSource],
-    given: &[(String, Gain)],
-    options: &mut Options,
-) -> Result<Option<DriveGains>, Error> {
-    if !logs.iter().any(|log| log.effort_is() == Effort::Current) {
-        return match given.first() {
-            Some((name, _)) => Err(Error::new(format_args!("[gain={name}]: the logs hold torques, not currents"))),
-            None => Ok(None),
-        };
-    }
-    if given.is_empty() && options.transmission.drive_gains.is_some() {
-        return Ok(None);
-    }
-    let coordinates = model.regressor().coordinates();
-    let known = known_gains(model, given)?;
-    let all: Option<Vec<f64>> = known.iter().map(|g| if let Gain::Known(g) = g { Some(*g) } else { None }).collect();
-    if all.is_some() {
-        options.transmission.drive_gains = all;
-        return Ok(None);
-    }
-    if known.iter().all(|g| *g == Gain::Free) {
-        return Err(Error::new(format_args!(
-            "the logs hold motor currents: give the torque per unit of current of every drive, or of one at least (the \
-             others are then estimated): [gain={}=11.5]",
-            coordinates.first().map_or("q1", String::as_str)
-        )));
-    }
-    let found = estimate_drive_gains(model.regressor(), logs, options, &known)?;
-    let is_open = |k: &usize| {
-        !found.gain_determined[*k] || found.gain[*k] <= 0.0 || 2.0 * found.gain_deviation[*k] >= found.gain[*k]
-    };
-    let open: Vec<String> = (0..coordinates.len()).filter(is_open).map(|k| coordinates[k].clone()).collect();
-    if !open.is_empty() {
-        return Err(Error::verdict(format_args!(
-            "the logs do not tell the drive gains of {} (zero is within two sigma): give them, or what is expected of \
-             them with its deviation, as [gain={}=11+-2]",
-            open.join(", "),
-            open[0]
-        )));
-    }
-    if found.steps.is_none() {
-        return Err(Error::verdict("the drive gains did not converge: give more of them, or what is expected of them"));
-    }
-    options.transmission.drive_gains = Some(found.gain.clone());
-    Ok(Some(found))
-}
-
-/// The gains of the request over those of the description, one a coordinate.
-fn known_gains(model: &Model, given: &[(String, Gain)]) -> Result<Vec<Gain>, Error> {
-    let described = model.drive_gains();
-    let mut known: Vec<Gain> = described.iter().map(|g| g.map_or(Gain::Free, Gain::Known)).collect();
-    for (coordinate, gain) in given {
-        known[known_coordinate(model, coordinate)?] = *gain;
-    }
-    Ok(known)
-}
-
-fn known_coordinate(model: &Model, name: &str) -> Result<usize, Error> {
-    model.coordinate(name).map_err(|e| Error::new(format_args!("[gain={name}]: {e}")))
-}
-
-fn gain_remark(model: &Model, given: &[(String, Gain)], found: &DriveGains) -> String {
-    let known = known_gains(model, given).unwrap_or_default();
-    let mut text = "drive gains, N m/A:".to_string();
-    let coordinates = model.regressor().coordinates();
-    for (((coordinate, gain), sigma), known) in
-        coordinates.iter().zip(&found.gain).zip(&found.gain_deviation).zip(&known)
-    {
-        // Writing to a String cannot fail.
-        let _ = match known {
-            Gain::Known(_) => write!(text, " {coordinate} {gain:.4} (given)"),
-            Gain::Expected(..) | Gain::Free => write!(text, " {coordinate} {gain:.4} +- {sigma:.4}"),
-        };
-    }
-    text + "; all results rest on those that were given"
-}
-
-/// Includes the uncertainty of the gains in deviations and covariance, because the parameters follow from the gains.
-fn widen(estimate: &mut Estimate, gains: &DriveGains) {
-    // If the friction was chosen after the gains, the columns differ, and the estimate keeps its own deviations.
-    if gains.deviation.len() != estimate.parameters.len() {
-        return;
-    }
-    for (parameter, &deviation) in estimate.parameters.iter_mut().zip(&gains.deviation) {
-        *parameter = parameter.clone().widened(deviation);
-    }
-    if !estimate.covariance.is_empty() {
-        let found = |(c, parameter): (usize, &Identified)| parameter.sigma.unwrap_or(estimate.covariance[c][c].sqrt());
-        let sigma: Vec<f64> = estimate.parameters.iter().enumerate().map(found).collect();
-        estimate.covariance = with_deviations(&gains.covariance, &sigma);
-    }
 }
 
 /// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.

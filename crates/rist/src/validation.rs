@@ -5,9 +5,12 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
+use identification::estimate::described::described_residuals;
 use identification::estimate::held_out;
+use identification::estimate::passport::visited::Visited;
 use identification::estimate::residuals::Residuals;
 use identification::portrait::series::series;
+use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use identification::spectrum::validate::validate_motions;
 use linear_model::linear_model::Model as LinearModel;
@@ -27,18 +30,38 @@ pub use crate::request::ValidateRequest;
 /// where the paper's figure 2 looks.
 pub const MOTION_CUTOFF: f64 = 20.0;
 
+/// A log that an estimate predicted.
+pub struct Predicted {
+    /// Its name.
+    pub log: String,
+    /// What is left of its torques.
+    pub residuals: Residuals,
+    /// |tau - W X| / |tau| of the description with fitted friction; `None` where it has no inertials.
+    pub described: Option<f64>,
+    /// Where the robot was.
+    pub visited: Visited,
+}
+
 /// Predicts logs one by one, with the signal options and the friction of the estimate's fit.
 ///
 /// Empty for an estimate of experiments, which [`validate_experiments`] predicts. Fails where a log cannot be read, and
 /// where the estimate lacks a parameter.
-pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<(String, Residuals)>, Error> {
+pub fn predictions(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Vec<Predicted>, Error> {
     let Some(options) = &estimate.options else { return Ok(Vec::new()) };
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
     let x = values_of(&linear, estimate)?;
+    let described = model.described_parameters();
     let predict = |log: &LogSource| {
         let records = SourceRecords::new(model.regressor(), std::slice::from_ref(log), &options.preparation())?;
-        Ok((log.name(), held_out::validate(&linear, &x, &records)?))
+        let joints = Observation::of_records(&linear, &records, None)?.joints(|_| true);
+        let of_description = |x: &Vec<f64>| described_residuals(&linear, &joints, &vec![1.0; joints.len()], x).total;
+        Ok(Predicted {
+            log: log.name(),
+            residuals: held_out::residuals(&linear, &joints, &x),
+            described: described.as_ref().map(of_description),
+            visited: Visited::of_records(&records, model.regressor().coordinates().len())?,
+        })
     };
     logs.iter().map(predict).collect()
 }
@@ -103,7 +126,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
 ///
 /// Fails where a log cannot be read or does not fit the robot.
 pub fn validate(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Validation, Error> {
-    let found = predictions(model, estimate, logs)?;
+    let found = predictions(model, estimate, logs)?.into_iter().map(|p| (p.log, p.residuals)).collect::<Vec<_>>();
     let (reference, method) = (model.reference.clone(), &estimate.method);
     Ok(Validation::of_logs(reference, method, estimate.cutoff, model.regressor(), &found))
 }

@@ -3,35 +3,42 @@
 use identification::estimate::described::described_residuals;
 use identification::estimate::options::Options;
 use identification::estimate::passport::finding::Fault;
-use identification::estimate::verdict::Evidence;
+use identification::estimate::verdict::{Evidence, Prediction};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
 
-pub use identification::estimate::verdict::{Trust, Verdict};
+pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, write_claims};
 
 use crate::Estimate;
 use crate::doctor::examine;
 use crate::error::Error;
 use crate::model::Model;
 
-/// Whether to trust an estimate by its own evidence alone. [`crate::samples::Identification::judge`] has more evidence.
+/// Whether to trust an estimate by its own evidence alone. [`crate::samples::Identification::judged`] has more evidence.
 pub fn estimate_verdict(estimate: &Estimate) -> Verdict {
     predicted_verdict(estimate, None)
 }
 
 /// The same with the error on motions that it was not made from, where there are some.
 pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict {
-    Verdict::of(&Evidence {
+    Verdict::of(&evidence(estimate, predicted))
+}
+
+/// What an estimate says of itself. Which motion its parts left out were is not in it.
+fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
+    Evidence {
         estimate,
         passport: None,
         described: None,
+        described_parameters: None,
         total: estimate.total,
-        held_out: estimate.cross_validation,
-        predicted,
+        prediction: Prediction { others: predicted, held_out: estimate.cross_validation, ..Prediction::default() },
         bodies: None,
-    })
+        torque_errors: &[],
+        faults: &[],
+    }
 }
 
 /// Whether to trust an estimate by the logs it was fitted to, read once more.
@@ -39,15 +46,14 @@ pub fn predicted_verdict(estimate: &Estimate, predicted: Option<f64>) -> Verdict
 /// Fails where a log cannot be read.
 pub fn fitted_verdict(model: &Model, estimate: &Estimate, logs: &[LogSource]) -> Result<Verdict, Error> {
     let Some(options) = &estimate.options else { return Ok(estimate_verdict(estimate)) };
-    let passport = examine(model, logs, options)?;
+    let (passport, parameters) = (examine(model, logs, options)?, model.described_parameters());
+    let mut evidence = evidence(estimate, None);
+    evidence.prediction.parts_are_new = passport.visited.has_new_parts();
     Ok(Verdict::of(&Evidence {
-        estimate,
         passport: Some(&passport),
         described: described(model, options, logs)?,
-        total: estimate.total,
-        held_out: estimate.cross_validation,
-        predicted: None,
-        bodies: None,
+        described_parameters: parameters.as_deref(),
+        ..evidence
     }))
 }
 
@@ -72,20 +78,16 @@ pub fn validation_verdict(
     total: f64,
     are_new: bool,
 ) -> Result<Verdict, Error> {
-    let mut evidence = Evidence {
-        estimate,
-        passport: None,
-        described: None,
-        total,
-        held_out: None,
-        predicted: Some(total).filter(|_| are_new),
-        bodies: None,
-    };
+    let parameters = model.described_parameters();
+    let mut evidence = Evidence { total, ..evidence(estimate, Some(total).filter(|_| are_new)) };
+    evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let mut passport = examine(model, logs, options)?;
     // A short log is long enough for a prediction.
     passport.findings.retain(|f| !matches!(f.fault, Fault::Short(_)));
     evidence.passport = Some(&passport);
     evidence.described = described(model, options, logs)?;
+    evidence.prediction.others_described = evidence.described.filter(|_| are_new);
+    evidence.described_parameters = parameters.as_deref();
     Ok(Verdict::of(&evidence))
 }

@@ -4,7 +4,7 @@
 /// place in the list.
 pub const ORDERS: [(&str, &[&str]); 17] = [
     ("crates/gate", &["budget", "shown", "source"]),
-    ("crates/claims", &["subject", "figure", "remedy", "outcome", "claim", "standing", "purpose", "rule"]),
+    ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
@@ -137,6 +137,10 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
             "doctor",
             "adapters",
             "load",
+            "mount",
+            "motion_range",
+            "chosen",
+            "drive_gains",
             "samples",
             "validation",
             "judged",
@@ -215,6 +219,8 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
             "promise",
             "tape_robot",
             "benchmark",
+            "random_situations",
+            "situations",
         ],
     ),
     ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),

@@ -51,7 +51,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     at_work("predicting what was not fitted");
     let Judged { predictions, validation, verdict, is_withheld } = found.judged(&model, &others, files.anyway)?;
     text.push_str(&judged(&predictions, &found, &verdict));
-    let simulators = if is_withheld { Vec::new() } else { for_simulators(&files, &model, arguments, &found)? };
+    let model = found.used(&model);
+    let simulators = if is_withheld { Vec::new() } else { for_simulators(&files, model, arguments, &found)? };
     let estimate = &found.estimate;
     print_result(text, || as_json(&found, validation.as_ref(), &verdict))?;
 
@@ -64,11 +65,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_file(out, estimate.to_yaml()?, &read)?;
     }
     if let Some(out) = &files.samples.report {
-        let page = page_of(&model, estimate, &logs, validation.as_ref(), &verdict, files.samples.date.as_deref())?;
+        let page = page_of(model, estimate, &logs, validation.as_ref(), &verdict, files.samples.date.as_deref())?;
         write_file(out, page, &read)?;
     }
     if let Some(out) = &files.samples.series {
-        let series = rist::validation::predicted_torques(&model, estimate, &logs)?;
+        let series = rist::validation::predicted_torques(model, estimate, &logs)?;
         write_file(out, series_text(out, &series, model.regressor().coordinates())?, &read)?;
     }
     refused(&verdict, is_withheld && writes)

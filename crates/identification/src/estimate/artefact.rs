@@ -60,6 +60,9 @@ pub struct Estimate {
     pub cutoff: f64,
     /// Sentences on what the data cannot tell.
     pub remarks: Vec<String>,
+    /// Sentences on what speaks against the model, which take a yes away.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
     /// Reasons not to use it, where the verdict of its identification was no.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refusal: Vec<String>,

@@ -23,11 +23,15 @@ use crate::estimators::consistent::{Consistent, Prior, consistent};
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::weighted;
 
+/// Share of the weight of described bodies that guessed ones have.
+const GUESSED_BODIES_SHARE: f64 = 0.1;
+
 /// The options of the consistent estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
-    /// Nats per unit of entropic divergence from the reference bodies.
+    /// Nats per unit of entropic divergence from the bodies of the description; a tenth of it where none is described,
+    /// since a ball is a guess.
     pub prior_weight: f64,
     /// Discount the data for correlated residuals.
     pub discount: bool,
@@ -37,7 +41,7 @@ pub struct Consistency {
 
 impl Default for Consistency {
     fn default() -> Consistency {
-        Consistency { prior_weight: 0.1, discount: true, bounded_friction: true }
+        Consistency { prior_weight: 1.0, discount: true, bounded_friction: true }
     }
 }
 
@@ -83,7 +87,8 @@ pub fn identify_consistent(
     let prior = Prior {
         bodies: references.to_vec(),
         scale: scale(&model, &fit),
-        gamma: consistency.prior_weight,
+        gamma: consistency.prior_weight
+            * if references.iter().any(Option::is_some) { 1.0 } else { GUESSED_BODIES_SHARE },
         discount: if consistency.discount { fit.deviation.correlated } else { 1.0 },
         friction: friction_deviation(&model, &fit, consistency.bounded_friction),
     };

@@ -18,7 +18,7 @@ use crate::estimate::directions::directions;
 use crate::estimate::held_out::{cross_validate_by_part, residuals};
 use crate::estimate::identified::{Deviations, Identified};
 use crate::estimate::options::Options;
-use crate::estimate::remarks::{driving, little_motion, remarks, weak};
+use crate::estimate::remarks::{little_motion, remarks, weak};
 use crate::estimate::residuals::JointResidual;
 use crate::estimators::huber::{Reweighted, reweighted};
 use crate::estimators::replicate_deviation::{ReplicateDeviation, replicate_deviation, speed_bands, white_deviation};
@@ -123,7 +123,6 @@ impl Fit {
         let mut estimate = report(&model, &joints, &observation, &solution, &sigma);
         estimate.remarks.extend(by_rows.iter().map(|found| outliers(found, regressor.coordinates())));
         estimate.remarks.extend(coupled(&estimate.joints, &talk.cross_talk()));
-        estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let (held_out, tenths) = cross_validate_by_part(&model, &observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {

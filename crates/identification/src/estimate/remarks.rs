@@ -1,11 +1,10 @@
 //! Sentences on what the data cannot tell, each with the motion that would have told it.
 
 use linear_model::linear_model::Model;
-use linear_model::parameter::{Parameter, ParameterId};
+use linear_model::parameter::Parameter;
 use linear_model::pseudo_inertia::Ten;
 use numerics::least_squares::Solution;
 
-use crate::estimate::identified::Identified;
 use crate::rows::observation::Observation;
 
 /// A range of motion, rad, below which a joint explains why its parameters are badly known, unless it is fast.
@@ -44,19 +43,6 @@ fn unit(model: &Model, k: usize) -> &'static str {
 /// Whether a parameter moves with joints that hardly move, and with no other.
 pub fn weak(parameter: &Parameter, still: &[bool]) -> bool {
     !parameter.coordinates.is_empty() && parameter.coordinates.iter().all(|&k| still[k])
-}
-
-/// A sentence on viscous friction that is negative by more than three standard deviations.
-pub fn driving(parameter: &Identified) -> Option<String> {
-    let is_viscous = matches!(parameter.id, ParameterId::Friction(friction, _) if friction.is_viscous());
-    let is_negative = parameter.value.is_some_and(|value| value < -3.0 * parameter.sigma_or_infinity());
-    (is_viscous && is_negative).then(|| {
-        format!(
-            "{} is negative, and friction cannot drive: another law of friction, or the sign, the unit or the \
-             saturation of that joint's torque",
-            parameter.id
-        )
-    })
 }
 
 /// A body this many times as heavy as its description, or as light, is worth a sentence.

@@ -12,13 +12,6 @@ use crate::estimate::options::Options;
 use crate::rows::observation::Observation;
 use crate::signals::records::Records;
 
-/// Held-out error with rotor inertias over that without, below which we say so. On measured robots that need none,
-/// chance alone stays above it.
-const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
-
-/// With errors below this nothing is left to explain, and a difference is rounding.
-const NEGLIGIBLE_HELD_OUT_ERROR: f64 = 1e-3;
-
 /// The rows of a model that lacks rotor inertias, with the columns of these inertias added.
 pub struct WithRotors {
     friction: Vec<FrictionTerm>,
@@ -45,7 +38,7 @@ impl WithRotors {
     }
 
     /// The rows without the added columns.
-    pub fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
+    fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
         let couplings = options.transmission.coupled();
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| Model::new(regressor, friction, &couplings));
@@ -54,16 +47,12 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// A sentence where rotor inertias predict the tenths left out better than the model `without` them.
-    pub fn remark(&self, regressor: &dyn Regressor, without: f64, options: &Options) -> Option<String> {
+    /// Error on tenths left out, without the added columns and with them.
+    pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let couplings = options.transmission.coupled();
-        let model = Model::new(regressor, &self.friction, &couplings);
-        let with = cross_validate(&model, &self.observation, options.weights).total;
-        (with < WORTHWHILE_ERROR_RATIO * without && without > NEGLIGIBLE_HELD_OUT_ERROR).then(|| {
-            format!(
-                "the model has no rotor inertias; with them ([rotor_inertia=actuated]) the error on tenths left out is \
-                 {with:.4} instead of {without:.4}"
-            )
-        })
+        let [wider, model] =
+            [&self.friction, &options.friction].map(|friction| Model::new(regressor, friction, &couplings));
+        let error = |model: &Model, rows: &Observation| cross_validate(model, rows, options.weights).total;
+        (error(&model, &self.without(regressor, options)), error(&wider, &self.observation))
     }
 }

@@ -1,45 +1,31 @@
-//! The verdict on an identification or a validation, in three sentences.
+//! The verdict on an identification or a validation: for each use whether to trust it, why, and what to do next.
 //!
-//! They say what was found, whether to trust it and why, and what to do next.
-//!
-//! The answer is no where a number says so by itself. Such a number is a gross finding of the passport, an error of
-//! half of the torques or more where nothing was fitted, bodies that fit far worse than free parameters, or masses that
-//! are all off by one factor. The answer is with care where a number is doubtful, and yes otherwise.
+//! Everything it says is a claim ([`crate::estimate::ledger`]); trust follows from the worst claim that a use needs
+//! (`claims::worst`), and the answer over all uses is the lowest.
 
 use std::fmt;
 
+use claims::{Claim, Outcome, Purpose, Remedy, Standing, Subject, Topic, Trial, lowering, worst};
+
 use crate::estimate::artefact::Estimate;
-use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
-use crate::estimate::identified::Status;
+use crate::estimate::digits::percent;
+use crate::estimate::identified::{INTERVAL, Identified, Status};
+pub use crate::estimate::ledger::Prediction;
+use crate::estimate::ledger::hypotheses::Tested;
+use crate::estimate::ledger::purposes::{bodies_purpose, claim_of_torque, torque_purpose};
+use crate::estimate::ledger::topics::{
+    BODIES, COMMON_SCALE, GRAVITY_TORQUE, LOG, OTHER_MOTION, TORQUE_AT_LIMITS, TORQUE_SEEN,
+};
+use crate::estimate::ledger::torque_error::{TorqueError, Use};
+use crate::estimate::ledger::{FreeFit, claims_of_faults, claims_of_fit, claims_of_log, not_noise};
 use crate::estimate::passport::Passport;
-use crate::estimate::passport::significant;
 
-/// Whether to use what was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Trust {
-    /// Nothing speaks against it.
-    Yes,
-    /// A number is doubtful.
-    WithCare,
-    /// A number says no.
-    No,
-}
+pub use claims::Trust;
 
-impl Trust {
-    /// The answer in words.
-    pub fn word(self) -> &'static str {
-        match self {
-            Trust::Yes => "yes",
-            Trust::WithCare => "with care",
-            Trust::No => "no",
-        }
-    }
-}
-
-/// The verdict, the last three lines of a report.
+/// The verdict, the last lines of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// The answer.
+    /// The lowest answer of all uses of torques.
     pub trust: Trust,
     /// What was found, beside the error of the description.
     pub found: String,
@@ -47,6 +33,23 @@ pub struct Verdict {
     pub reasons: Vec<String>,
     /// What to do now.
     pub next: String,
+    /// The answer for each use of torques, and for bodies where they were asked for.
+    pub uses: Vec<UseVerdict>,
+    /// All that was claimed.
+    pub claims: Vec<Claim>,
+}
+
+/// Whether to trust an estimate for one use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UseVerdict {
+    /// The use: `gravity compensation`.
+    pub name: String,
+    /// The answer.
+    pub trust: Trust,
+    /// How unsure the torque is by the covariance, relative; `None` where that is not known.
+    pub error: Option<f64>,
+    /// The joint whose torque is least sure, and how unsure that is.
+    pub worst_joint: Option<(String, f64)>,
 }
 
 /// The consistent bodies beside the description.
@@ -54,8 +57,8 @@ pub struct Verdict {
 pub struct BodiesEvidence {
     /// Why they are not to be used; `None` where the solver found them and they fit.
     pub refusal: Option<String>,
-    /// Identified over described mass of each body that has one.
-    pub mass_ratios: Vec<f64>,
+    /// Of each body that has a described mass: its name, the identified over the described mass, and the described mass, kg.
+    pub masses: Vec<(String, f64, f64)>,
 }
 
 /// What a verdict is made from.
@@ -67,81 +70,172 @@ pub struct Evidence<'a> {
     pub passport: Option<&'a Passport>,
     /// |tau - W X| / |tau| of the description with fitted friction, on the logs that `total` is of.
     pub described: Option<f64>,
-    /// The same for the identified parameters, on the fitted logs or on those that are validated.
+    /// The base parameters of the description.
+    pub described_parameters: Option<&'a [f64]>,
+    /// |tau - W X| / |tau| of the identified parameters, on the fitted logs or on those that are validated.
     pub total: f64,
-    /// The error on parts of the fitted logs, each predicted from the others.
-    pub held_out: Option<f64>,
-    /// The error on logs that were not fitted.
-    pub predicted: Option<f64>,
+    /// Errors on motion that was not fitted.
+    pub prediction: Prediction,
     /// The bodies, where only bodies that can exist were asked for.
     pub bodies: Option<&'a BodiesEvidence>,
+    /// How unsure torques are, by use; empty where that is not known.
+    pub torque_errors: &'a [TorqueError],
+    /// What unknowns more explain.
+    pub faults: &'a [Tested],
 }
-
-/// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
-/// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
-/// bend at 25 Hz give 950, and torques that are 1.5 ms late give 32 (`tests/tests/identification/misfit.rs`).
-pub const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
-
-/// Error on data that were not fitted above which parameters predict nothing.
-const USELESS_PREDICTION_ERROR: f64 = 0.5;
-/// Error on data that were not fitted above which parameters predict poorly. Measured robots reach 0.13.
-const POOR_PREDICTION_ERROR: f64 = 0.25;
-
-/// Held-out error over in-sample error above which the fit holds for its own log only.
-const OVERFITTED_ERROR_RATIO: f64 = 2.0;
-/// Held-out errors below this are small enough whatever that ratio.
-const SMALL_HELD_OUT_ERROR: f64 = 0.02;
 
 /// All masses are off by one factor where their median ratio is beyond this and the others are near it.
 const LARGE_MASS_FACTOR: f64 = 2.5;
 /// Ratios of masses within this factor of their median are near it.
 const COMMON_FACTOR_SPREAD: f64 = 1.6;
 
-/// Scaled condition number above which errors of the model decide the weakest direction.
-const DECIDING_CONDITION_NUMBER: f64 = 1000.0;
+/// Identified over described mass beyond which a body is not to be written.
+const BELIEVED_MASS_RATIOS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+
+/// A change of this share of the robot's mass is none that matters.
+const SMALL_MASS_SHARE: f64 = 0.02;
 
 impl Verdict {
     /// Weighs the evidence.
     pub fn of(evidence: &Evidence) -> Verdict {
-        let no = against(evidence);
-        let care = doubts(evidence);
-        let (trust, reasons) = match (no.is_empty(), care.is_empty()) {
-            (false, _) => (Trust::No, no),
-            (true, false) => (Trust::WithCare, care),
-            (true, true) => (Trust::Yes, favours(evidence)),
-        };
-        let reasons = match trust {
-            Trust::No => reasons,
-            _ => {
-                reasons.into_iter().chain(untold_apart(evidence.estimate)).chain(not_noise(evidence.estimate)).collect()
+        let claims = claims(evidence);
+        let torque = Use::ALL.into_iter().map(|of| (torque_purpose(of), Some(of)));
+        let purposes: Vec<(Purpose, Option<Use>)> =
+            torque.chain(evidence.bodies.map(|_| (bodies_purpose(), None))).collect();
+        let one = |(purpose, of): &(Purpose, Option<Use>)| {
+            let error = evidence.torque_errors.iter().find(|e| Some(e.of) == *of);
+            UseVerdict {
+                name: purpose.name.into(),
+                trust: worst(&claims, purpose).trust(),
+                error: error.map(|e| e.relative),
+                worst_joint: error.and_then(|e| e.worst()).map(|(name, share)| (name.into(), share)),
             }
         };
-        Verdict { trust, found: found(evidence), next: next(evidence, trust), reasons }
+        let uses: Vec<UseVerdict> = purposes.iter().map(one).collect();
+        let trust = uses.iter().take(Use::ALL.len()).map(|u| u.trust).min().unwrap_or(Trust::WithCare);
+        let lowered: Vec<&Claim> = claims
+            .iter()
+            .filter(|claim| purposes[..Use::ALL.len()].iter().any(|(p, _)| lowering(&claims, p).contains(claim)))
+            .filter(|claim| trust != Trust::No || claim.standing() == Standing::Refused)
+            .collect();
+        let next = lowered.first().map_or_else(|| use_it(evidence), |claim| what_mends(claim));
+        let reasons = match trust {
+            Trust::Yes => favours(evidence),
+            _ => lowered.iter().map(|claim| sentence(claim)).collect(),
+        };
+        let beside = untold_apart(evidence.estimate).into_iter().chain(not_noise(evidence.estimate));
+        let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
+        Verdict { trust, found: found(evidence), next, reasons, uses, claims }
     }
 }
 
-/// Reasons that forbid the use of the estimate.
-fn against(evidence: &Evidence) -> Vec<String> {
-    let gross = evidence.passport.into_iter().flat_map(|p| &p.findings).filter(|f| f.fault.is_gross());
-    let mut reasons: Vec<String> = gross.map(|f| f.statement()).collect();
-    // What was found against the estimate earlier still holds.
-    let earlier: Vec<String> = evidence.estimate.refusal.iter().filter(|r| !reasons.contains(r)).cloned().collect();
-    reasons.extend(earlier);
-    let errors =
-        [("logs that were not fitted are", evidence.predicted), ("parts of the log left out are", evidence.held_out)];
-    for (what, error) in errors {
-        if let Some(error) = error.filter(|e| *e >= USELESS_PREDICTION_ERROR) {
-            reasons.push(format!("{what} predicted with an error of {}", percent(error)));
-        }
+impl Verdict {
+    /// Whether bodies may be written, by trust and reasons; the answer for all uses where no bodies were asked for.
+    pub fn of_bodies(&self) -> (Trust, Vec<String>) {
+        let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
+        let lowered = lowering(&self.claims, &bodies_purpose());
+        let refused = lowered.into_iter().filter(|claim| claim.standing() == Standing::Refused);
+        (trust, refused.map(sentence).collect())
     }
-    let Some(bodies) = evidence.bodies else { return reasons };
-    reasons.extend(bodies.refusal.clone());
-    if let Some(factor) = common_factor(&bodies.mass_ratios) {
-        reasons.push(format!(
-            "all masses are about {factor:.2} times those of the description: a unit or a gain is wrong"
+}
+
+/// All claims, those of the log first.
+fn claims(evidence: &Evidence) -> Vec<Claim> {
+    let estimate = evidence.estimate;
+    let faults = claims_of_faults(evidence.faults, &estimate.joints);
+    let fit = evidence.prediction.held_out.map(|error| FreeFit { error, faults: evidence.faults });
+    let of_log = evidence.passport.map(|passport| claims_of_log(passport, fit)).unwrap_or_default();
+    let coarse: Vec<Claim> = of_log.into_iter().filter_map(|claim| untold_yet(claim, &faults)).collect();
+    let is_open = |claim: &Claim| claim.standing() == Standing::Open;
+    let fine = faults.into_iter().filter_map(|c| if is_open(&c) { untold_yet(c, &coarse) } else { Some(c) });
+    let fine: Vec<Claim> = fine.collect();
+    let mut claims = [coarse, fine].concat();
+    claims.extend(claims_of_bodies(evidence));
+    claims.extend(claims_of_fit(estimate, evidence.total, &evidence.prediction));
+    claims.extend(evidence.torque_errors.iter().map(claim_of_torque));
+    let strength = |claim: &Claim| claim.standing();
+    claims.sort_by_key(strength);
+    claims
+}
+
+/// A claim for the joints of which the others tell nothing.
+fn untold_yet(claim: Claim, others: &[Claim]) -> Option<Claim> {
+    let subject = claim.subject();
+    if claim.standing() == Standing::Refused || subject.of.is_empty() {
+        return Some(claim);
+    }
+    let is_told = |name: &&String| {
+        let one = Subject::of(subject.topic, [(*name).clone()]);
+        others.iter().any(|c| matches!(c.outcome(), Outcome::Agrees { .. }) && c.subject().touches(&one))
+    };
+    let open: Vec<String> = subject.of.iter().filter(|name| !is_told(name)).cloned().collect();
+    (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
+}
+
+/// What speaks against the bodies.
+fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
+    let Some(bodies) = evidence.bodies else { return Vec::new() };
+    let contradicted = |topic: Topic, fault: String, advice: &str| {
+        let remedy = Remedy::new("identify", advice);
+        let trial = Trial::NotTried { why: "it needs other data".into() };
+        Claim::new(Subject::whole(topic), Outcome::Contradicted { fault, remedy, trial })
+    };
+    let refused = |fault: String, advice: &str| contradicted(BODIES, fault, advice);
+    let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
+    let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| contradicted(LOG, why.clone(), look)).collect();
+    let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
+    let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
+    let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
+        !BELIEVED_MASS_RATIOS.contains(&ratio) && (ratio - 1.0).abs() * mass > SMALL_MASS_SHARE * whole
+    };
+    if let Some(factor) = common_factor(&ratios) {
+        let fault =
+            format!("all masses are about {factor:.2} times those of the description: a unit or a gain is wrong");
+        claims.push(contradicted(COMMON_SCALE, fault, "look at the unit and the gains of the torques"));
+    } else if let Some((name, ratio, _)) = bodies.masses.iter().find(is_off) {
+        let fault = format!(
+            "the mass of {name} comes out at {ratio:.2} times that of the description: these data do not tell it, or \
+             inertia that no body has is put into it"
+        );
+        claims.push(refused(
+            fault,
+            "log the robot without load, or give the load its own log ([loaded]); [anyway] writes it",
         ));
     }
-    reasons
+    if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
+        && described <= held_out
+    {
+        let fault = format!(
+            "the description predicts these logs as well ({}) as what was identified does parts left out ({})",
+            percent(described),
+            percent(held_out)
+        );
+        claims.push(refused(fault, "keep the description, or log a longer and richer motion (rist plan)"));
+    }
+    claims
+}
+
+/// A claim that lowers trust, as a reason.
+fn sentence(claim: &Claim) -> String {
+    match claim.outcome() {
+        Outcome::Contradicted { fault, trial, .. } => match trial {
+            Trial::Tried { quantity, before, after } => {
+                format!("{fault} ({quantity} {before}, with that undone {after})")
+            }
+            Trial::NotTried { .. } => fault.clone(),
+        },
+        Outcome::CannotTell { why, .. } | Outcome::NotLookedAt { why, .. } => why.clone(),
+        _ => claim.to_string(),
+    }
+}
+
+/// What to do about a claim that lowers trust.
+fn what_mends(claim: &Claim) -> String {
+    match claim.outcome() {
+        Outcome::Contradicted { remedy, .. } => remedy.sentence.clone(),
+        Outcome::CannotTell { would_tell, .. } | Outcome::NotLookedAt { would_tell, .. } => would_tell.clone(),
+        _ => String::new(),
+    }
 }
 
 /// The factor by which all masses are off, where there is one.
@@ -154,96 +248,28 @@ fn common_factor(ratios: &[f64]) -> Option<f64> {
     (sorted.len() >= 3 && is_off && together).then_some(middle)
 }
 
-fn doubts(evidence: &Evidence) -> Vec<String> {
-    let estimate = evidence.estimate;
-    let mut reasons: Vec<String> =
-        evidence.passport.into_iter().flat_map(|p| &p.findings).map(|f| f.statement()).collect();
-    if let Some(chi) = estimate.chi_square_per_freedom.filter(|chi| *chi > LACKING_MODEL_CHI_SQUARE) {
-        reasons.push(format!(
-            "the model lacks something: chi^2 per freedom is {chi:.1}, where noise alone gives less than 1"
-        ));
-    }
-    if estimate.settled == Some(false) {
-        reasons.push("the method did not settle: the values still change from round to round".into());
-    }
-    let held_out = evidence.predicted.or(evidence.held_out);
-    if let Some(error) = held_out.filter(|e| *e > POOR_PREDICTION_ERROR) {
-        reasons.push(format!("data that were not fitted are predicted with an error of {}", percent(error)));
-    } else if let Some(error) = held_out
-        .filter(|e| *e > SMALL_HELD_OUT_ERROR && estimate.total > 0.0 && *e > OVERFITTED_ERROR_RATIO * estimate.total)
-    {
-        reasons.push(format!(
-            "data that were not fitted are predicted with {}, those that were with {}: the log is too short or too poor \
-             for so many parameters",
-            percent(error),
-            percent(estimate.total)
-        ));
-    } else if evidence.total > POOR_PREDICTION_ERROR {
-        reasons.push(format!("{} of the torques stay unexplained", percent(evidence.total)));
-    }
-    let open = named(estimate, Status::NotIdentifiable);
-    if !open.is_empty() {
-        reasons.push(format!("the log leaves open {open}"));
-    }
-    let weak = named(estimate, Status::Weak);
-    if !weak.is_empty() {
-        reasons.push(format!("little motion decides {weak}"));
-    }
-    if estimate.condition_number.is_finite() && estimate.condition_number > DECIDING_CONDITION_NUMBER {
-        reasons.push(format!("the condition number is {:.0}", estimate.condition_number));
-    }
-    reasons
-}
-
-/// A residual whose memory is more than this many times that of noise is worth a sentence.
-const LONG_MEMORY_RATIO: f64 = 2.0;
-
-/// What the autocorrelation of the residual says, for the joint with the longest memory.
-fn not_noise(estimate: &Estimate) -> Option<String> {
-    let times = |memory: f64| memory * estimate.cutoff / NOISE_MEMORY_PERIODS;
-    let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
-    let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| estimate.cutoff > 0.0)?;
-    let name = &joint.coordinate;
-    Some(match times(memory) > LONG_MEMORY_RATIO {
-        true => format!(
-            "what is left at {name} is not noise alone: it stays alike for {} s, {:.0} times as long as noise does, so friction or \
-             flexibility is missing",
-            significant(memory),
-            times(memory)
-        ),
-        false => "what is left looks like noise".into(),
-    })
-}
-
 /// The weakest combination that the noise hides.
 fn untold_apart(estimate: &Estimate) -> Option<String> {
     let open = estimate.directions.iter().find(|d| d.open && d.strength > 0.0 && d.members.len() > 1);
     open.map(|direction| direction.sentence())
 }
 
-/// The parameters of a status, at most three by name.
-fn named(estimate: &Estimate, status: Status) -> String {
-    let all: Vec<String> =
-        estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();
-    match all.len() {
-        0..=3 => all.join(", "),
-        n => format!("{} and {} more", all[..3].join(", "), n - 3),
-    }
-}
-
 fn favours(evidence: &Evidence) -> Vec<String> {
-    let estimate = evidence.estimate;
+    let (estimate, prediction) = (evidence.estimate, &evidence.prediction);
     let mut reasons = Vec::new();
-    if let Some(error) = evidence.predicted {
+    if let Some(error) = prediction.others.filter(|_| !prediction.others_repeat) {
         reasons.push(format!("logs that were not fitted are predicted with {}", percent(error)));
-    } else if let Some(error) = evidence.held_out {
+    } else if let Some(error) = prediction.held_out {
         let of = percent(estimate.total);
-        reasons.push(format!("parts left out are predicted with {}, those fitted with {of}", percent(error)));
-    } else {
         reasons.push(format!(
-            "{} are left of what was fitted, and nothing else was predicted yet",
-            percent(estimate.total)
+            "parts left out, each a motion of its own, are predicted with {}, those fitted with {of}",
+            percent(error)
         ));
+    }
+    let unsure = |e: &TorqueError| format!("{} {}", e.of.name(), percent(e.relative));
+    let errors: Vec<String> = evidence.torque_errors.iter().map(unsure).collect();
+    if !errors.is_empty() {
+        reasons.push(format!("torques are unsure by: {}", errors.join(", ")));
     }
     if let Some(chi) = estimate.chi_square_per_freedom {
         reasons.push(format!("chi^2 per freedom {chi:.1}"));
@@ -251,20 +277,19 @@ fn favours(evidence: &Evidence) -> Vec<String> {
     if estimate.condition_number.is_finite() && estimate.condition_number > 0.0 {
         reasons.push(format!("condition number {:.0}", estimate.condition_number));
     }
-    match evidence.passport {
-        Some(passport) if passport.untold.is_empty() => {
-            reasons.push("log and description agree in signs, units, zeros and columns".into());
-        }
-        Some(passport) => reasons.push(passport.untold.join("; ")),
-        None => {}
-    }
     reasons
 }
 
 fn found(evidence: &Evidence) -> String {
     let estimate = evidence.estimate;
-    let known = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
-    let parameters = format!("{known} of {} parameters", estimate.parameters.len());
+    let described = evidence.described_parameters.unwrap_or_default();
+    let is_told = |(c, p): (usize, &Identified)| {
+        let from = |given: f64| p.value.is_some_and(|v| (v - given).abs() > INTERVAL * p.sigma_or_infinity());
+        p.status == Status::Given || from(0.0) || described.get(c).is_some_and(|given| from(*given))
+    };
+    let known = estimate.parameters.iter().enumerate().filter(|p| is_told(*p)).count();
+    let from = if described.is_empty() { "zero" } else { "zero or from the description" };
+    let parameters = format!("{known} of {} parameters are told from {from}", estimate.parameters.len());
     match evidence.described {
         Some(described) => format!(
             "{parameters}; your description predicts this log with {}, the identified parameters with {} (friction fitted \
@@ -279,44 +304,52 @@ fn found(evidence: &Evidence) -> String {
     }
 }
 
-fn next(evidence: &Evidence, trust: Trust) -> String {
-    let finding = evidence.passport.and_then(|p| p.findings.first());
-    if let Some(finding) = finding {
-        return finding.remedy.clone();
-    }
-    let is_open = |status: Status| matches!(status, Status::NotIdentifiable | Status::Weak);
-    let open = evidence.estimate.parameters.iter().any(|p| is_open(p.status));
-    match trust {
-        Trust::No => {
-            "rist doctor says what the log and the description have to do with each other; [delay=auto] looks for late \
-             torques"
-                .into()
-        }
-        Trust::WithCare if open => {
-            "move the joints that the remarks name, or hold the rest by bodies ([consistent=true])".into()
-        }
-        Trust::WithCare => "log a longer and richer motion (rist plan), or try [friction=auto]".into(),
-        Trust::Yes if evidence.predicted.is_none() => {
-            "predict a log that was not fitted: rist validate MODEL ESTIMATE LOG".into()
-        }
-        Trust::Yes if evidence.estimate.options.is_none() => {
-            "use it (rist report draws it, rist simulate [feedforward] tries it)".into()
-        }
-        Trust::Yes => {
+/// What to do with an estimate that every use may trust.
+fn use_it(evidence: &Evidence) -> String {
+    match evidence.estimate.options.is_none() {
+        true => "use it (rist report draws it, rist simulate [feedforward] tries it)".into(),
+        false => {
             "use it (rist identify [write_urdf] or [write_mjcf] for simulators, rist generate [estimate] for code)"
                 .into()
         }
     }
 }
 
-/// `0.53 %`, with digits that count.
-fn percent(x: f64) -> String {
-    let x = 100.0 * x;
-    if x >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }
+/// Topics of which the table and the reasons tell.
+const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION];
+
+/// What agrees and what cannot be told, a line each, and an empty line behind them.
+pub fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
+    let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
+    lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+    if lines.is_empty() { Ok(()) } else { writeln!(f) }
 }
+
+/// A claim in one line.
+pub fn claim_line(claim: &Claim) -> String {
+    let subject = claim.subject();
+    match claim.outcome() {
+        Outcome::Agrees { smallest } => format!("agrees: {subject}; {smallest} would have shown"),
+        Outcome::CannotTell { why, .. } => format!("cannot tell: {subject}: {why}"),
+        Outcome::NotLookedAt { why, .. } => format!("not looked at: {subject}: {why}"),
+        Outcome::Proven { .. } | Outcome::Assumed { .. } | Outcome::Contradicted { .. } => claim.to_string(),
+    }
+}
+
+/// A joint whose torque is less sure than this, relative to itself, is named.
+const WORTH_NAMING: f64 = 0.02;
 
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:<32} {:<9}  torque unsure by", "use", "trust")?;
+        for one in &self.uses {
+            let error = one.error.map_or("-".into(), percent);
+            let worst = one.worst_joint.as_ref().filter(|(_, share)| *share > WORTH_NAMING);
+            let worst = worst.map_or(String::new(), |(name, share)| format!(" ({name} {})", percent(*share)));
+            writeln!(f, "{:<32} {:<9}  {error}{worst}", one.name, one.trust.word())?;
+        }
+        writeln!(f)?;
+        write_claims(f, self.claims.iter().filter(|claim| !IN_THE_TABLE.contains(&claim.subject().topic)))?;
         writeln!(f, "found: {}", self.found)?;
         writeln!(f, "trust: {}: {}", self.trust.word(), self.reasons.join("; "))?;
         writeln!(f, "next: {}", self.next)
@@ -335,10 +368,5 @@ mod tests {
         assert_eq!(common_factor(&[0.08, 0.5, 1.3]), None);
         assert_eq!(common_factor(&[1.2, 1.1, 1.3]), None);
         assert_eq!((common_factor(&[0.1, 0.1]), common_factor(&[])), (None, None));
-    }
-
-    #[test]
-    fn digits_that_count() {
-        assert_eq!((percent(0.00532), percent(0.145)), ("0.53 %".into(), "14.5 %".into()));
     }
 }

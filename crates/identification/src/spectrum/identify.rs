@@ -12,8 +12,8 @@ use logs::Error;
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::identified::{Deviations, Identified};
+use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
 use crate::estimate::residuals::{Residuals, Squares};
-use crate::estimate::verdict::LACKING_MODEL_CHI_SQUARE;
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
@@ -86,6 +86,13 @@ pub fn identify_spectrum(
             if let Some(friction) = found.friction {
                 harmonic_residuals(&mut estimate, regressor, &data, &friction);
                 estimate.remarks.push(describe(&friction, regressor));
+                if friction.drift_spread > LARGE_FRICTION_DRIFT {
+                    let percent = 100.0 * friction.drift_spread;
+                    estimate.doubts.push(format!(
+                        "friction comes out different by {percent:.0} % from experiment to experiment: it takes up something else \
+                         that the model does not have"
+                    ));
+                }
                 judge(&mut estimate, regressor, &friction);
             }
         }

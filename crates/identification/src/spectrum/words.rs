@@ -2,7 +2,7 @@
 
 use linear_model::regressor::Regressor;
 
-use crate::estimate::passport::significant;
+use crate::estimate::digits::significant;
 use crate::spectrum::rist_mh::cause::Cause;
 use crate::spectrum::rist_mh::effects::{Effect, EffectSize};
 

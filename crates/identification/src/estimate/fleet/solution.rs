@@ -17,7 +17,6 @@ use crate::estimate::fleet::settings::ColumnsAlone;
 use crate::estimate::held_out::cross_validate;
 use crate::estimate::identified::INTERVAL;
 use crate::estimate::identify::{NO_JOINT_MOVES, of_signals, report, with_deviations};
-use crate::estimate::remarks::driving;
 use crate::estimators::block_deviation::{BlockDeviation, block_deviation};
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::fit;
@@ -79,7 +78,6 @@ impl Accumulator {
         // Below one degree of freedom the reach would grow without end, and the deviation is no estimate.
         let sigma = solved.sigma(|freedom| reach(0.05, freedom.max(1.0)) / INTERVAL);
         let mut estimate = report(&model, &solved.joints, &solved.observation, &solved.solution, &sigma);
-        estimate.remarks.extend(estimate.parameters.iter().filter_map(driving));
         let held_out = cross_validate(&model, &solved.observation, options.weights);
         estimate.cross_validation = Some(held_out.total);
         for (joint, out) in estimate.joints.iter_mut().zip(held_out.joints) {

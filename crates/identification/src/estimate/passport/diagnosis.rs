@@ -8,9 +8,10 @@
 use linear_model::regressor::Regressor;
 use logs::Suspect;
 
+use crate::estimate::digits::significant;
 use crate::estimate::passport::change::Description;
 use crate::estimate::passport::delay::{Lag, common_lag};
-use crate::estimate::passport::finding::{Fault, Finding, NOMINAL_INERTIAL_SLOPES, significant};
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::regression::Partial;
 use crate::estimate::passport::report::{COUNTED_SLOPE_SHARE, Passport};
 use crate::estimate::passport::samples::Samples;
@@ -29,6 +30,9 @@ pub struct Look<'a> {
 
 /// |tau - T| / |tau| without friction below which torques are computed, because no machine moves without friction.
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
+
+/// Slopes within this share of their median are alike.
+const ALIKE_SLOPES: f64 = 0.25;
 
 /// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;
@@ -144,10 +148,32 @@ impl Look<'_> {
         if changes.is_empty() {
             found.extend(self.other_robot(&misfits, slopes, scale, passport, list()));
         }
+        if found.is_empty() {
+            found.extend(self.common_factor(&telling, list()));
+        }
         if telling.is_empty() && found.is_empty() {
             passport.untold.push("no joint's torque follows the description: units and signs cannot be told".into());
         }
         found
+    }
+
+    /// A factor that all slopes share.
+    fn common_factor(&self, telling: &[f64], evidence: String) -> Option<Finding> {
+        let middle = self.common_scale(telling);
+        // A load, or other bodies, move some joints and not all of them to one side.
+        let is_off =
+            telling.iter().all(|s| *s > COMMON_FACTORS.end) || telling.iter().all(|s| *s < COMMON_FACTORS.start);
+        let alike = telling.iter().all(|s| (s / middle - 1.0).abs() < ALIKE_SLOPES);
+        (telling.len() >= 2 && is_off && alike && NOMINAL_INERTIAL_SLOPES.contains(&middle)).then(|| Finding {
+            fault: Fault::Factor(middle),
+            joints: Vec::new(),
+            evidence,
+            remedy: format!(
+                "the unit, the gains or the gear ratios of the torques are wrong, or all masses of the description are; if \
+                 the torques are: divide their columns by {}",
+                significant(middle)
+            ),
+        })
     }
 
     /// The median size of the slopes that tell; 1 where there are too few, because one joint of several may be wrong by

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::estimate::digits::significant;
+
 /// What is wrong with a log, or with a log and a description together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
@@ -11,6 +13,8 @@ pub enum Fault {
     NoTorque,
     /// Drive gains so many times those that the description implies.
     Gains(f64),
+    /// Torques so many times those of the description, at all joints alike.
+    Factor(f64),
     /// All torques have the other sign.
     TorqueSigns,
     /// The torque of a joint has the other sign.
@@ -58,6 +62,9 @@ pub enum Fault {
 /// Common slopes within these are errors of nominal inertials, not another unit.
 pub const NOMINAL_INERTIAL_SLOPES: std::ops::Range<f64> = 0.25..4.0;
 
+/// Slopes of all joints within these may be errors of nominal inertials, even where they are alike.
+pub const COMMON_FACTORS: std::ops::Range<f64> = 0.7..1.43;
+
 /// The columns of a log that share an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Columns {
@@ -74,7 +81,6 @@ impl Fault {
     pub fn is_gross(self) -> bool {
         match self {
             Fault::Computed | Fault::Saturated(_) | Fault::Delay(_) => false,
-            Fault::Gains(factor) => !NOMINAL_INERTIAL_SLOPES.contains(&factor),
             _ => true,
         }
     }
@@ -113,6 +119,9 @@ impl Finding {
             }
             Fault::Gains(factor) => {
                 format!("the drive gains are {} times those that the description implies", significant(factor))
+            }
+            Fault::Factor(factor) => {
+                format!("the torques are about {} times those of the description, at all joints", significant(factor))
             }
             Fault::TorqueSigns => "the torques of all joints have the wrong sign".into(),
             Fault::TorqueSign => format!("the torque of {of} has the wrong sign"),
@@ -160,18 +169,5 @@ impl Finding {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}; {}", self.statement(), self.evidence, self.remedy)
-    }
-}
-
-/// Three significant digits, without an exponent where the number can be read without it.
-pub fn significant(x: f64) -> String {
-    let size = x.abs();
-    match size {
-        _ if size == 0.0 => "0".into(),
-        _ if !(1e-3..1e5).contains(&size) => format!("{x:.2e}"),
-        _ if size >= 100.0 => format!("{x:.0}"),
-        _ if size >= 10.0 => format!("{x:.1}"),
-        _ if size >= 0.1 => format!("{x:.2}"),
-        _ => format!("{x:.4}"),
     }
 }

@@ -19,21 +19,26 @@ mod diagnosis;
 pub mod finding;
 pub mod friction;
 mod order;
+mod power;
 mod regression;
 mod report;
 mod samples;
 mod search;
 mod signals;
 mod trials;
+pub mod visited;
 
 use logs::{Error, Suspect};
 
 use crate::estimate::passport::change::{Description, MIN_SAMPLES_PER_JOINT, column, used};
-pub(crate) use crate::estimate::passport::finding::significant;
+pub use crate::estimate::passport::finding::COMMON_FACTORS;
 use crate::estimate::passport::friction::own_friction;
+use crate::estimate::passport::power::zero_power;
 use crate::estimate::passport::regression::Partial;
 pub(crate) use crate::estimate::passport::regression::{Basis, square};
+pub(crate) use crate::estimate::passport::report::COUNTED_SLOPE_SHARE;
 pub use crate::estimate::passport::report::{JointPassport, Passport};
+use crate::estimate::passport::visited::Visited;
 use linear_model::regressor::Regressor;
 
 use crate::estimate::passport::samples::Samples;
@@ -42,6 +47,8 @@ use crate::signals::records::Records;
 
 /// Least number of samples that are looked at, where there are as many.
 const MIN_TRIED_SAMPLES: usize = 400;
+/// The same where many changes are tried.
+const FEW_TRIED_SAMPLES: usize = 150;
 
 /// Looks at a log, given its records, what is odd about its columns, and the description's base parameters.
 ///
@@ -59,7 +66,14 @@ pub fn passport<R: Records + ?Sized>(
     let rows = samples.every(samples.kept.len() / MIN_TRIED_SAMPLES);
     let description = described.map(|parameters| Description { regressor, parameters });
     let slopes = description.as_ref().map(|d| Trials::new(d, &samples.kept, &rows).partials(&[]));
-    let mut passport = Passport::default();
+    let few = samples.every(samples.kept.len() / FEW_TRIED_SAMPLES);
+    let few = description.as_ref().map(|d| Trials::new(d, &samples.kept, &few));
+    let rough = few.as_ref().map(|trials| trials.partials(&[]));
+    let power = |j: usize| {
+        let (trials, rough) = (few.as_ref()?, rough.as_ref()?);
+        if regressor.is_prismatic(j) { None } else { zero_power(trials, rough, j) }
+    };
+    let mut passport = Passport { visited: Visited::of(&samples), ..Passport::default() };
     for (j, coordinate) in regressor.coordinates().iter().enumerate() {
         let partial = slopes.as_ref().map(|s| s[j]).filter(|p| p.yy > 0.0);
         passport.joints.push(JointPassport {
@@ -69,6 +83,9 @@ pub fn passport<R: Records + ?Sized>(
             explained: partial.and_then(|p| explained(&samples, &rows, j, &p)),
             friction: own_friction(regressor, &samples.kept, &rows, j),
             range: samples.range[j].1 - samples.range[j].0,
+            velocity_lag: samples.velocity_lag(j),
+            wrong_acceleration: samples.is_acceleration_wrong(j),
+            zero_power: power(j),
         });
     }
     let look =

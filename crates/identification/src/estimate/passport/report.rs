@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-use crate::estimate::passport::finding::{Fault, Finding, significant};
+use crate::estimate::digits::significant;
+use crate::estimate::passport::finding::{COMMON_FACTORS, Fault, Finding, NOMINAL_INERTIAL_SLOPES};
 use crate::estimate::passport::friction::OwnFriction;
+use crate::estimate::passport::visited::Visited;
 
 /// How a joint's torque agrees with the description.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +24,12 @@ pub struct JointPassport {
     pub friction: Option<OwnFriction>,
     /// Distance between the ends of its motion, rad (m).
     pub range: f64,
+    /// Time by which its velocity lags the slope of its position, s; `None` where it hardly moves.
+    pub velocity_lag: Option<f64>,
+    /// Whether its acceleration is not the slope of its velocity.
+    pub wrong_acceleration: bool,
+    /// The least offset of its zero that would have been found, rad; `None` where none would.
+    pub zero_power: Option<f64>,
 }
 
 /// What a log says of itself and of its description before anything is fitted.
@@ -33,6 +41,8 @@ pub struct Passport {
     pub findings: Vec<Finding>,
     /// What could not be looked at, in sentences.
     pub untold: Vec<String>,
+    /// Where the robot was.
+    pub visited: Visited,
 }
 
 /// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
@@ -40,11 +50,12 @@ pub const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
-/// Gains that differ by this factor from those of the description are worth a word. Inertials are rarely so wrong in
-/// all joints.
-const DOUBTED_GAIN_FACTOR: f64 = 1.8;
-
 impl Passport {
+    /// Whether there was a description to hold the log against.
+    pub fn has_description(&self) -> bool {
+        self.joints.iter().any(|j| j.slope.is_some())
+    }
+
     /// Whether a finding forbids to use an estimate from this log.
     pub fn is_gross(&self) -> bool {
         self.findings.iter().any(|f| f.fault.is_gross())
@@ -65,9 +76,13 @@ impl Passport {
         let Some(factor) = found.get(found.len() / 2).map(|f| f.0).filter(|_| found.len() >= gains.len().min(2)) else {
             return;
         };
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
         self.findings.retain(|f| !is_unit(f));
-        if self.findings.is_empty() && !(1.0 / DOUBTED_GAIN_FACTOR..DOUBTED_GAIN_FACTOR).contains(&factor) {
+        // A load, or bodies that differ, move some joints only.
+        let all = |is_off: &dyn Fn(f64) -> bool| found.iter().all(|(slope, _)| is_off(*slope));
+        let is_off = all(&|s| s > COMMON_FACTORS.end) || all(&|s| s < COMMON_FACTORS.start);
+        let is_off = is_off || !NOMINAL_INERTIAL_SLOPES.contains(&factor);
+        if self.findings.is_empty() && is_off {
             let texts: Vec<String> = found.iter().map(|(slope, _)| significant(*slope)).collect();
             self.findings.push(Finding {
                 fault: Fault::Gains(factor),
@@ -83,7 +98,7 @@ impl Passport {
 
     /// Notes what gains the description implies where the efforts are known to be currents, which is no fault.
     pub fn efforts_are_currents(&mut self) {
-        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_));
+        let is_unit = |f: &Finding| matches!(f.fault, Fault::NoTorque | Fault::TorqueUnit(_) | Fault::Factor(_));
         let (unit, others) = std::mem::take(&mut self.findings).into_iter().partition(is_unit);
         let unit: Vec<Finding> = unit;
         self.findings = others;

@@ -15,6 +15,14 @@ const MIN_TORQUE_ENTRIES: usize = 16_384;
 /// Least number of samples, for robots of many joints.
 const MIN_KEPT_SAMPLES: usize = 512;
 
+/// A joint slower than this share of the fastest tells nothing of its velocity.
+const SLOW_SHARE: f64 = 0.2;
+/// Share of a velocity that is the slope of the position, above which both are one signal.
+const SAME_SIGNAL: f64 = 0.9;
+/// The same for accelerations, which are noisier, and how large they may be beside the slopes.
+const SAME_ACCELERATION: f64 = 0.25;
+const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
+
 /// What a passport is made from.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
@@ -32,6 +40,20 @@ pub struct Samples {
     pub velocity: Vec<f64>,
     pub slope: Vec<f64>,
     pub together: Vec<f64>,
+    /// Of each coordinate: how its rates agree with the slopes of what they are the rates of.
+    pub rates: Vec<RateSums>,
+}
+
+/// Sums over all samples of one coordinate; `bend` is the second difference of the position, `jerk` that of the velocity.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RateSums {
+    /// (slope - dq) bend, and bend^2.
+    lag: f64,
+    bend: f64,
+    /// ddq dq', ddq^2 and dq'^2, with dq' the slope of dq.
+    both: f64,
+    acceleration: f64,
+    slope: f64,
 }
 
 impl Samples {
@@ -45,6 +67,7 @@ impl Samples {
             velocity: vec![0.0; n],
             slope: vec![0.0; n],
             together: vec![0.0; n * n],
+            rates: vec![RateSums::default(); n],
             ..Samples::default()
         };
         for part in [&mut all.kept, &mut all.before, &mut all.after] {
@@ -79,6 +102,16 @@ impl Samples {
             let slope = (states.q[(r + 1) * n + k] - states.q[(r - 1) * n + k]) / span;
             self.slope[k] += slope * slope;
             self.velocity[k] += states.dq[r * n + k].powi(2);
+            let at = |x: &[f64]| [x[(r - 1) * n + k], x[r * n + k], x[(r + 1) * n + k]];
+            let (position, rate, acceleration) = (at(&states.q), at(&states.dq), states.ddq[r * n + k]);
+            let bend = (position[0] - 2.0 * position[1] + position[2]) / (0.25 * span * span);
+            let of_rate = (rate[2] - rate[0]) / span;
+            let sums = &mut self.rates[k];
+            sums.lag += (slope - rate[1]) * bend;
+            sums.bend += bend * bend;
+            sums.both += acceleration * of_rate;
+            sums.acceleration += acceleration * acceleration;
+            sums.slope += of_rate * of_rate;
             for (l, together) in self.together[k..].iter_mut().step_by(n).enumerate() {
                 *together += states.dq[r * n + l] * slope;
             }
@@ -121,6 +154,23 @@ impl Samples {
     pub fn periods(&self, k: usize) -> f64 {
         let range = self.range[k].1 - self.range[k].0;
         if range > 0.0 { 0.5 * self.path[k] / range } else { 0.0 }
+    }
+
+    /// Time by which the velocity of k lags the slope of its position, s: a first-order low-pass of the velocity, or a clock
+    /// of its own. `None` where k hardly moves.
+    pub fn velocity_lag(&self, k: usize) -> Option<f64> {
+        let fastest = self.velocity.iter().copied().fold(0.0, f64::max);
+        let sums = &self.rates[k];
+        let moves = self.velocity[k] > SLOW_SHARE * SLOW_SHARE * fastest && sums.bend > 0.0;
+        (moves && self.alike(k, k) > SAME_SIGNAL).then(|| sums.lag / sums.bend)
+    }
+
+    /// Whether the acceleration of k is another signal than the slope of its velocity.
+    pub fn is_acceleration_wrong(&self, k: usize) -> bool {
+        let sums = &self.rates[k];
+        let both = sums.acceleration * sums.slope;
+        let size = if sums.slope > 0.0 { (sums.acceleration / sums.slope).sqrt() } else { 1.0 };
+        both > 0.0 && (sums.both * sums.both.abs() < SAME_ACCELERATION * both || !LIKELY_SIZES.contains(&size))
     }
 
     /// The square of the correlation of the velocity of k with the slope of the position of l, and its sign.

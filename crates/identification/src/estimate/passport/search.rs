@@ -40,7 +40,7 @@ const MAX_MISTAKES: usize = 3;
 /// All changes together must leave less than this share of the misfits.
 const LARGEST_MISFIT_SHARE_LEFT: f64 = 0.6;
 /// Each change must remove so much of the sum of the misfits.
-const SMALLEST_MISFIT_GAIN: f64 = 0.5;
+pub const SMALLEST_MISFIT_GAIN: f64 = 0.5;
 /// An arbitrary zero must leave less than this share of what the plain changes leave.
 const LARGEST_SHARE_LEFT_BY_ZERO: f64 = 0.7;
 
@@ -52,7 +52,7 @@ const KNOWN_SWAP_GAIN_SHARE: f64 = 0.1;
 
 /// A joint counts where the description's torque is more than this share of the measured one, in squares. A wrist that
 /// is all friction does not count.
-const COUNTED_JOINT_SHARE: f64 = 0.05;
+pub const COUNTED_JOINT_SHARE: f64 = 0.05;
 
 /// Whether the description's torque is more than a share of the measured one, in squares.
 pub fn counts(partial: &Partial, scale: f64, share: f64) -> bool {

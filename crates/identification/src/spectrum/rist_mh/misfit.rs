@@ -18,7 +18,7 @@
 
 use numerics::triangle::{Triangle, TriangleBuilder};
 
-use crate::estimate::verdict::LACKING_MODEL_CHI_SQUARE;
+use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
 use crate::estimators::clusters::{Cluster, REMAINDER_ROUNDING_SHARE, Whole};
 use crate::estimators::drive_gains::likelihood::Gain;
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};

@@ -1,0 +1,30 @@
+//! Numbers as sentences show them.
+
+/// Three significant digits, without an exponent where the number can be read without it.
+pub fn significant(x: f64) -> String {
+    let size = x.abs();
+    match size {
+        _ if size == 0.0 => "0".into(),
+        _ if !(1e-3..1e5).contains(&size) => format!("{x:.2e}"),
+        _ if size >= 100.0 => format!("{x:.0}"),
+        _ if size >= 10.0 => format!("{x:.1}"),
+        _ if size >= 0.1 => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
+    }
+}
+
+/// `0.53 %`, with digits that count.
+pub fn percent(x: f64) -> String {
+    let x = 100.0 * x;
+    if x >= 10.0 { format!("{x:.1} %") } else { format!("{x:.2} %") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_that_count() {
+        assert_eq!((percent(0.00532), percent(0.145)), ("0.53 %".into(), "14.5 %".into()));
+    }
+}

@@ -1,0 +1,239 @@
+//! What a fit leaves open, and what it predicts, as claims.
+
+use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
+use linear_model::parameter::ParameterId;
+
+use crate::estimate::artefact::Estimate;
+use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
+use crate::estimate::digits::percent;
+use crate::estimate::digits::significant;
+use crate::estimate::identified::{Identified, Status};
+use crate::estimate::ledger::topics::cannot_tell;
+use crate::estimate::ledger::topics::{FRICTION, OTHER_MOTION, PARAMETERS, RESIDUAL};
+
+/// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
+/// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
+/// bend at 25 Hz give 950, and torques that are 1.5 ms late give 32 (`tests/tests/identification/misfit.rs`).
+pub const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
+
+/// Error on another motion up to which an estimate predicts well.
+const GOOD_PREDICTION_ERROR: f64 = 0.05;
+/// The same where what is left is noise, which no parameter can predict.
+const GOOD_NOISY_PREDICTION_ERROR: f64 = 0.2;
+/// Error on data that were not fitted above which parameters predict nothing.
+const USELESS_PREDICTION_ERROR: f64 = 0.5;
+/// Share of the torque that may stay unexplained.
+const LARGE_RESIDUAL: f64 = 0.25;
+
+/// Error on data that were not fitted over that of the fit above which the fit holds for its own log only.
+const OVERFITTED_ERROR_RATIO: f64 = 2.0;
+/// Held-out errors below this are small enough whatever that ratio.
+const SMALL_HELD_OUT_ERROR: f64 = 0.02;
+
+/// Scaled condition number above which errors of the model decide the weakest direction.
+const DECIDING_CONDITION_NUMBER: f64 = 1000.0;
+
+/// A residual whose memory is more than this many times that of noise is none.
+const LONG_MEMORY_RATIO: f64 = 2.0;
+
+/// Friction that is negative by so many deviations drives.
+const DRIVING_SIGMAS: f64 = 3.0;
+
+/// How well motion was predicted that was not fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Prediction {
+    /// Error on other logs.
+    pub others: Option<f64>,
+    /// Whether those repeat the motion that was fitted.
+    pub others_repeat: bool,
+    /// Error of the description on those logs, friction fitted.
+    pub others_described: Option<f64>,
+    /// Error on parts of the fitted logs, each predicted from the others.
+    pub held_out: Option<f64>,
+    /// Whether each such part is a motion that the others do not repeat.
+    pub parts_are_new: bool,
+}
+
+/// The claims of a fit, contradictions first. `total`: the error on the logs that are looked at.
+pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -> Vec<Claim> {
+    let mut claims = vec![other_motion(estimate, total, prediction)];
+    claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
+    claims.extend(friction(estimate));
+    let whole = Subject::whole;
+    if let Some(chi) = estimate.chi_square_per_freedom {
+        claims.push(match chi > LACKING_MODEL_CHI_SQUARE {
+            true => cannot_tell(
+                whole(RESIDUAL),
+                format!(
+                    "the model lacks something: chi^2 per freedom is {chi:.1}, where noise alone gives less than 1"
+                ),
+                "the effect that the remarks name, as an unknown",
+            ),
+            false => Claim::new(
+                whole(RESIDUAL),
+                Outcome::Agrees { smallest: Figure::new(LACKING_MODEL_CHI_SQUARE, "chi^2 per freedom") },
+            ),
+        });
+    }
+    claims.extend(estimate.doubts.iter().map(|why| cannot_tell(whole(RESIDUAL), why, "a model that has it")));
+    if estimate.settled == Some(false) {
+        let why = "the method did not settle: the values still change from round to round";
+        claims.push(cannot_tell(whole(RESIDUAL), why, "a richer motion"));
+    }
+    if total > LARGE_RESIDUAL {
+        claims.push(cannot_tell(
+            whole(RESIDUAL),
+            format!("{} of the torques stay unexplained", percent(total)),
+            "the cause: rist doctor looks for it, [friction=auto] tries other laws",
+        ));
+    }
+    if let Some(why) = overfitted(estimate, prediction) {
+        claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion (rist plan)"));
+    }
+    let moved = "a motion of the joints that the remarks name, or bodies to hold them ([consistent=true])";
+    let open = named(estimate, Status::NotIdentifiable);
+    if !open.is_empty() {
+        claims.push(cannot_tell(whole(PARAMETERS), format!("the log leaves open {open}"), moved));
+    }
+    let weak = named(estimate, Status::Weak);
+    if !weak.is_empty() {
+        claims.push(cannot_tell(whole(PARAMETERS), format!("little motion decides {weak}"), moved));
+    }
+    let condition = estimate.condition_number;
+    if condition.is_finite() && condition > DECIDING_CONDITION_NUMBER {
+        let why = format!("the condition number is {condition:.0}");
+        claims.push(cannot_tell(
+            whole(PARAMETERS),
+            why,
+            "a motion that excites the weakest direction (rist excite [after])",
+        ));
+    }
+    claims
+}
+
+/// What was found against the estimate earlier still holds.
+fn earlier(why: &str) -> Claim {
+    let remedy = Remedy::new("identify", "identify again with what mends it");
+    let trial = Trial::NotTried { why: "the file says no more".into() };
+    let subject = Subject::whole(crate::estimate::ledger::topics::LOG);
+    Claim::new(subject, Outcome::Contradicted { fault: why.into(), remedy, trial })
+}
+
+fn other_motion(estimate: &Estimate, total: f64, prediction: &Prediction) -> Claim {
+    let subject = Subject::whole(OTHER_MOTION);
+    let would_tell = "a log of another motion (rist validate MODEL ESTIMATE LOG, or [validate])";
+    let of_logs = prediction.others.filter(|_| !prediction.others_repeat);
+    let of_parts = prediction.held_out.filter(|_| prediction.parts_are_new);
+    let worst = prediction.others.into_iter().chain(prediction.held_out).fold(0.0, f64::max);
+    if worst >= USELESS_PREDICTION_ERROR {
+        let (what, error) = match prediction.others.filter(|e| *e >= USELESS_PREDICTION_ERROR) {
+            Some(error) => ("logs that were not fitted are", error),
+            None => ("parts of the log left out are", worst),
+        };
+        return Claim::new(
+            subject,
+            Outcome::Contradicted {
+                fault: format!("{what} predicted with an error of {}", percent(error)),
+                remedy: Remedy::new("doctor", "look what log and description have to do with each other"),
+                trial: Trial::NotTried { why: "nothing is known of the cause".into() },
+            },
+        );
+    }
+    if let (Some(error), Some(described)) = (of_logs, prediction.others_described)
+        && error > described
+        && error > SMALL_HELD_OUT_ERROR
+    {
+        let why = format!(
+            "the description predicts the other log better ({}) than these parameters do ({})",
+            percent(described),
+            percent(error)
+        );
+        return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
+    }
+    let Some(error) = of_logs.or(of_parts) else {
+        let why = match prediction.others.is_some() {
+            true => "the logs that were not fitted repeat the motion of those that were",
+            false => "no motion was predicted but the one that was fitted",
+        };
+        return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
+    };
+    let is_noise = is_noise(estimate) && error < OVERFITTED_ERROR_RATIO * total;
+    let most = if is_noise { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
+    match error <= most {
+        true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
+        false => cannot_tell(
+            subject,
+            format!("another motion is predicted with an error of {}", percent(error)),
+            "what is missing in the model: rist doctor, [friction=auto]",
+        ),
+    }
+}
+
+/// Whether what is left at every joint has no longer memory than noise.
+fn is_noise(estimate: &Estimate) -> bool {
+    let memory = |j: &crate::estimate::residuals::JointResidual| j.memory.map(|m| times(estimate, m));
+    let known: Vec<f64> = estimate.joints.iter().filter_map(memory).collect();
+    !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
+}
+
+/// The memory of a residual over that of noise.
+fn times(estimate: &Estimate, memory: f64) -> f64 {
+    memory * estimate.cutoff / NOISE_MEMORY_PERIODS
+}
+
+/// What the autocorrelation of the residual says, for the joint with the longest memory.
+pub fn not_noise(estimate: &Estimate) -> Option<String> {
+    let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
+    let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|_| estimate.cutoff > 0.0)?;
+    let (name, times) = (&joint.coordinate, times(estimate, memory));
+    Some(match times > LONG_MEMORY_RATIO {
+        true => format!(
+            "what is left at {name} is not noise alone: it stays alike for {} s, {times:.0} times as long as noise does, so friction or \
+             flexibility is missing",
+            significant(memory),
+        ),
+        false => "what is left looks like noise".into(),
+    })
+}
+
+fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
+    let error = prediction.others.or(prediction.held_out)?;
+    let total = estimate.total;
+    (error > SMALL_HELD_OUT_ERROR && total > 0.0 && error > OVERFITTED_ERROR_RATIO * total).then(|| {
+        format!(
+            "data that were not fitted are predicted with {}, those that were with {}: the log is too short or too poor \
+             for so many parameters",
+            percent(error),
+            percent(total)
+        )
+    })
+}
+
+/// Friction that drives.
+fn friction(estimate: &Estimate) -> Vec<Claim> {
+    let drives = |p: &&Identified| {
+        let is_brake = matches!(p.id, ParameterId::Friction(friction, _) if friction.brakes());
+        is_brake && p.value.is_some_and(|value| value < -DRIVING_SIGMAS * p.sigma_or_infinity())
+    };
+    let claim = |p: &Identified| {
+        let ParameterId::Friction(_, label) = &p.id else { unreachable!("only friction is looked at") };
+        let subject = Subject::of(FRICTION, [label.to_string()]);
+        let (value, sigma) = (p.value.unwrap_or(0.0), p.sigma_or_infinity());
+        cannot_tell(
+            subject,
+            format!("{} is {} +- {}, and friction cannot drive", p.id, significant(value), significant(sigma)),
+            "the sign, the unit and the saturation of that joint's torque, or another law of friction ([friction=auto])",
+        )
+    };
+    estimate.parameters.iter().filter(drives).map(claim).collect()
+}
+
+/// The parameters of a status, at most three by name.
+fn named(estimate: &Estimate, status: Status) -> String {
+    let all: Vec<String> =
+        estimate.parameters.iter().filter(|p| p.status == status).map(|p| p.id.to_string()).collect();
+    match all.len() {
+        0..=3 => all.join(", "),
+        n => format!("{} and {} more", all[..3].join(", "), n - 3),
+    }
+}

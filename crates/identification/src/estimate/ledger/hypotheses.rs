@@ -1,0 +1,314 @@
+//! Faults of a log that a fit tells by itself, each as one unknown more: zeros, scales, springs, the mount.
+//!
+//! The parameters X stay free, so a description with other bodies makes no fault. With x the fit and one unknown u,
+//!
+//! ```text
+//! tau = W X + h u        zero of k     h_j = d(Y_j x)/dq_k
+//!                        scale of k    h_k = Y_k x, without friction
+//!                        spring of k   h_k = q_k
+//!                        mount         h   = the torques per angle of a tilted gravity
+//! ```
+//! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
+//! be found. A fault is found where u is above [`SIGMAS`] deviations and parts of the record that were left out are
+//! predicted with an error below [`WORTHWHILE`] of what it is without. The deviation is the scatter of u while tenths of
+//! the record are left out (jackknife), at least that of white noise.
+//!
+//! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
+
+use linear_model::linear_model::Model;
+use linear_model::states::States;
+use logs::Error;
+use numerics::triangle::{Triangle, TriangleBuilder, select};
+
+use crate::signals::records::Records;
+
+/// One fault of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Hypothesis {
+    /// The zero of a coordinate is off, rad.
+    Zero(usize),
+    /// The torque of a coordinate is so many times too large, less one.
+    Scale(usize),
+    /// A spring acts on a coordinate, N m/rad (N/m).
+    Spring(usize),
+    /// Gravity is tilted about an axis of the base, 0 for x and 1 for y, rad.
+    Mount(usize),
+}
+
+impl Hypothesis {
+    /// The coordinate; `None` for the mount.
+    pub fn joint(&self) -> Option<usize> {
+        match *self {
+            Hypothesis::Zero(k) | Hypothesis::Scale(k) | Hypothesis::Spring(k) => Some(k),
+            Hypothesis::Mount(_) => None,
+        }
+    }
+}
+
+/// What a fit says of a hypothesis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tested {
+    /// The fault.
+    pub of: Hypothesis,
+    /// Its size u, and the deviation of it.
+    pub value: f64,
+    /// Standard deviation of the size.
+    pub deviation: f64,
+    /// The least size that would have been found; infinite where none would.
+    pub power: f64,
+    /// Error on tenths left out without and with it, where it was looked at.
+    pub held_out: Option<(f64, f64)>,
+}
+
+impl Tested {
+    /// Whether the fault is there.
+    pub fn is_found(&self) -> bool {
+        let is_large = self.value.abs() > self.least().max(SIGMAS * self.deviation);
+        is_large && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE * without)
+    }
+
+    /// The least size that matters.
+    fn least(&self) -> f64 {
+        match self.of {
+            Hypothesis::Zero(_) | Hypothesis::Mount(_) => LEAST_ANGLE_RAD,
+            Hypothesis::Scale(_) => LEAST_SCALE,
+            Hypothesis::Spring(_) => 0.0,
+        }
+    }
+}
+
+/// Torques at a position q per radian of tilt about one axis of the base, n numbers.
+pub type Tilt<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+
+/// A fault is told by so many of its deviations.
+const SIGMAS: f64 = 6.0;
+/// Error on parts left out over that without the fault, below which the fault is worth naming.
+const WORTHWHILE: f64 = 0.9;
+/// Smaller angles and scales than these are errors of calibration, rad and 1.
+const LEAST_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
+const LEAST_SCALE: f64 = 0.03;
+/// Samples that are looked at.
+const MOST_SAMPLES: usize = 3000;
+/// Parts of the record that are left out in turn.
+const PARTS: usize = 10;
+/// Share of a column's norm with which its parameter is held at the fit, for parameters that the data leave open.
+const HELD: f64 = 1e-4;
+/// A column that the parameters explain but for this share of its norm tells nothing.
+const EXPLAINED: f64 = 1e-3;
+/// Step of the derivative by a position, rad (m).
+const STEP: f64 = 1e-4;
+/// Robots of more coordinates take too long.
+const MOST_COORDINATES: usize = 12;
+
+/// Every hypothesis, tested beside the parameters `x` with the weights of the joints. Empty for a robot of many
+/// coordinates, and where there are too few samples.
+///
+/// Fails when a record cannot be read.
+pub fn hypotheses<R: Records + ?Sized>(
+    model: &Model,
+    records: &R,
+    x: &[f64],
+    weights: &[f64],
+    tilts: &[Tilt],
+) -> Result<Vec<Tested>, Error> {
+    let n = model.n();
+    if n > MOST_COORDINATES {
+        return Ok(Vec::new());
+    }
+    let all = all(model, tilts.len());
+    let mut count = 0;
+    records.each(&mut |states| count += states.len())?;
+    let every = count.div_ceil(MOST_SAMPLES).max(1);
+    let (p, width) = (model.p(), model.p() + all.len());
+    let mut parts: Vec<TriangleBuilder> = (0..PARTS).map(|_| TriangleBuilder::new(width)).collect();
+    let mut seen = 0;
+    records.each(&mut |states| {
+        let kept = thinned(states, (every - seen % every) % every, every);
+        let first = seen;
+        seen += states.len();
+        let columns = columns(model, &kept, x, &all, tilts);
+        let mut row = vec![0.0; width];
+        model.rows(&kept, 0..kept.len(), |r, w| {
+            let part = (first + r * every) * PARTS / count.max(1);
+            for j in (0..n).filter(|j| kept.used[r * n + j]) {
+                let weight = weights[j];
+                for (out, w) in row.iter_mut().zip(&w[j * p..(j + 1) * p]) {
+                    *out = weight * w;
+                }
+                for (out, column) in row[p..].iter_mut().zip(&columns) {
+                    *out = weight * column[r * n + j];
+                }
+                parts[part.min(PARTS - 1)].push(&row, weight * kept.tau[r * n + j]);
+            }
+        });
+    })?;
+    let parts: Vec<Triangle> = parts.into_iter().map(TriangleBuilder::finish).collect();
+    Ok(tested(&parts, x, &all))
+}
+
+fn all(model: &Model, tilts: usize) -> Vec<Hypothesis> {
+    let n = model.n();
+    let turning = (0..n).filter(|&k| !model.regressor.is_prismatic(k)).map(Hypothesis::Zero);
+    let scales = (0..n).filter(|_| n > 1).map(Hypothesis::Scale);
+    turning.chain(scales).chain((0..n).map(Hypothesis::Spring)).chain((0..tilts).map(Hypothesis::Mount)).collect()
+}
+
+/// Every `every`-th sample from `first` on.
+fn thinned(states: &States, first: usize, every: usize) -> States {
+    let (n, chosen) = (states.n, (first..states.len()).step_by(every));
+    let series = |x: &[f64], width: usize| -> Vec<f64> {
+        chosen.clone().flat_map(|r| x[r * width..(r + 1) * width].iter().copied()).collect()
+    };
+    let motors = states.motor_direction.len() / states.len().max(1);
+    let mut kept = States {
+        n,
+        t: series(&states.t, 1),
+        q: series(&states.q, n),
+        dq: series(&states.dq, n),
+        ddq: series(&states.ddq, n),
+        tau: series(&states.tau, n),
+        direction: series(&states.direction, n),
+        motor_direction: series(&states.motor_direction, motors),
+        used: chosen.clone().flat_map(|r| states.used[r * n..(r + 1) * n].iter().copied()).collect(),
+        ..States::default()
+    };
+    kept.friction = states.friction.clone();
+    for friction in &mut kept.friction {
+        friction.columns = series(&friction.columns, friction.term.parameters().len() * n);
+    }
+    kept
+}
+
+/// The columns of the hypotheses, sample by sample, n each.
+fn columns(model: &Model, states: &States, x: &[f64], all: &[Hypothesis], tilts: &[Tilt]) -> Vec<Vec<f64>> {
+    let (n, base) = (model.n(), model.regressor.parameters().len());
+    let torques = |q: &[f64], r: usize, y: &mut [f64]| -> Vec<f64> {
+        let at = r * n..(r + 1) * n;
+        model.regressor.fill(q, &states.dq[at.clone()], &states.ddq[at], y);
+        y.chunks_exact(base).map(|row| row.iter().zip(x).map(|(y, x)| y * x).sum()).collect()
+    };
+    let mut columns = vec![Vec::with_capacity(states.len() * n); all.len()];
+    let mut y = vec![0.0; n * base];
+    for r in 0..states.len() {
+        let mut q = states.q[r * n..(r + 1) * n].to_vec();
+        let here = torques(&q, r, &mut y);
+        for (column, hypothesis) in columns.iter_mut().zip(all) {
+            let only = |k: usize, x: f64| (0..n).map(move |j| if j == k { x } else { 0.0 });
+            match *hypothesis {
+                Hypothesis::Zero(k) => {
+                    let position = q[k];
+                    let mut moved = |by: f64| {
+                        q[k] = position + by;
+                        torques(&q, r, &mut y)
+                    };
+                    let (behind, before) = (moved(STEP), moved(-STEP));
+                    q[k] = position;
+                    column.extend(behind.iter().zip(before).map(|(a, b)| (a - b) / (2.0 * STEP)));
+                }
+                Hypothesis::Scale(k) => column.extend(only(k, here[k])),
+                Hypothesis::Spring(k) => column.extend(only(k, q[k])),
+                Hypothesis::Mount(axis) => column.extend(tilts[axis](&q)),
+            }
+        }
+    }
+    columns
+}
+
+/// The hypotheses by the triangles of parts of the record.
+fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Tested> {
+    let p = x.len();
+    let whole = merged(parts, None);
+    let held = held(&whole, x);
+    let left = |out: Option<usize>| {
+        let mut sum = merged(parts, out);
+        sum.merge(&held, 1.0);
+        Left::of(&sum, p)
+    };
+    let all_in = left(None);
+    let leaving: Vec<Left> = (0..parts.len()).map(|part| left(Some(part))).collect();
+    let rows = whole.rows.saturating_sub(p + 1).max(1) as f64;
+    let noise = (all_in.square() / rows).sqrt();
+    let test = |(e, hypothesis): (usize, &Hypothesis)| {
+        let (value, norm) = all_in.unknown(e);
+        let is_told = norm > EXPLAINED * whole.column_norm(p + e) && norm > 0.0;
+        if !is_told {
+            let of = hypothesis.clone();
+            return Tested { of, value: 0.0, deviation: f64::INFINITY, power: f64::INFINITY, held_out: None };
+        }
+        let others: Vec<f64> = leaving.iter().map(|left| left.unknown(e).0).collect();
+        let m = others.len() as f64;
+        let mean = others.iter().sum::<f64>() / m;
+        let scatter = others.iter().map(|u| (u - mean).powi(2)).sum::<f64>() * (m - 1.0) / m;
+        let deviation = scatter.sqrt().max(noise / norm);
+        let mut one = Tested { of: hypothesis.clone(), value, deviation, power: f64::INFINITY, held_out: None };
+        let by_error = (1.0 / (WORTHWHILE * WORTHWHILE) - 1.0).sqrt() * all_in.square().sqrt() / norm;
+        one.power = by_error.max(SIGMAS * deviation).max(one.least());
+        if value.abs() > SIGMAS * deviation {
+            let columns: Vec<usize> = (0..p).chain([p + e]).collect();
+            one.held_out = Some(held_out(parts, &held, &columns, p));
+        }
+        one
+    };
+    all.iter().enumerate().map(test).collect()
+}
+
+/// Relative error on parts left out, with the first p of these columns and with all.
+fn held_out(parts: &[Triangle], held: &Triangle, columns: &[usize], p: usize) -> (f64, f64) {
+    let (mut whole, mut without, mut with) = (0.0, 0.0, 0.0);
+    for (k, part) in parts.iter().enumerate() {
+        let mut rest = merged(parts, Some(k));
+        rest.merge(held, 1.0);
+        let error = |columns: &[usize]| {
+            let x = select(&rest, columns).solution();
+            select(part, columns).squares(&x)
+        };
+        let (all, more) = error(columns);
+        (whole, with, without) = (whole + all, with + more, without + error(&columns[..p]).1);
+    }
+    ((without / whole).sqrt(), (with / whole).sqrt())
+}
+
+fn merged(parts: &[Triangle], out: Option<usize>) -> Triangle {
+    let mut sum = Triangle::new(parts[0].columns());
+    parts.iter().enumerate().filter(|(k, _)| Some(*k) != out).for_each(|(_, part)| sum.merge(part, 1.0));
+    sum
+}
+
+/// Rows that hold each parameter at the fit by a share of its column.
+fn held(rows: &Triangle, x: &[f64]) -> Triangle {
+    let mut block = TriangleBuilder::new(rows.columns());
+    for (c, x) in x.iter().enumerate() {
+        let mut row = vec![0.0; rows.columns()];
+        row[c] = HELD * rows.column_norm(c).max(f64::MIN_POSITIVE);
+        block.push(&row, row[c] * x);
+    }
+    block.finish()
+}
+
+/// What the parameters leave of the unknowns' columns and of the torque.
+struct Left {
+    /// By unknown, the column beside the parameters.
+    columns: Vec<Vec<f64>>,
+    torque: Vec<f64>,
+}
+
+impl Left {
+    /// Of a triangle whose first p columns are the parameters.
+    fn of(triangle: &Triangle, p: usize) -> Left {
+        let width = triangle.columns();
+        let column = |c: usize| (p..=width).map(|i| if i <= c { triangle.at(i, c) } else { 0.0 }).collect();
+        Left { columns: (p..width).map(column).collect(), torque: column(width) }
+    }
+
+    /// The unknown e alone beside the parameters, and the norm of its column.
+    fn unknown(&self, e: usize) -> (f64, f64) {
+        let column = &self.columns[e];
+        let square: f64 = column.iter().map(|x| x * x).sum();
+        let product: f64 = column.iter().zip(&self.torque).map(|(a, b)| a * b).sum();
+        (if square > 0.0 { product / square } else { 0.0 }, square.sqrt())
+    }
+
+    fn square(&self) -> f64 {
+        self.torque.iter().map(|x| x * x).sum()
+    }
+}

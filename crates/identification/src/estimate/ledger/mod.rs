@@ -1,0 +1,21 @@
+//! What may be said of an estimate: claims with their evidence, and what they mean for each use of it.
+//!
+//! | file | says |
+//! |---|---|
+//! | `claims_of_log` | what the passport found, and what it would have found |
+//! | `claims_of_fit` | what the fit leaves open, and what it predicts |
+//! | `claims_of_faults` | what unknowns more explain ([`hypotheses`]) |
+//! | `torque_error` | how wrong torques may be, by the covariance |
+//! | `purposes` | what each use needs of all these |
+
+mod claims_of_faults;
+mod claims_of_fit;
+mod claims_of_log;
+pub mod hypotheses;
+pub mod purposes;
+pub mod topics;
+pub mod torque_error;
+
+pub use claims_of_faults::claims_of_faults;
+pub use claims_of_fit::{LACKING_MODEL_CHI_SQUARE, Prediction, claims_of_fit, not_noise};
+pub use claims_of_log::{FreeFit, claims_of_log};

@@ -1,0 +1,46 @@
+//! What is claimed about; each stands before "of q2".
+
+use claims::{Claim, Outcome, Subject, Topic};
+
+/// Anything about a log that no estimate from it survives.
+pub const LOG: Topic = Topic("log");
+/// Which way torque and motion count.
+pub const SIGN: Topic = Topic("sign");
+/// Torque per torque of the description, of all joints alike.
+pub const COMMON_SCALE: Topic = Topic("common scale of the torques");
+/// Torque of a joint beside that of the others.
+pub const SCALE: Topic = Topic("scale beside the other joints");
+/// Where a joint is at zero.
+pub const ZERO: Topic = Topic("zero");
+/// How the base is mounted under gravity.
+pub const MOUNT: Topic = Topic("mount");
+/// A spring at a joint.
+pub const SPRING: Topic = Topic("spring");
+/// By how much torques lag positions.
+pub const DELAY: Topic = Topic("delay");
+/// Friction.
+pub const FRICTION: Topic = Topic("friction");
+/// What the fit leaves.
+pub const RESIDUAL: Topic = Topic("residual");
+/// Whether parameters are determined.
+pub const PARAMETERS: Topic = Topic("parameters");
+/// Motion that was not fitted.
+pub const OTHER_MOTION: Topic = Topic("another motion");
+/// Torque for gravity compensation.
+pub const GRAVITY_TORQUE: Topic = Topic("torque at rest");
+/// Torque for feedforward at the speeds seen.
+pub const TORQUE_SEEN: Topic = Topic("torque at the speeds seen");
+/// Torque for feedforward at the speed limits.
+pub const TORQUE_AT_LIMITS: Topic = Topic("torque at the speed limits");
+/// The bodies for a simulator.
+pub const BODIES: Topic = Topic("bodies");
+
+/// That something cannot be told.
+pub(crate) fn cannot_tell(subject: Subject, why: impl Into<String>, would_tell: impl Into<String>) -> Claim {
+    Claim::new(subject, Outcome::CannotTell { why: why.into(), would_tell: would_tell.into() })
+}
+
+/// A topic at coordinates.
+pub(crate) fn at<'a>(topic: Topic, names: impl IntoIterator<Item = &'a String>) -> Subject {
+    Subject::of(topic, names.into_iter().cloned())
+}

@@ -1,0 +1,216 @@
+//! How wrong the torques may be that an estimate predicts, by its covariance, for what torques are used for.
+//!
+//! At states spread over what a use asks for, with y_j the row of joint j and C the covariance of the parameters,
+//!
+//! ```text
+//! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
+//! ```
+//! Gravity compensation asks for gravity alone, at rest; friction is left out of it. Its error is compared with the
+//! larger of that torque and [`MOVING_SHARE`] of the torque of motion, since a vertical axis has none to be compared with.
+//!
+//! e, t: N m (N). Not here: errors of the model, which no covariance holds.
+
+use linear_model::linear_model::Model;
+use linear_model::states::States;
+use numerics::random::Random;
+
+/// What predicted torques are used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// Torques that hold the robot at rest, anywhere within its limits.
+    Gravity,
+    /// Motion anywhere within its limits, as fast as it was seen.
+    SpeedsSeen,
+    /// Motion anywhere within its limits, up to its speed limits.
+    SpeedLimits,
+}
+
+impl Use {
+    /// All of them.
+    pub const ALL: [Use; 3] = [Use::Gravity, Use::SpeedsSeen, Use::SpeedLimits];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Use::Gravity => "gravity compensation",
+            Use::SpeedsSeen => "feedforward at the speeds seen",
+            Use::SpeedLimits => "feedforward at the speed limits",
+        }
+    }
+}
+
+/// Where a robot moves, one entry per coordinate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotionRange {
+    /// Smallest and largest position, rad (m).
+    pub position: Vec<(f64, f64)>,
+    /// Largest speed, rad/s (m/s).
+    pub speed: Vec<f64>,
+    /// Largest acceleration, rad/s^2 (m/s^2).
+    pub acceleration: Vec<f64>,
+}
+
+/// The error and the size of one joint's torque.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointTorqueError {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// Root mean square of the error, N m (N).
+    pub error: f64,
+    /// Root mean square of the torque that it is compared with, N m (N).
+    pub torque: f64,
+}
+
+/// The error of predicted torques for one use.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TorqueError {
+    /// The use.
+    pub of: Use,
+    /// One per coordinate.
+    pub joints: Vec<JointTorqueError>,
+    /// Over all joints, relative.
+    pub relative: f64,
+}
+
+/// Share of the torque of motion that gravity is compared with, where gravity is less.
+const MOVING_SHARE: f64 = 0.3;
+
+/// Most states, and products of an entry of C with two of a row; fewer states are enough where there are many parameters.
+const MOST_STATES: usize = 200;
+const MOST_PRODUCTS: usize = 20_000_000;
+const FEWEST_STATES: usize = 30;
+
+impl TorqueError {
+    /// The joint whose torque is least sure, relative to itself, and how unsure that is.
+    pub fn worst(&self) -> Option<(&str, f64)> {
+        let known = self.joints.iter().filter(|j| j.torque > 0.0);
+        let of = |j: &JointTorqueError| j.error / j.torque;
+        known.max_by(|a, b| of(a).total_cmp(&of(b))).map(|j| (j.coordinate.as_str(), of(j)))
+    }
+}
+
+/// The error for every use; `covariance` of the parameters `x` of the model, row by row. `seen`: where the logs moved,
+/// `limits`: where the robot may.
+pub fn torque_errors(
+    model: &Model,
+    x: &[f64],
+    covariance: &[Vec<f64>],
+    seen: &MotionRange,
+    limits: &MotionRange,
+) -> Vec<TorqueError> {
+    let wide = |rates: &MotionRange| MotionRange { position: limits.position.clone(), ..rates.clone() };
+    let moving = sums(model, x, covariance, &wide(seen), true);
+    let of = |of: Use| match of {
+        Use::SpeedsSeen => error(model, of, &moving),
+        Use::SpeedLimits => error(model, of, &sums(model, x, covariance, limits, true)),
+        Use::Gravity => {
+            let mut sums = sums(model, x, covariance, &wide(seen), false);
+            let least = |(at_rest, moving): (&mut (f64, f64), &(f64, f64))| {
+                at_rest.1 = at_rest.1.max(MOVING_SHARE * MOVING_SHARE * moving.1);
+            };
+            sums.iter_mut().zip(&moving).for_each(least);
+            error(model, of, &sums)
+        }
+    };
+    Use::ALL.into_iter().map(of).collect()
+}
+
+/// e_j^2 and t_j^2 of each joint at random states; `moves`: whether they move, with friction.
+fn sums(model: &Model, x: &[f64], covariance: &[Vec<f64>], range: &MotionRange, moves: bool) -> Vec<(f64, f64)> {
+    let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
+    let count = (MOST_PRODUCTS / (n * p * p).max(1)).clamp(FEWEST_STATES, MOST_STATES);
+    let states = random_states(model, range, count, moves);
+    let mut sums = vec![(0.0, 0.0); n];
+    model.rows(&states, 0..count, |_, rows| {
+        for (row, sum) in rows.chunks_exact_mut(p).zip(&mut sums) {
+            if !moves {
+                row[base..].fill(0.0);
+            }
+            let used: Vec<usize> = (0..p).filter(|&c| row[c] != 0.0).collect();
+            let of = |&a: &usize| row[a] * used.iter().map(|&b| covariance[a][b] * row[b]).sum::<f64>();
+            sum.0 += used.iter().map(of).sum::<f64>() / count as f64;
+            sum.1 += used.iter().map(|&c| row[c] * x[c]).sum::<f64>().powi(2) / count as f64;
+        }
+    });
+    sums
+}
+
+fn error(model: &Model, of: Use, sums: &[(f64, f64)]) -> TorqueError {
+    let named = model.regressor.coordinates().iter().zip(sums);
+    let joint = |(coordinate, &(error, torque)): (&String, &(f64, f64))| JointTorqueError {
+        coordinate: coordinate.clone(),
+        error: error.max(0.0).sqrt(),
+        torque: torque.sqrt(),
+    };
+    let (error, torque) = sums.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    TorqueError { of, joints: named.map(joint).collect(), relative: (error / torque).max(0.0).sqrt() }
+}
+
+fn random_states(model: &Model, range: &MotionRange, count: usize, moves: bool) -> States {
+    let n = model.n();
+    let mut random = Random::new(1995);
+    let mut states = States { n, ..States::default() };
+    for r in 0..count {
+        states.t.push(r as f64);
+        for k in 0..n {
+            let (low, high) = range.position[k];
+            states.q.push(random.between(low, high));
+            let (speed, acceleration) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            let moving = f64::from(u8::from(moves));
+            states.dq.push(moving * range.speed[k] * speed);
+            states.ddq.push(moving * range.acceleration[k] * acceleration);
+            states.direction.push(moving * speed.signum());
+            states.tau.push(0.0);
+            states.used.push(true);
+        }
+        let dq = &states.dq[r * n..];
+        states.motor_direction.extend(model.couplings.iter().map(|c| if dq[c.motor] < 0.0 { -1.0 } else { 1.0 }));
+    }
+    states
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+    use linear_model::friction::terms::FrictionTerm;
+
+    fn range(speed: f64) -> MotionRange {
+        MotionRange { position: vec![(-3.0, 3.0)], speed: vec![speed], acceleration: vec![5.0 * speed] }
+    }
+
+    /// Scatter of draws of the parameters gives the same errors.
+    #[test]
+    fn the_error_is_that_of_drawn_parameters() {
+        let arm = Pendulum::new();
+        let model = Model::new(&arm, &FrictionTerm::STANDARD, &[]);
+        let x = [&arm.truth[..], &[0.4, 0.3, 0.0]].concat();
+        let sigma = [0.02, 0.05, 0.04, 0.01, 0.02, 0.03];
+        let covariance: Vec<Vec<f64>> =
+            (0..6).map(|i| (0..6).map(|j| if i == j { sigma[i] * sigma[i] } else { 0.0 }).collect()).collect();
+        let found = torque_errors(&model, &x, &covariance, &range(1.0), &range(3.0));
+        let mut random = Random::new(8);
+        for (one, (range, moves)) in found[1..].iter().zip([(range(1.0), true), (range(3.0), true)]) {
+            let states = random_states(&model, &range, MOST_STATES, moves);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for _ in 0..200 {
+                let wrong: Vec<f64> = sigma.iter().map(|s| s * random.normal()).collect();
+                model.rows(&states, 0..states.len(), |_, row| {
+                    sum += row.iter().zip(&wrong).map(|(y, x)| y * x).sum::<f64>().powi(2);
+                    count += 1.0;
+                });
+            }
+            let drawn = (sum / count).sqrt();
+            // Four hundred draws of a few parameters: the variance scatters by a tenth.
+            assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
+            assert!((one.relative - one.joints[0].error / one.joints[0].torque).abs() < 1e-12);
+        }
+        // Gravity knows neither inertia nor friction.
+        let mut only = vec![vec![0.0; 6]; 6];
+        (only[0][0], only[3][3], only[4][4]) = (1.0, 1.0, 1.0);
+        assert_eq!(torque_errors(&model, &x, &only, &range(1.0), &range(3.0))[0].relative, 0.0);
+        // The faster, the more inertia counts.
+        let found = torque_errors(&model, &x, &only, &range(1.0), &range(3.0));
+        assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
+    }
+}

@@ -1,0 +1,122 @@
+//! Whether motion repeats other motion: how near its states are to those that were visited before.
+//!
+//! A state is (q, dq) over the standard deviation of each in the motion that was visited. Periods of one motion come back
+//! to the same states; another motion does not.
+
+use linear_model::states::States;
+use logs::Error;
+
+use crate::estimate::passport::samples::Samples;
+use crate::signals::records::Records;
+
+/// States at which a robot was, thinned.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Visited {
+    n: usize,
+    /// q and dq of each state, in the order of time.
+    states: Vec<f64>,
+}
+
+/// States that are kept.
+const MOST_STATES: usize = 2000;
+/// States of the other motion that are looked at.
+const TRIED_STATES: usize = 300;
+/// Parts of a motion, of which each is held against the others.
+const PARTS: usize = 10;
+/// Mean square distance per joint and signal, in standard deviations, above which a state is a new one.
+const NEW_STATE_DISTANCE: f64 = 0.15;
+/// Share of new states from which on a motion is another.
+const NEW_STATES_SHARE: f64 = 0.5;
+
+impl Visited {
+    pub(crate) fn of(samples: &Samples) -> Visited {
+        let States { n, q, dq, .. } = &samples.kept;
+        let count = samples.kept.len();
+        let every = count.div_ceil(MOST_STATES).max(1);
+        let state = |r: usize| [&q[r * n..(r + 1) * n], &dq[r * n..(r + 1) * n]].concat();
+        Visited { n: *n, states: (0..count).step_by(every).flat_map(state).collect() }
+    }
+
+    /// Of n coordinates.
+    ///
+    /// Fails when a record cannot be read.
+    pub fn of_records<R: Records + ?Sized>(records: &R, n: usize) -> Result<Visited, Error> {
+        Ok(Visited::of(&Samples::of(records, n)?))
+    }
+
+    /// Whether each part of the motion is another than the rest: it can be predicted from the rest as a new motion.
+    pub fn has_new_parts(&self) -> bool {
+        let count = self.len();
+        let part = |i: usize| i * PARTS / count.max(1);
+        self.is_new(self, |i, j| part(i) != part(j))
+    }
+
+    /// Whether this is another motion than those.
+    pub fn is_other_than(&self, before: &Visited) -> bool {
+        before.is_new(self, |_, _| true)
+    }
+
+    fn len(&self) -> usize {
+        self.states.len() / (2 * self.n).max(1)
+    }
+
+    /// Whether most states of `other` are far from all of these that `counts` tells to be held against them.
+    fn is_new(&self, other: &Visited, counts: impl Fn(usize, usize) -> bool) -> bool {
+        let width = 2 * self.n;
+        if self.len() < PARTS || other.len() < PARTS || other.n != self.n {
+            return false;
+        }
+        let scale = self.deviations();
+        let moves = scale.iter().filter(|s| **s > 0.0).count().max(1) as f64;
+        let distance = |a: &[f64], b: &[f64]| {
+            let one = |c: usize| if scale[c] > 0.0 { ((a[c] - b[c]) / scale[c]).powi(2) } else { 0.0 };
+            (0..width).map(one).sum::<f64>() / moves
+        };
+        let every = other.len().div_ceil(TRIED_STATES);
+        let tried = other.states.chunks_exact(width).enumerate().step_by(every);
+        let nearest = |(i, a): (usize, &[f64])| {
+            let others = self.states.chunks_exact(width).enumerate().filter(|(j, _)| counts(i, *j));
+            others.map(|(_, b)| distance(a, b)).fold(f64::INFINITY, f64::min)
+        };
+        let all = tried.clone().count();
+        let new = tried.map(nearest).filter(|d| *d > NEW_STATE_DISTANCE * NEW_STATE_DISTANCE).count();
+        new as f64 > NEW_STATES_SHARE * all as f64
+    }
+
+    /// The standard deviation of each signal.
+    fn deviations(&self) -> Vec<f64> {
+        let (width, count) = (2 * self.n, self.len() as f64);
+        let of = |c: usize| {
+            let series = || self.states.iter().skip(c).step_by(width);
+            let mean = series().sum::<f64>() / count;
+            (series().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
+        };
+        (0..width).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn motion(count: usize, q: impl Fn(f64) -> [f64; 2]) -> Visited {
+        let dt = 0.01;
+        let state = |r: usize| {
+            let (t, h) = (dt * r as f64, 1e-5);
+            let (here, next) = (q(t), q(t + h));
+            [here[0], here[1], (next[0] - here[0]) / h, (next[1] - here[1]) / h]
+        };
+        Visited { n: 2, states: (0..count).flat_map(state).collect() }
+    }
+
+    #[test]
+    fn periods_are_one_motion_and_other_frequencies_are_another() {
+        let one = |t: f64| [(2.0 * t).sin() + 0.3 * (4.0 * t).cos(), (6.0 * t).sin()];
+        let periodic = motion(1500, one);
+        assert!(!periodic.has_new_parts());
+        let wandering = motion(1500, |t| [(0.5 * t + 0.07 * t * t).sin(), (0.3 * t + 0.05 * t * t).cos()]);
+        assert!(wandering.has_new_parts());
+        assert!(wandering.is_other_than(&periodic));
+        assert!(!motion(400, |t| one(t + 0.7)).is_other_than(&periodic));
+    }
+}

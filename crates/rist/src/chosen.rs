@@ -1,0 +1,181 @@
+//! What an identification decides where its user says nothing, each with the figures behind it and what pins it.
+//!
+//! | what | is decided by |
+//! |---|---|
+//! | source of velocity and acceleration | whether the columns of the log are the slopes of positions and velocities |
+//! | rotor inertia of a URDF, which cannot say | the error on parts of the logs, each predicted from the others |
+//! | delay of the torques | the same, where the passport sees one |
+
+use identification::estimate::delay::{Delay, estimate_delay};
+use identification::estimate::held_out::cross_validate;
+use identification::estimate::options::Options;
+use identification::estimate::passport::Passport;
+use identification::estimate::passport::finding::Fault;
+use identification::estimate::rotors::WithRotors;
+use identification::rows::observation::Observation;
+use identification::signals::records::SourceRecords;
+use identification::signals::signal_options::Velocity;
+use linear_model::description_options::{DescriptionOptions, RotorInertias};
+use linear_model::linear_model::Model as LinearModel;
+use logs::{Effort, LogSource};
+use robot::RotorInertia;
+
+use crate::description::set_rotor_inertias;
+use crate::doctor::passport_of;
+use crate::error::Error;
+use crate::model::Model;
+use crate::request::SamplesRequest;
+
+/// Error on parts left out over that without a choice, below which the choice is taken.
+const WORTHWHILE_ERROR_RATIO: f64 = 0.97;
+/// With errors below this nothing is left to explain, and a difference is rounding.
+const NEGLIGIBLE_ERROR: f64 = 1e-3;
+/// A velocity that lags the slope of its position by less than this is in time, s.
+const TIMELY_S: f64 = 1e-3;
+
+/// What was decided.
+#[derive(Default)]
+pub(crate) struct Chosen {
+    /// The model with rotor inertias, where they predict better.
+    pub model: Option<Model>,
+    /// The delay that was found.
+    pub delay: Option<Delay>,
+    /// A sentence on each decision.
+    pub sentences: Vec<String>,
+}
+
+/// Decides what the request leaves open, and puts it into the options.
+///
+/// Fails where a log cannot be read.
+pub(crate) fn choose(
+    model: &Model,
+    logs: &[LogSource],
+    request: &SamplesRequest,
+    options: &mut Options,
+) -> Result<Chosen, Error> {
+    let mut chosen = Chosen::default();
+    let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
+    if is_current && options.transmission.drive_gains.is_none() {
+        return Ok(chosen);
+    }
+    let seen = look(model, logs, options)?;
+    chosen.sentences.extend(sources(&seen, options));
+    if let Some((rotating, sentence)) = rotors(model, logs, options)? {
+        chosen.sentences.push(sentence);
+        chosen.model = Some(rotating);
+    }
+    let model = chosen.model.as_ref().unwrap_or(model);
+    if request.rows.signals.delay.is_none() && options.signal.delay == 0.0 {
+        let seen = if chosen.sentences.is_empty() { seen } else { look(model, logs, options)? };
+        if seen.findings.iter().any(|f| matches!(f.fault, Fault::Delay(_)))
+            && let Some((delay, sentence)) = delay(model, logs, options)?
+        {
+            chosen.delay = Some(delay);
+            chosen.sentences.push(sentence);
+        }
+    }
+    Ok(chosen)
+}
+
+fn look(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport, Error> {
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())
+}
+
+/// Slopes instead of columns that are none.
+fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let signal = &mut options.signal;
+    let mut lags: Vec<f64> = seen.joints.iter().filter_map(|j| j.velocity_lag).collect();
+    lags.sort_by(f64::total_cmp);
+    // The middle joint: a filter acts on all of them.
+    if signal.velocity == Velocity::Auto
+        && let Some(lag) = lags.get(lags.len() / 2)
+        && lag.abs() > TIMELY_S
+    {
+        signal.velocity = Velocity::Differentiated;
+        signal.acceleration = Velocity::Differentiated;
+        sentences.push(format!(
+            "the velocity columns lag the slopes of the positions by {:.1} ms: those slopes are taken \
+             ([options.signal.velocity=measured] takes the columns)",
+            1e3 * lag
+        ));
+    }
+    let wrong: Vec<&str> = seen.joints.iter().filter(|j| j.wrong_acceleration).map(|j| j.coordinate.as_str()).collect();
+    if signal.acceleration == Velocity::Auto && !wrong.is_empty() {
+        signal.acceleration = Velocity::Differentiated;
+        sentences.push(format!(
+            "the acceleration columns of {} are not the slopes of their velocities: those slopes are taken \
+             ([options.signal.acceleration=measured] takes the columns)",
+            wrong.join(", ")
+        ));
+    }
+    sentences
+}
+
+/// The model with rotor inertias where a URDF lacks them and parts left out are predicted better with them.
+fn rotors(model: &Model, logs: &[LogSource], options: &Options) -> Result<Option<(Model, String)>, Error> {
+    let is_urdf = model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
+    let is_pinned = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
+    let lacks = model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
+    if !is_urdf || is_pinned || !lacks {
+        return Ok(None);
+    }
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let Some(rows) = WithRotors::of_records(model.regressor(), &records, options)? else { return Ok(None) };
+    let (without, with) = rows.errors(model.regressor(), options);
+    if without < NEGLIGIBLE_ERROR || with > WORTHWHILE_ERROR_RATIO * without {
+        return Ok(None);
+    }
+    let mut robot = model.robot.clone();
+    set_rotor_inertias(&mut robot, RotorInertias::Actuated);
+    let description = model.description.clone().unwrap_or_default();
+    let description = DescriptionOptions { rotor_inertia: Some(RotorInertias::Actuated), ..description };
+    let mut rotating = Model::of(robot, &model.path, true)?;
+    rotating.description = Some(description);
+    let sentence = format!(
+        "rotor inertias are among the parameters, which a URDF cannot say: parts left out are predicted with an error of \
+         {with:.4} instead of {without:.4} ([rotor_inertia=none] leaves them out)"
+    );
+    Ok(Some((rotating, sentence)))
+}
+
+/// The delay that the passport sees, where parts left out are predicted better with it.
+fn delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Option<(Delay, String)>, Error> {
+    let error = |options: &Options| -> Result<f64, Error> {
+        let couplings = options.transmission.coupled();
+        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+        let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+        let observation = Observation::of_records(&linear, &records, None)?;
+        Ok(cross_validate(&linear, &observation, options.weights).total)
+    };
+    let mut late = options.clone();
+    // A search that ends nowhere leaves the torques as they are, and the passport says so.
+    let Ok(found) = found_delay(model, logs, &mut late) else { return Ok(None) };
+    let (without, with) = (error(options)?, error(&late)?);
+    if with > WORTHWHILE_ERROR_RATIO * without {
+        return Ok(None);
+    }
+    *options = late;
+    let sentence = format!(
+        "the torques come {:.1} ms later than the positions, and are taken back: parts left out are predicted with an error \
+         of {with:.4} instead of {without:.4} ([delay=0] leaves them)",
+        1e3 * found.seconds
+    );
+    Ok(Some((found, sentence)))
+}
+
+/// The delay with the smallest residual, put into the options.
+pub(crate) fn found_delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Delay, Error> {
+    let delay = estimate_delay(model.regressor(), logs, options)?;
+    if delay.at_the_end {
+        return Err(Error::verdict(format_args!(
+            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the search ends there, but the \
+             residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
+             drive gains, or give the delay",
+            delay.seconds, delay.residual, delay.residual_without
+        )));
+    }
+    options.signal.delay = delay.seconds;
+    Ok(delay)
+}

@@ -1,0 +1,44 @@
+//! Where a robot was seen to move, and where its description lets it.
+
+use identification::estimate::ledger::torque_error::MotionRange;
+use identification::rows::observation::Observation;
+
+use crate::model::Model;
+
+/// Position limits farther apart than this are none, rad (m).
+const LIMITLESS: f64 = 1e3;
+
+/// Where the logs moved. The acceleration is that of the largest speed at the frequency of the motion.
+pub(crate) fn seen(observation: &Observation) -> MotionRange {
+    let fastest = observation.f95.iter().copied().fold(0.0, f64::max);
+    let acceleration = |(speed, f95): (&f64, &f64)| {
+        let frequency = if *f95 > 0.0 { *f95 } else { fastest };
+        std::f64::consts::TAU * frequency * speed
+    };
+    MotionRange {
+        position: observation.range.clone(),
+        speed: observation.speed.clone(),
+        acceleration: observation.speed.iter().zip(&observation.f95).map(acceleration).collect(),
+    }
+}
+
+/// Where the description lets the robot move: a whole turn, and no farther or faster than seen, where it says nothing. The
+/// acceleration grows with the speed, as at the frequencies seen.
+pub(crate) fn allowed(model: &Model, seen: &MotionRange) -> MotionRange {
+    let mut range = seen.clone();
+    for k in 0..seen.speed.len() {
+        let limits = model.robot.coordinates.get(k).map(|c| &c.limits);
+        let position = limits.and_then(|l| l.position).filter(|(low, high)| low < high && high - low < LIMITLESS);
+        range.position[k] = match position {
+            Some(limits) => limits,
+            None if model.regressor().is_prismatic(k) => seen.position[k],
+            None => (-std::f64::consts::PI, std::f64::consts::PI),
+        };
+        let speed = limits.and_then(|l| l.velocity).filter(|speed| *speed > 0.0 && *speed < LIMITLESS);
+        if let Some(speed) = speed.filter(|_| seen.speed[k] > 0.0) {
+            range.acceleration[k] *= speed / seen.speed[k];
+            range.speed[k] = speed;
+        }
+    }
+    range
+}

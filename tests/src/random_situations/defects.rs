@@ -1,0 +1,167 @@
+//! What a log or a machine has that a fit does not know of: defects, and faults of a description or of columns.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+use super::chain::{Vector, about};
+use super::draw::Draw;
+
+/// The kinds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    // Of the machine: its torque is another on every motion.
+    Stribeck,
+    Bristle,
+    LoadFriction,
+    Asymmetric,
+    TorqueRipple,
+    Spring,
+    Flexible,
+    // Of the sensors.
+    Late,
+    TorqueLag,
+    EncoderRipple,
+    VelocityFiltered,
+    GainDrift,
+    CrossTalk,
+    ClockJitter,
+    DroppedRows,
+    RepeatedRows,
+    QuantisedTorque,
+    Saturation,
+    // Gross: of the description, of columns and units.
+    Tilt,
+    Zero,
+    ScaleOfJoint,
+    ScaleOfAll,
+    Swapped,
+    Negated,
+    Degrees,
+    Payload,
+}
+
+/// One of a situation.
+#[derive(Clone, Copy, Debug)]
+pub struct Defect {
+    pub kind: Kind,
+    /// The joint, where it is of one; the other one of two.
+    pub joint: usize,
+    pub other: usize,
+    /// In the unit of the kind.
+    pub size: f64,
+    /// A number of [0, 1) for what else is random.
+    pub more: f64,
+}
+
+impl Kind {
+    pub const ALL: [Kind; 26] = [
+        Kind::Stribeck,
+        Kind::Bristle,
+        Kind::LoadFriction,
+        Kind::Asymmetric,
+        Kind::TorqueRipple,
+        Kind::Spring,
+        Kind::Flexible,
+        Kind::Late,
+        Kind::TorqueLag,
+        Kind::EncoderRipple,
+        Kind::VelocityFiltered,
+        Kind::GainDrift,
+        Kind::CrossTalk,
+        Kind::ClockJitter,
+        Kind::DroppedRows,
+        Kind::RepeatedRows,
+        Kind::QuantisedTorque,
+        Kind::Saturation,
+        Kind::Tilt,
+        Kind::Zero,
+        Kind::ScaleOfJoint,
+        Kind::ScaleOfAll,
+        Kind::Swapped,
+        Kind::Negated,
+        Kind::Degrees,
+        Kind::Payload,
+    ];
+
+    /// Whether it is one of the gross faults.
+    pub fn is_gross(self) -> bool {
+        self >= Kind::Tilt
+    }
+
+    /// Smallest and largest size, and their unit.
+    fn sizes(self) -> (f64, f64, &'static str) {
+        match self {
+            Kind::Stribeck => (0.1, 0.8, "of Coulomb friction more at rest"),
+            Kind::Bristle => (1e-4, 1e-2, "of the range until friction is full"),
+            Kind::LoadFriction => (0.02, 0.2, "of the load"),
+            Kind::Asymmetric => (0.05, 0.4, "of viscous friction to one side"),
+            Kind::TorqueRipple => (0.005, 0.1, "of the torque"),
+            Kind::Spring => (0.05, 1.0, "of the torque at the end of the range"),
+            Kind::Flexible => (6.0, 60.0, "Hz"),
+            Kind::Late => (0.0005, 0.02, "s"),
+            Kind::TorqueLag => (3.0, 60.0, "Hz"),
+            Kind::EncoderRipple => (2e-4, 5e-3, "rad"),
+            Kind::VelocityFiltered => (3.0, 50.0, "Hz"),
+            Kind::GainDrift => (0.02, 0.3, "of the torque"),
+            Kind::CrossTalk => (0.01, 0.1, "of another joint"),
+            Kind::ClockJitter => (1e-4, 1e-3, "s"),
+            Kind::DroppedRows => (0.01, 0.3, "of the rows"),
+            Kind::RepeatedRows => (0.02, 0.6, "of the rows"),
+            Kind::QuantisedTorque => (0.005, 0.2, "of the torque"),
+            Kind::Saturation => (0.4, 0.95, "of the largest torque"),
+            Kind::Tilt => (0.03, PI, "rad"),
+            Kind::Zero => (0.01, 1.0, "rad"),
+            Kind::ScaleOfJoint => (0.02, 0.5, "in the logarithm"),
+            Kind::ScaleOfAll => (0.05, 1.1, "in the logarithm"),
+            Kind::Payload => (0.05, 0.8, "of the mass of the last link"),
+            Kind::Swapped | Kind::Negated | Kind::Degrees => (1.0, 1.0001, ""),
+        }
+    }
+}
+
+impl Defect {
+    /// One of this kind, of random size, on a random joint of n.
+    pub fn of(kind: Kind, n: usize, draw: &mut Draw) -> Defect {
+        let (low, high, _) = kind.sizes();
+        let joint = draw.below(n);
+        let other = (joint + 1 + draw.below(n - 1)) % n;
+        Defect { kind, joint, other, size: draw.log(low, high), more: draw.uniform(0.0, 1.0) }
+    }
+
+    /// None, one, two or three of a situation; at most one of them is gross.
+    pub fn some(n: usize, draw: &mut Draw) -> Vec<Defect> {
+        let fine: Vec<Kind> = Kind::ALL.into_iter().filter(|k| !k.is_gross()).collect();
+        let gross: Vec<Kind> = Kind::ALL.into_iter().filter(|k| k.is_gross()).collect();
+        let count = [0, 0, 0, 1, 1, 1, 1, 2, 2, 3][draw.below(10)];
+        let mut defects: Vec<Defect> = Vec::new();
+        for _ in 0..count {
+            let kind = fine[draw.below(fine.len())];
+            if defects.iter().all(|d| d.kind != kind) {
+                defects.push(Defect::of(kind, n, draw));
+            }
+        }
+        if draw.chance(0.3) {
+            let kind = gross[draw.below(gross.len())];
+            defects.push(Defect::of(kind, n, draw));
+        }
+        defects
+    }
+
+    /// Up or down by `size`, in the logarithm.
+    pub fn factor(&self) -> f64 {
+        if self.more < 0.5 { self.size.exp() } else { (-self.size).exp() }
+    }
+
+    /// Gravity in a base that is mounted otherwise than described.
+    pub fn tilted(&self, gravity: Vector) -> Vector {
+        let (s, c) = (TAU * self.more).sin_cos();
+        super::chain::turned(&about([c, s, 0.0], self.size), gravity)
+    }
+}
+
+impl fmt::Display for Defect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (_, _, unit) = self.kind.sizes();
+        write!(f, "{:?} at joint_{} ({:.3} {unit})", self.kind, self.joint + 1, self.size)
+    }
+}

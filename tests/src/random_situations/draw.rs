@@ -1,0 +1,45 @@
+//! Random sizes of a situation, from the seeded generator of the tests.
+
+use crate::random::Random;
+
+/// A generator of sizes.
+pub struct Draw(Random);
+
+impl Draw {
+    /// A generator for one purpose of one situation: other purposes keep their numbers when this one takes more.
+    pub fn of(seed: u64, purpose: u64) -> Draw {
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ purpose.wrapping_mul(0xd1b5_4a32_d192_ed03));
+        random.unit();
+        Draw(random)
+    }
+
+    /// A number of [low, high).
+    pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.0.unit() + 1.0) / 2.0
+    }
+
+    /// A number of [low, high) whose logarithm is uniform; both are positive.
+    pub fn log(&mut self, low: f64, high: f64) -> f64 {
+        self.uniform(low.ln(), high.ln()).exp()
+    }
+
+    /// Whether something of this probability happens.
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.uniform(0.0, 1.0) < probability
+    }
+
+    /// An index below n.
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0.below(n)
+    }
+
+    /// +1 or -1.
+    pub fn sign(&mut self) -> f64 {
+        if self.chance(0.5) { 1.0 } else { -1.0 }
+    }
+
+    /// A normal number of deviation 1: twelve uniform ones have the variance of four.
+    pub fn normal(&mut self) -> f64 {
+        0.5 * (0..12).map(|_| self.0.unit()).sum::<f64>()
+    }
+}

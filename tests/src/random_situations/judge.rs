@@ -1,0 +1,217 @@
+//! What `rist identify` says of a situation, and whether it is so.
+
+use identification::estimate::artefact::Estimate;
+use linear_model::friction::terms::FrictionTerm;
+use linear_model::linear_model::Model as LinearModel;
+use linear_model::parameter::{FrictionParameter, ParameterId};
+use linear_model::states::States;
+use logs::ColumnNames;
+use rist::request::IdentifyRequest;
+use rist::verdict::{Trust, Verdict};
+use rist::{Error, LogSource, Model};
+
+use super::Situation;
+use super::chain::Chain;
+use super::defects::Kind;
+use super::sensors::zero;
+use super::torque::{FINE, series, standing};
+use super::truth::truth;
+
+/// A size with the name of what it is of.
+pub type Worst = (String, f64);
+
+/// An estimate beside the truth.
+pub struct Judgement {
+    /// |predicted - true torque| / |true torque| on the motion of use, all that the motors give.
+    pub torque: f64,
+    /// The same of the torque that bodies and rotors take.
+    pub rigid: f64,
+    /// The joint with the largest error over its own torque.
+    pub worst_joint: Worst,
+    /// The parameter that is most deviations off.
+    pub worst_sigma: Worst,
+    /// Of each parameter: name, value, deviation, truth.
+    pub parameters: Vec<(String, f64, f64, f64)>,
+    /// What the true bodies leave of the torque in the columns of the model: a rounding.
+    pub left: f64,
+    /// Rotors that the columns of the model cannot say.
+    pub unsaid: usize,
+}
+
+/// What was said, and the truth.
+pub struct Outcome {
+    /// `None`: an error, no verdict.
+    pub trust: Option<Trust>,
+    pub verdict: Option<Verdict>,
+    /// All that the program says.
+    pub said: String,
+    pub judgement: Option<Judgement>,
+}
+
+impl Outcome {
+    pub fn is_yes(&self) -> bool {
+        self.trust == Some(Trust::Yes)
+    }
+
+    pub fn is_with_care(&self) -> bool {
+        self.trust == Some(Trust::WithCare)
+    }
+
+    /// Whether the torque on another motion is more than 5 % wrong.
+    pub fn predicts_wrong(&self) -> bool {
+        self.judgement.as_ref().is_some_and(|j| beyond(j.torque, 0.05))
+    }
+
+    /// Whether the torque of the bodies is more than 5 % wrong.
+    pub fn bodies_wrong(&self) -> bool {
+        self.judgement.as_ref().is_some_and(|j| beyond(j.rigid, 0.05))
+    }
+
+    /// Whether a parameter is beyond five of its deviations.
+    pub fn is_oversure(&self) -> bool {
+        self.judgement.as_ref().is_some_and(|j| beyond(j.worst_sigma.1, 5.0))
+    }
+
+    /// Torque within 2 %, and all within four deviations.
+    pub fn is_good(&self) -> bool {
+        self.judgement.as_ref().is_some_and(|j| j.torque <= 0.02 && j.worst_sigma.1 <= 4.0)
+    }
+}
+
+/// Whether an error is beyond a bound, or no number.
+fn beyond(error: f64, bound: f64) -> bool {
+    error.is_nan() || error > bound
+}
+
+impl Situation {
+    /// What the program says of the situation, by its defaults, and what the truth is.
+    pub fn outcome(&self) -> Outcome {
+        let model = self.model();
+        match self.identified(&model) {
+            Ok(outcome) => outcome,
+            Err(error) => Outcome { trust: None, verdict: None, said: format!("{error}\n"), judgement: None },
+        }
+    }
+
+    fn identified(&self, model: &Model) -> Result<Outcome, Error> {
+        let mut sources = Vec::new();
+        let mut said = String::new();
+        for i in 0..self.motions.len() {
+            let (log, columns) = model.log_of_table(self.log(i), &ColumnNames::default())?;
+            said += &format!("{columns}\n{}\n", log.report());
+            sources.push(log);
+        }
+        let (fitted, others): (&[LogSource], &[LogSource]) = sources.split_at(1);
+        let mut found = rist::identify(model, fitted, &IdentifyRequest::default())?;
+        let judged = found.judged(model, others, false)?;
+        said += &found.estimate.to_string();
+        for finding in &found.passport.findings {
+            said += &format!("{finding}\n");
+        }
+        for (log, residuals) in &judged.predictions {
+            said += &format!("\n{log}, not fitted:\n{residuals}");
+        }
+        said += &format!("\n{}", judged.verdict);
+        let judgement = self.judgement(found.used(model), &found.estimate);
+        let trust = Some(judged.verdict.trust);
+        Ok(Outcome { trust, verdict: Some(judged.verdict), said, judgement: Some(judgement) })
+    }
+
+    /// The estimate beside the truth.
+    pub fn judgement(&self, model: &Model, estimate: &Estimate) -> Judgement {
+        let options = estimate.options.clone().unwrap_or_default();
+        let couplings = options.transmission.coupled();
+        let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);
+        let x: Vec<f64> = linear.parameters.iter().map(|p| estimate.prediction(&p.id).unwrap_or(f64::NAN)).collect();
+        let chain = standing(&self.machine, &self.defects, self.is_loaded(0));
+        let (torque, rigid, worst_joint) = self.torque_errors(&linear, &chain, &x);
+        let upright = Chain { gravity: self.machine.chain.gravity, ..chain };
+        let true_base = truth(&upright, model.regressor());
+        let true_value = |id: &ParameterId| self.true_value(id, model, &true_base.base, &options.friction);
+        let one = |p: &identification::estimate::identified::Identified| {
+            Some((p.id.to_string(), p.value?, p.sigma?, true_value(&p.id)?))
+        };
+        let parameters: Vec<(String, f64, f64, f64)> = estimate.parameters.iter().filter_map(one).collect();
+        let off = |(_, value, sigma, exact): &(String, f64, f64, f64)| (value - exact).abs() / sigma;
+        let worst = parameters.iter().max_by(|a, b| off(a).total_cmp(&off(b)));
+        let worst_sigma = worst.map_or((String::new(), 0.0), |p| (p.0.clone(), off(p)));
+        Judgement {
+            torque,
+            rigid,
+            worst_joint,
+            worst_sigma,
+            parameters,
+            left: true_base.left,
+            unsaid: true_base.unsaid.len(),
+        }
+    }
+
+    /// Errors of the torque on the motion of use: of all, of the bodies, and of the worst joint.
+    fn torque_errors(&self, linear: &LinearModel, chain: &Chain, x: &[f64]) -> (f64, f64, Worst) {
+        /// Steps of the fine grid between two states.
+        const EVERY: usize = 20;
+        let n = chain.len();
+        let series = series(&self.machine, chain, &self.of_use, &self.defects);
+        let zeros: Vec<f64> = (0..n).map(|k| zero(&self.machine, &self.defects, k)).collect();
+        let mut states = States { n, period: EVERY as f64 / FINE, ..States::default() };
+        let mut rigid_tau = Vec::new();
+        for i in (0..series.steps()).step_by(EVERY) {
+            states.t.push(i as f64 / FINE);
+            for k in 0..n {
+                states.q.push(series.theta[k][i] - zeros[k]);
+                states.dq.push(series.dtheta[k][i]);
+                states.ddq.push(series.ddq[k][i]);
+                states.tau.push(series.tau[k][i]);
+                states.direction.push(if series.dtheta[k][i] == 0.0 { 0.0 } else { series.dtheta[k][i].signum() });
+                states.used.push(true);
+                rigid_tau.push(series.rigid[k][i]);
+            }
+        }
+        states.motor_direction = vec![0.0; states.len() * linear.couplings.len()];
+        let (p, base) = (linear.p(), linear.regressor.parameters().len());
+        let (mut error, mut size, mut of_bodies, mut bodies) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
+        linear.rows(&states, 0..states.len(), |r, w| {
+            for k in 0..n {
+                let row = &w[k * p..][..p];
+                let sum = |range: std::ops::Range<usize>| range.map(|c| row[c] * x[c]).sum::<f64>();
+                let (tau, rigid) = (states.tau[r * n + k], rigid_tau[r * n + k]);
+                error[k] += (sum(0..p) - tau).powi(2);
+                size[k] += tau * tau;
+                of_bodies += (sum(0..base) - rigid).powi(2);
+                bodies += rigid * rigid;
+            }
+        });
+        let of_joint = |k: usize| (error[k] / size[k]).sqrt();
+        let worst = (0..n).max_by(|&a, &b| of_joint(a).total_cmp(&of_joint(b))).unwrap_or(0);
+        let total = (error.iter().sum::<f64>() / size.iter().sum::<f64>()).sqrt();
+        (total, (of_bodies / bodies).sqrt(), (format!("joint_{}", worst + 1), of_joint(worst)))
+    }
+
+    /// The true value of a parameter; `None` where it has none, as FS of a machine whose friction is of another law.
+    fn true_value(&self, id: &ParameterId, model: &Model, base: &[f64], terms: &[FrictionTerm]) -> Option<f64> {
+        let has = |kind: Kind| self.defects.iter().any(|d| d.kind == kind);
+        match id {
+            ParameterId::Base(name) => {
+                let column = model.regressor().parameters().iter().position(|p| p.name == *name)?;
+                Some(base[column])
+            }
+            ParameterId::Friction(parameter, _) => {
+                let is_other =
+                    [Kind::Stribeck, Kind::Bristle, Kind::LoadFriction, Kind::Asymmetric].into_iter().any(has);
+                if is_other || terms != FrictionTerm::STANDARD {
+                    return None;
+                }
+                let coordinates = model.regressor().coordinates();
+                let k = coordinates.iter().position(|c| ParameterId::friction(*parameter, c) == *id)?;
+                let friction = self.machine.friction.get(k)?;
+                match parameter {
+                    FrictionParameter::Viscous => Some(friction.viscous),
+                    FrictionParameter::Coulomb => Some(friction.coulomb),
+                    FrictionParameter::Offset if !has(Kind::Spring) => Some(friction.offset),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}

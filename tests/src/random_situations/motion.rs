@@ -1,0 +1,121 @@
+//! Motions as functions of time: sums of sines, and moves from point to point.
+
+use std::f64::consts::TAU;
+
+use super::chain::Chain;
+use super::draw::Draw;
+
+/// q, dq, ddq of all joints at one instant.
+pub struct Instant {
+    pub q: Vec<f64>,
+    pub dq: Vec<f64>,
+    pub ddq: Vec<f64>,
+}
+
+/// How a joint moves.
+enum Track {
+    /// About a middle: (amplitude, rad/s, phase) of each sine.
+    Sines(f64, Vec<(f64, f64, f64)>),
+    /// From point to point by a polynomial of fifth degree, then a rest: points, seconds of a move, of move and rest.
+    Points(Vec<f64>, f64, f64),
+}
+
+/// A motion of all joints.
+pub struct Motion {
+    tracks: Vec<Track>,
+    /// s.
+    pub duration: f64,
+    pub said: String,
+}
+
+impl Motion {
+    /// q, dq, ddq at t, s.
+    pub fn at(&self, t: f64) -> Instant {
+        let of: Vec<[f64; 3]> = self.tracks.iter().map(|track| track.at(t)).collect();
+        let pick = |i: usize| of.iter().map(|x| x[i]).collect();
+        Instant { q: pick(0), dq: pick(1), ddq: pick(2) }
+    }
+
+    /// A motion as somebody may record it: from slow and small to the limits, of few or many periods.
+    pub fn recorded(chain: &Chain, draw: &mut Draw) -> Motion {
+        // A third is poor: small, or slow, or both.
+        let (small, slow) = (draw.chance(0.2), draw.chance(0.2));
+        let reach = if small { draw.log(0.1, 0.4) } else { draw.uniform(0.4, 0.95) };
+        let speed = if slow { draw.log(0.08, 0.3) } else { draw.uniform(0.3, 1.0) };
+        let still = if draw.chance(0.1) { draw.below(chain.len()) } else { usize::MAX };
+        match draw.chance(0.65) {
+            true => Motion::fourier(chain, reach, speed, still, draw),
+            false => Motion::points(chain, reach, speed, still, draw),
+        }
+    }
+
+    /// A motion that shows what an estimate is worth: most of the range, at six tenths of the speed.
+    pub fn of_use(chain: &Chain, draw: &mut Draw) -> Motion {
+        Motion::fourier(chain, 0.7, 0.6, usize::MAX, draw)
+    }
+
+    fn fourier(chain: &Chain, reach: f64, speed: f64, still: usize, draw: &mut Draw) -> Motion {
+        const GRID: usize = 200;
+        let (period, periods) = (draw.log(3.0, 12.0), 1 + draw.below(6));
+        let harmonics = 2 + draw.below(5);
+        let duration = (period * periods as f64).clamp(6.0, 30.0);
+        let tracks = chain.joints.iter().enumerate().map(|(k, joint)| {
+            let mut sines: Vec<(f64, f64, f64)> = (1..=harmonics)
+                .map(|h| (draw.uniform(0.2, 1.0) / h as f64, TAU * h as f64 / period, draw.uniform(0.0, TAU)))
+                .collect();
+            let raw = Track::Sines(0.0, sines.clone());
+            let peak = |i: usize| {
+                let at = |g: usize| raw.at(period * g as f64 / GRID as f64)[i].abs();
+                (0..GRID).map(at).fold(0.0, f64::max)
+            };
+            let scale = (reach * joint.range / peak(0)).min(speed * joint.speed / peak(1));
+            let scale = if k == still { 0.0 } else { scale };
+            let middle = draw.uniform(-1.0, 1.0) * (joint.range - scale * peak(0)).max(0.0) * 0.9;
+            sines.iter_mut().for_each(|s| s.0 *= scale);
+            Track::Sines(middle, sines)
+        });
+        let tracks = tracks.collect();
+        let said = format!(
+            "{harmonics} harmonics of {period:.1} s for {duration:.0} s, reach {reach:.2}, speed {speed:.2} of the limits"
+        );
+        Motion { tracks, duration, said }
+    }
+
+    fn points(chain: &Chain, reach: f64, speed: f64, still: usize, draw: &mut Draw) -> Motion {
+        let count = 5 + draw.below(12);
+        // The peak of a polynomial of fifth degree is 1.875 times its mean speed.
+        let needed = |j: &super::chain::Joint| 1.875 * 1.3 * reach * j.range / (speed * j.speed);
+        let travel = chain.joints.iter().map(needed).fold(0.3, f64::max).min(4.0);
+        let rest = draw.uniform(0.05, 0.5);
+        let tracks = chain.joints.iter().enumerate().map(|(k, joint)| {
+            let scale = reach * joint.range.min(speed * joint.speed * travel / 2.5 / reach);
+            let points = (0..count).map(|_| draw.uniform(-1.0, 1.0) * if k == still { 0.0 } else { scale });
+            Track::Points(points.collect(), travel, travel + rest)
+        });
+        let tracks = tracks.collect();
+        let duration = ((count - 1) as f64 * (travel + rest)).clamp(5.0, 30.0);
+        let said = format!("{count} points, {travel:.2} s a move, reach {reach:.2}, speed {speed:.2} of the limits");
+        Motion { tracks, duration, said }
+    }
+}
+
+impl Track {
+    fn at(&self, t: f64) -> [f64; 3] {
+        match self {
+            Track::Sines(middle, sines) => sines.iter().fold([*middle, 0.0, 0.0], |sum, &(a, w, phase)| {
+                let (s, c) = (w * t + phase).sin_cos();
+                [sum[0] + a * s, sum[1] + a * w * c, sum[2] - a * w * w * s]
+            }),
+            Track::Points(points, travel, step) => {
+                let i = ((t / step).floor().max(0.0) as usize).min(points.len() - 1);
+                let Some(next) = points.get(i + 1) else { return [points[i], 0.0, 0.0] };
+                let (a, way) = (points[i], next - points[i]);
+                let x = ((t - i as f64 * step) / travel).clamp(0.0, 1.0);
+                let q = x * x * x * (10.0 + x * (6.0 * x - 15.0));
+                let dq = 30.0 * x * x * (1.0 - x) * (1.0 - x) / travel;
+                let ddq = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / (travel * travel);
+                [a + way * q, way * dq, way * ddq]
+            }
+        }
+    }
+}

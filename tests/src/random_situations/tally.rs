@@ -1,0 +1,142 @@
+//! Counts of outcomes.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use rist::verdict::Trust;
+
+use super::Situation;
+use super::judge::Outcome;
+
+/// Counts of one group of situations.
+#[derive(Clone, Debug, Default)]
+pub struct Counts {
+    pub situations: usize,
+    pub yes: usize,
+    pub with_care: usize,
+    pub no: usize,
+    /// The program ended with an error.
+    pub errors: usize,
+    /// Of "yes": the torque on another motion is more than 5 % wrong.
+    pub yes_torque: usize,
+    /// Of "yes": the torque of the bodies is more than 5 % wrong.
+    pub yes_bodies: usize,
+    /// Of "yes": a parameter beyond 5 deviations.
+    pub yes_sigma: usize,
+    /// Torque within 2 %, all within 4 deviations, and both logs of one machine.
+    pub good: usize,
+    pub good_no: usize,
+    pub good_with_care: usize,
+}
+
+impl Counts {
+    fn add(&mut self, situation: &Situation, outcome: &Outcome) {
+        self.situations += 1;
+        match outcome.trust {
+            Some(Trust::Yes) => self.yes += 1,
+            Some(Trust::WithCare) => self.with_care += 1,
+            Some(Trust::No) => self.no += 1,
+            None => self.errors += 1,
+        }
+        if outcome.is_yes() {
+            self.yes_torque += usize::from(outcome.predicts_wrong());
+            self.yes_bodies += usize::from(outcome.bodies_wrong());
+            self.yes_sigma += usize::from(outcome.is_oversure());
+        }
+        if outcome.is_good() && !situation.changes() {
+            self.good += 1;
+            self.good_no += usize::from(outcome.trust == Some(Trust::No));
+            self.good_with_care += usize::from(outcome.is_with_care());
+        }
+    }
+}
+
+/// Counts of all, by number of logs, and by defect.
+#[derive(Default)]
+pub struct Tally {
+    groups: BTreeMap<(usize, String), Counts>,
+    false_yes: Vec<String>,
+    /// Good ones that are not trusted, with the first reason.
+    doubted: Vec<String>,
+}
+
+impl Tally {
+    /// Adds one.
+    pub fn add(&mut self, situation: &Situation, outcome: &Outcome) {
+        let logs = situation.motions.len();
+        let mut groups = vec![(0, "all".to_string()), (1, if logs == 1 { "one log" } else { "two logs" }.to_string())];
+        groups.push((2, format!("description {}", situation.machine.description)));
+        groups.push((3, if situation.defects.is_empty() { "clean" } else { "with a defect" }.to_string()));
+        groups.extend(situation.defects.iter().map(|d| (4, format!("{:?}", d.kind))));
+        for group in groups {
+            self.groups.entry(group).or_default().add(situation, outcome);
+        }
+        if outcome.is_yes() && (outcome.predicts_wrong() || outcome.bodies_wrong() || outcome.is_oversure()) {
+            self.false_yes.push(line(situation, outcome));
+        }
+        if outcome.is_good() && !outcome.is_yes() && !situation.changes() {
+            let reason = outcome.verdict.as_ref().and_then(|v| v.reasons.first()).map_or("", String::as_str);
+            self.doubted.push(format!("{}\n    {reason}", line(situation, outcome)));
+        }
+    }
+
+    /// The counts of a group: `all`, `one log`, `two logs`, the name of a defect.
+    pub fn counts(&self, name: &str) -> Counts {
+        let found = self.groups.iter().find(|((_, group), _)| group == name);
+        found.map_or_else(Counts::default, |(_, counts)| counts.clone())
+    }
+}
+
+/// One situation in one line.
+pub fn line(situation: &Situation, outcome: &Outcome) -> String {
+    let defects: Vec<String> = situation.defects.iter().map(ToString::to_string).collect();
+    let trust = outcome.trust.map_or("error", Trust::word);
+    let figures = outcome.judgement.as_ref().map_or(String::new(), |j| {
+        let (joint, of_joint) = &j.worst_joint;
+        let (parameter, sigma) = &j.worst_sigma;
+        format!(
+            "torque {:.2} % ({joint} {:.1} %), bodies {:.2} %, {parameter} {sigma:.1} sigma{}",
+            100.0 * j.torque,
+            100.0 * of_joint,
+            100.0 * j.rigid,
+            if j.unsaid > 0 { " (rotors left out)" } else { "" }
+        )
+    });
+    let (logs, name) = (situation.motions.len(), &situation.machine.name);
+    let description = situation.machine.description;
+    format!("seed {} {name}, {description}, {logs} log: {trust}: {figures}; {}", situation.seed, defects.join(", "))
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "| situations | n | yes, care, no, error | yes: torque > 5 % | bodies > 5 % | > 5 sigma | good | no | with care |"
+        )?;
+        writeln!(f, "|---|---|---|---|---|---|---|---|---|")?;
+        let share = |k: usize, of: usize| {
+            if of == 0 { "-".into() } else { format!("{k} ({:.0} %)", 100.0 * k as f64 / of as f64) }
+        };
+        for ((_, name), c) in &self.groups {
+            writeln!(
+                f,
+                "| {name} | {} | {} {} {} {} | {} | {} | {} | {} | {} | {} |",
+                c.situations,
+                c.yes,
+                c.with_care,
+                c.no,
+                c.errors,
+                share(c.yes_torque, c.yes),
+                share(c.yes_bodies, c.yes),
+                share(c.yes_sigma, c.yes),
+                c.good,
+                share(c.good_no, c.good),
+                share(c.good_with_care, c.good),
+            )?;
+        }
+        writeln!(f, "\nfalse yes ({}):", self.false_yes.len())?;
+        self.false_yes.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        writeln!(f, "\ngood, and not trusted ({}):", self.doubted.len())?;
+        self.doubted.iter().try_for_each(|line| writeln!(f, "{line}"))
+    }
+}

@@ -1,0 +1,202 @@
+//! The simulator of the bench `random_situations`: its mechanics keep their laws, and agree with what rist derives and with the
+//! recursion of the tests; five situations end with a verdict.
+
+use rist::Model;
+use tests::random::{Random, State};
+use tests::random_situations::Situation;
+use tests::random_situations::chain::Chain;
+use tests::random_situations::defects::{Defect, Kind};
+use tests::random_situations::draw::Draw;
+use tests::random_situations::motion::Motion;
+use tests::random_situations::robots::{chain_of, machine};
+use tests::random_situations::sensors::{Noise, Sensors};
+use tests::random_situations::torque::{FINE, series, standing};
+use tests::random_situations::truth::truth;
+use tests::recursion;
+
+/// Situations whose robots differ: the first seeds.
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
+
+/// RMS of a series.
+fn rms(x: &[f64]) -> f64 {
+    (x.iter().map(|x| x * x).sum::<f64>() / x.len() as f64).sqrt()
+}
+
+/// The power of the torques is the rate of the energy: d(T + V)/dt = dq' tau.
+#[test]
+fn the_power_of_the_torques_becomes_energy() {
+    /// s, of central differences: their error is of the order of STEP^2 times the third derivative of the energy.
+    const STEP: f64 = 1e-4;
+    for seed in SEEDS {
+        let chain = machine(&mut Draw::of(seed, 1)).chain;
+        let motion = Motion::of_use(&chain, &mut Draw::of(seed, 2));
+        let energy = |t: f64| {
+            let now = motion.at(t);
+            let (kinetic, potential) = chain.energy(&now.q, &now.dq);
+            kinetic + potential
+        };
+        let (mut power, mut difference) = (Vec::new(), Vec::new());
+        for i in 1..200 {
+            let t = 0.02 * f64::from(i);
+            let now = motion.at(t);
+            let tau = chain.torque(&now.q, &now.dq, &now.ddq);
+            power.push(tau.iter().zip(&now.dq).map(|(tau, dq)| tau * dq).sum::<f64>());
+            difference.push((energy(t + STEP) - energy(t - STEP)) / (2.0 * STEP) - power[power.len() - 1]);
+        }
+        assert!(rms(&difference) < 1e-5 * rms(&power), "seed {seed}: {} of {}", rms(&difference), rms(&power));
+    }
+}
+
+/// The torques of shipped models with the bodies of their files are those of the recursion of the tests.
+#[test]
+fn the_torque_is_that_of_the_recursion() {
+    for file in ["ur5.urdf", "puma560.yaml", "scara.yaml", "planar2r_vertical.yaml"] {
+        let robot = tests::model(file);
+        let chain = chain_of(&robot);
+        let value = |p: &robot::StandardParameter| match p.inertial {
+            robot::Inertial::Ia => 0.0,
+            _ => p.value(&robot).unwrap_or(0.0),
+        };
+        let x: Vec<f64> = robot::StandardParameter::all(&robot).iter().map(value).collect();
+        let mut random = Random(7);
+        for _ in 0..20 {
+            let state: State = random.state(&robot);
+            let theirs = recursion::torque(&robot, &state, &x);
+            let ours = chain.torque(&state.q, &state.dq, &state.ddq);
+            let size = theirs.iter().fold(1e-3, |m: f64, x| m.max(x.abs()));
+            // Some thousand operations of 1e-16 each, on gravity of 9.81 in both.
+            theirs.iter().zip(&ours).for_each(|(a, b)| assert!((a - b).abs() < 1e-11 * size, "{file}: {a} {b}"));
+        }
+    }
+}
+
+/// Bodies of the simulator and of the description are the same: the truth leaves a rounding in the base regressor, and
+/// the base parameters of an exact description are those that its text has.
+#[test]
+fn the_description_is_the_machine() {
+    for seed in SEEDS {
+        let mut machine = machine(&mut Draw::of(seed, 1));
+        machine.chain.joints.iter_mut().for_each(|j| j.rotor = 0.0);
+        machine.described = Some(machine.chain.joints.iter().map(|j| j.body).collect());
+        let situation = Situation::with(seed, machine, Vec::new());
+        let model: Model = situation.model();
+        let truth = truth(&situation.machine.chain, model.regressor());
+        // Angles of the text have sixteen digits; the condition of the columns is some thousand at most.
+        assert!(truth.left < 1e-9, "seed {seed}: {:e}", truth.left);
+        let described = model.described_parameters().unwrap_or_default();
+        assert_eq!(described.len(), truth.base.len());
+        let size = truth.base.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (a, b) in described.iter().zip(&truth.base) {
+            assert!((a - b).abs() < 1e-7 * size, "seed {seed}: {a} {b}");
+        }
+    }
+}
+
+/// A log without noise, of exact sensors, shows the torque of its own row to rounding.
+#[test]
+fn a_clean_log_is_the_motion() {
+    let machine = machine(&mut Draw::of(3, 1));
+    let situation = Situation {
+        sensors: Sensors { rate: 250.0, noise: Noise::None, level: 0.0, bits: None, speed: Some(0.0) },
+        ..Situation::with(3, machine, Vec::new())
+    };
+    let (table, n) = (situation.log(0), situation.machine.chain.len());
+    for r in (10..table.rows()).step_by(101) {
+        let now = situation.motions[0].at(table.columns[0][r]);
+        let tau = situation.machine.chain.torque(&now.q, &now.dq, &now.ddq);
+        for k in 0..n {
+            let (joint, friction) = (&situation.machine.chain.joints[k], situation.machine.friction[k]);
+            let direction = if now.dq[k] == 0.0 { 0.0 } else { now.dq[k].signum() };
+            let lost = friction.viscous * now.dq[k] + friction.coulomb * direction + friction.offset;
+            let exact = tau[k] + joint.rotor * now.ddq[k] + lost;
+            let size = situation.machine.size[k];
+            assert!((table.columns[1 + k][r] - now.q[k]).abs() < 1e-12);
+            assert!((table.columns[1 + n + k][r] - now.dq[k]).abs() < 1e-12);
+            assert!((table.columns[1 + 2 * n + k][r] - exact).abs() < 1e-9 * size, "row {r} joint {k}");
+        }
+    }
+}
+
+/// What is identified from a clean log of exact sensors is the truth, up to filter and differences.
+#[test]
+fn a_clean_log_gives_the_parameters_back() {
+    for seed in SEEDS {
+        let mut machine = machine(&mut Draw::of(seed, 1));
+        machine.chain.joints.iter_mut().for_each(|j| j.rotor = 0.0);
+        let motion = Motion::of_use(&machine.chain, &mut Draw::of(seed, 9));
+        let situation = Situation {
+            sensors: Sensors { rate: 500.0, noise: Noise::None, level: 0.0, bits: None, speed: Some(0.0) },
+            motions: vec![motion],
+            ..Situation::with(seed, machine, Vec::new())
+        };
+        let outcome = situation.outcome();
+        let judgement = outcome.judgement.unwrap_or_else(|| panic!("seed {seed}: {}", outcome.said));
+        // The jump of Coulomb friction at reversals is smeared by the filter, and differences have an error of second order.
+        assert!(judgement.torque < 2e-3, "seed {seed}: {}", judgement.torque);
+        assert!(judgement.left < 1e-9, "seed {seed}: {}", judgement.left);
+    }
+}
+
+/// Each defect but those of rows changes the log where it should: in the torque of the machine, or in what is logged.
+#[test]
+fn every_defect_shows_in_the_log() {
+    for kind in Kind::ALL {
+        let machine = || machine(&mut Draw::of(4, 1));
+        let n = machine().chain.len();
+        let defect = Defect { more: 0.3, ..Defect::of(kind, n, &mut Draw::of(4, 2)) };
+        // Each on a joint that has what it changes.
+        let turning = machine().chain.joints.iter().position(|j| !j.slides).unwrap_or(0);
+        let defect = Defect { joint: turning, other: (turning + 1) % n, ..defect };
+        let with = |defects: Vec<Defect>| {
+            let situation = Situation::with(4, machine(), defects);
+            let sensors = Sensors { speed: Some(1e-4), ..situation.sensors.clone() };
+            Situation { sensors, ..situation }.log(0)
+        };
+        let (clean, faulty) = (with(Vec::new()), with(vec![defect]));
+        let is_same = clean.columns == faulty.columns;
+        assert!(!is_same, "{kind:?} changes nothing");
+        assert!(faulty.columns.iter().flatten().all(|x| x.is_finite()), "{kind:?}");
+    }
+}
+
+/// Behind a flexible joint the power of the motors becomes energy of links, rotor and spring, up to what friction takes.
+#[test]
+fn a_flexible_joint_keeps_energy() {
+    let mut machine = machine(&mut Draw::of(2, 1));
+    machine.friction.iter_mut().for_each(|f| (f.viscous, f.coulomb, f.offset) = (0.0, 0.0, 0.0));
+    let defect = Defect { kind: Kind::Flexible, joint: 0, other: 1, size: 12.0, more: 0.0 };
+    let chain: Chain = standing(&machine, &[defect], false);
+    let motion = Motion::of_use(&chain, &mut Draw::of(2, 2));
+    let series = series(&machine, &chain, &motion, &[defect]);
+    let stiffness = chain.own_inertia(&vec![0.3; chain.len()])[0].max(1e-4) * (std::f64::consts::TAU * 12.0).powi(2);
+    let energy = |i: usize| {
+        let of = |x: &[Vec<f64>]| x.iter().map(|x| x[i]).collect::<Vec<f64>>();
+        let (kinetic, potential) = chain.energy(&of(&series.q), &of(&series.dq));
+        let rotors = (0..chain.len()).map(|k| 0.5 * chain.joints[k].rotor * series.dtheta[k][i].powi(2)).sum::<f64>();
+        let bend = series.theta[0][i] - series.q[0][i];
+        kinetic + potential + rotors + 0.5 * stiffness * bend * bend
+    };
+    let power = |i: usize| (0..chain.len()).map(|k| series.tau[k][i] * series.dtheta[k][i]).sum::<f64>();
+    let (mut work, mut largest, mut difference) = (0.0, 0.0_f64, 0.0_f64);
+    for i in 11..series.steps() - 10 {
+        work += 0.5 * (power(i - 1) + power(i)) / FINE;
+        largest = largest.max((energy(i) - energy(10)).abs());
+        difference = difference.max((energy(i) - energy(10) - work).abs());
+    }
+    // Central differences and the trapezoidal rule at a millisecond.
+    assert!(difference < 1e-3 * largest, "{difference} of {largest}");
+}
+
+/// Situations end with a verdict, the same when they are told again.
+#[test]
+fn five_situations_have_a_verdict() {
+    for seed in SEEDS {
+        let outcome = Situation::of(seed).outcome();
+        assert!(outcome.trust.is_some(), "seed {seed}: {}", outcome.said);
+        let judgement = outcome.judgement.as_ref();
+        assert!(judgement.is_some_and(|j| j.torque.is_finite() && j.parameters.len() > 4), "seed {seed}");
+        if seed == 1 {
+            assert_eq!(Situation::of(seed).outcome().said, outcome.said);
+        }
+    }
+}
