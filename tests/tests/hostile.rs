@@ -74,6 +74,23 @@ fn a_fault_in_a_pipe_is_told() {
     assert!(run.code == Some(2) && run.err.contains("f.yaml:2"), "{:?}: {}", run.code, run.err);
 }
 
+/// A step of a motion is filled with those of the controller, so a slow rate is a claim for memory.
+#[test]
+fn a_slow_rate_is_refused() {
+    let here = folder("hostile-rate");
+    let planar = model_path("planar2r_vertical.yaml");
+    let planar = planar.to_str().unwrap();
+    let run = tests::program::rist(&here, &["excite", planar, "--out", "motion.yaml"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let text = std::fs::read_to_string(here.join("motion.yaml")).unwrap();
+    let slow = |line: &str| if line.starts_with("rate_hz:") { "rate_hz: 1e-6".into() } else { line.to_string() };
+    let slow: Vec<String> = text.lines().map(slow).collect();
+    std::fs::write(here.join("slow.yaml"), slow.join("\n")).unwrap();
+    let run = bounded(&here, &["simulate", planar, "slow.yaml", "--out", "logs"]);
+    assert_eq!(run.code, Some(2), "{}", run.err);
+    assert!(run.err.contains("samples; at most 4e6 are taken"), "{}", run.err);
+}
+
 /// What a terminal would take for a command is shown as what it is, in messages too.
 #[test]
 fn names_are_shown_as_what_they_are() {
