@@ -24,7 +24,6 @@ pub mod random_structures;
 pub mod recursion;
 pub mod rules;
 pub mod running_error;
-pub mod situations;
 pub mod snapshot;
 pub mod tape_robot;
 pub mod urdf_text;

@@ -61,7 +61,7 @@ fn iv_and_didim_find_the_arm_and_are_validated() {
             assert!((value - truth).abs() < 0.02 * 2.0, "{method} {name}: {value} for {truth}\n{out}");
         }
         let out = run(&here, &format!("validate arm.yaml {method}.yaml logs"));
-        assert!(out.contains("trust: yes"), "{out}");
+        assert!(out.contains("trust: with care") && out.contains("too narrow"), "{out}");
     }
     let refused = rist(&here, &["identify", "arm.yaml", "logs", "--method", "didim"]);
     assert!(refused.code == Some(2) && refused.err.contains("--method didim needs the plan"), "{}", refused.err);

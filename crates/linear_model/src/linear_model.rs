@@ -8,7 +8,7 @@ use generated::Eight;
 use numerics::row_block::{BLOCK_ROWS, RowBlock};
 
 use crate::coupling::Coupling;
-use crate::friction::terms::FrictionTerm;
+use crate::friction::terms::{FrictionTerm, columns_before};
 use crate::label::Label;
 use crate::parameter::{CouplingParameter, Parameter, ParameterId};
 use crate::regressor::Regressor;
@@ -35,7 +35,7 @@ impl<'a> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {
             let is_prismatic = regressor.is_prismatic(j);
-            for &term in friction.iter().flat_map(|t| t.parameters()) {
+            for &term in friction.iter().flat_map(|t| t.parameters_of(j)) {
                 parameters.push(Parameter {
                     id: ParameterId::friction(term, coordinate),
                     coordinates: vec![j],
@@ -52,8 +52,7 @@ impl<'a> Model<'a> {
                 parameters.push(Parameter { id, coordinates: vec![motor], is_prismatic });
             }
         }
-        let per_joint = friction.iter().map(|t| t.parameters().len()).sum();
-        let layout = RowLayout::new(regressor, per_joint, couplings);
+        let layout = RowLayout::new(regressor, friction, couplings);
         Model { regressor, friction, couplings, parameters, layout }
     }
 
@@ -100,23 +99,26 @@ impl<'a> Model<'a> {
         let (dq, ddq) = (&states.dq[at.clone()], &states.ddq[at.clone()]);
         let (tau, direction) = (&states.tau[at.clone()], &states.direction[at]);
         w.fill(0.0);
-        let per_joint: usize = self.friction.iter().map(|t| t.parameters().len()).sum();
+        let mut c = base;
         for j in 0..n {
             let row = &mut w[j * p..(j + 1) * p];
             row[..base].copy_from_slice(&y[j * base..(j + 1) * base]);
-            let mut c = base + j * per_joint;
             for (term, filtered) in self.friction.iter().zip(filtered) {
-                let width = term.parameters().len();
+                let width = term.parameters_of(j).len();
                 match filtered {
                     Some(columns) => row[c..c + width].copy_from_slice(&columns[(r * n + j) * width..][..width]),
-                    None => term.fill(dq[j], ddq[j], tau[j], direction[j], &mut row[c..c + width]),
+                    None => {
+                        let torque = states.torque_of_friction(*term, r, j).unwrap_or(tau[j]);
+                        term.fill(dq[j], ddq[j], torque, direction[j], &mut row[c..c + width]);
+                    }
                 }
                 c += width;
             }
         }
+        let first = base + columns_before(self.friction, n);
         for (i, coupling) in self.couplings.iter().enumerate() {
             let motor = states.motor_direction[r * self.couplings.len() + i];
-            coupling.fill(dq, ddq, motor, w, p, base + n * per_joint + i * CouplingParameter::ALL.len());
+            coupling.fill(dq, ddq, motor, w, p, first + i * CouplingParameter::ALL.len());
         }
     }
 
@@ -164,10 +166,13 @@ impl<'a> Model<'a> {
             for (term, filtered) in self.friction.iter().zip(filtered) {
                 // No term has more columns than four.
                 let mut columns = [0.0; 4];
-                let width = term.parameters().len();
+                let width = term.parameters_of(j).len();
                 match filtered {
                     Some(all) => columns[..width].copy_from_slice(&all[(r * n + j) * width..][..width]),
-                    None => term.fill(dq[j], ddq[j], tau[j], direction[j], &mut columns[..width]),
+                    None => {
+                        let torque = states.torque_of_friction(*term, r, j).unwrap_or(tau[j]);
+                        term.fill(dq[j], ddq[j], torque, direction[j], &mut columns[..width]);
+                    }
                 }
                 for x in &columns[..width] {
                     group[place].0[lane] = *x;

@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | inertia, rotor inertia | XX .. ZZ, IA | kg m^2 (IA: kg) |
 //! | first moment, mass | MX MY MZ, M | kg m, kg |
-//! | viscous friction | FV, FVP, FVN | N m s/rad (N s/m) |
+//! | friction with the speed; with its root | FV, FVP, FVN, FVA; FR | N m s/rad (N s/m); N m (s/rad)^(1/2) (N (s/m)^(1/2)) |
 //! | Coulomb friction, offset, Stribeck | FS, FSP, FSN, OFF, FT, FTP, FTN | N m (N) |
 //! | friction that grows with the load | FL, FLP, FLN | 1 |
 //! | coupled motor | IAM, FVM, FSM | as IA, FV, FS |
@@ -216,10 +216,14 @@ pub enum FrictionParameter {
     LoadBackward,
     /// IA: rotor inertia, for models that have none.
     Rotor,
+    /// FVA: viscous, where it differs by direction: half of the difference.
+    ViscousAsymmetry,
+    /// FR: per root of the speed.
+    Root,
 }
 
 impl FrictionParameter {
-    const ALL: [FrictionParameter; 14] = {
+    const ALL: [FrictionParameter; 16] = {
         use FrictionParameter::*;
         [
             Viscous,
@@ -236,6 +240,8 @@ impl FrictionParameter {
             LoadForward,
             LoadBackward,
             Rotor,
+            ViscousAsymmetry,
+            Root,
         ]
     };
 
@@ -257,28 +263,28 @@ impl FrictionParameter {
             LoadForward => "FLP",
             LoadBackward => "FLN",
             Rotor => "IA",
+            ViscousAsymmetry => "FVA",
+            Root => "FR",
         }
     }
 
     /// Whether it multiplies a speed, so that a negative value drives the joint.
     pub fn is_viscous(self) -> bool {
-        use FrictionParameter::*;
-        matches!(self, Viscous | ViscousForward | ViscousBackward)
+        matches!(self, Self::Viscous | Self::ViscousForward | Self::ViscousBackward)
     }
 
     /// Whether friction drives where the parameter is negative.
     pub fn brakes(self) -> bool {
-        use FrictionParameter::*;
-        matches!(self, Viscous | ViscousForward | ViscousBackward | Coulomb | CoulombForward)
+        self.is_viscous() || matches!(self, Self::Coulomb | Self::CoulombForward)
     }
 
     /// The unit at a joint that turns.
     fn unit(self) -> Unit {
-        use FrictionParameter::*;
         match self {
-            Viscous | ViscousForward | ViscousBackward => Unit::VISCOUS,
-            Load | LoadForward | LoadBackward => Unit::ONE,
-            Rotor => Unit::INERTIA,
+            Self::Viscous | Self::ViscousForward | Self::ViscousBackward | Self::ViscousAsymmetry => Unit::VISCOUS,
+            Self::Root => Unit::ROOT_OF_SPEED,
+            Self::Load | Self::LoadForward | Self::LoadBackward => Unit::ONE,
+            Self::Rotor => Unit::INERTIA,
             _ => Unit::TORQUE,
         }
     }
@@ -356,7 +362,7 @@ mod tests {
         let base =
             ["XX1", "ZZR1", "XZ_wrist_1", "ZZR_shoulder_pan", "MY2", "MXR10", "M3", "IA1", "D2MXR4", "L_1MX2", "XX4a"];
         let others =
-            ["FV1", "FS_elbow", "OFF3", "FVP1", "FSN2", "FT_q", "FL1", "FTN3", "KT2", "IAM6", "FVM_wrist", "FSM6"];
+            ["FV1", "FS_elbow", "OFF3", "FVA1", "FSN2", "FT_q", "FL1", "FR3", "KT2", "IAM6", "FVM_wrist", "FSM6"];
         for name in base.iter().chain(&others) {
             let id: ParameterId = name.parse().unwrap();
             assert_eq!(id.to_string(), *name);

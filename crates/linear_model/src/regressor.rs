@@ -3,6 +3,7 @@
 use generated::Eight;
 
 use crate::parameter::BaseParameter;
+use crate::states::States;
 
 /// A coordinate of a robot: its name, and whether it is a length.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,5 +69,20 @@ pub trait Regressor: Sync {
                 eight.0 = std::array::from_fn(|l| y[l * n * p + i * p + c]);
             }
         }
+    }
+}
+
+/// Puts the torques of the bodies that these base parameters predict into the states.
+pub fn predict_load(regressor: &dyn Regressor, states: &mut States, base: &[f64]) {
+    let (n, p) = (states.n, base.len());
+    let (mut inputs, mut y) = (vec![0.0; 3 * n], vec![0.0; n * p]);
+    states.load.clear();
+    for r in 0..states.len() {
+        for (input, x) in inputs.chunks_exact_mut(n.max(1)).zip([&states.q, &states.dq, &states.ddq]) {
+            input.copy_from_slice(&x[r * n..(r + 1) * n]);
+        }
+        regressor.fill_many(&inputs, &mut y);
+        let torque = |row: &[f64]| row.iter().zip(base).map(|(y, x)| y * x).sum::<f64>();
+        states.load.extend((0..n).map(|j| torque(&y[j * p..(j + 1) * p])));
     }
 }

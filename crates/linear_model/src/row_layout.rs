@@ -2,6 +2,7 @@
 //! each joint, then the couplings, then the torque of each joint. Zeros have no place.
 
 use crate::coupling::Coupling;
+use crate::friction::terms::{FrictionTerm, columns_before, columns_of};
 use crate::parameter::CouplingParameter;
 use crate::regressor::Regressor;
 
@@ -38,8 +39,8 @@ impl JointEntries {
 }
 
 impl RowLayout {
-    /// The layout for friction of `per_joint` columns in each joint.
-    pub fn new(regressor: &dyn Regressor, per_joint: usize, couplings: &[Coupling]) -> RowLayout {
+    /// The layout with these terms of friction.
+    pub fn new(regressor: &dyn Regressor, friction: &[FrictionTerm], couplings: &[Coupling]) -> RowLayout {
         let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
         let non_zeros = regressor.non_zeros();
         let mut joints = vec![JointEntries::default(); n];
@@ -54,12 +55,13 @@ impl RowLayout {
         let mut entries = non_zeros.len();
         for (j, joint) in joints.iter_mut().enumerate() {
             joint.friction = entries;
-            entries = take(joint, p + j * per_joint..p + (j + 1) * per_joint, entries);
+            let first = p + columns_before(friction, j);
+            entries = take(joint, first..first + columns_of(friction, j), entries);
         }
         let width = CouplingParameter::ALL.len();
         let mut of_couplings = Vec::new();
         for (i, coupling) in couplings.iter().enumerate() {
-            let first = p + n * per_joint + i * width;
+            let first = p + columns_before(friction, n) + i * width;
             of_couplings.push([coupling.joint, coupling.motor].map(|j| {
                 let place = entries;
                 entries = take(&mut joints[j], first..first + width, place);

@@ -32,6 +32,8 @@ pub struct States {
     pub motor_direction: Vec<f64>,
     /// Columns of friction that were filtered as a whole; other terms are computed sample by sample.
     pub friction: Vec<FilteredFriction>,
+    /// Torque of the bodies that an earlier fit predicts, N m (N), n each; empty where no friction grows with it.
+    pub load: Vec<f64>,
     /// Whether the row of joint j at sample r counts.
     pub used: Vec<bool>,
     /// Cut-off of positions and velocities in force, Hz; 0: none.
@@ -57,6 +59,12 @@ impl States {
         terms.iter().map(of).collect()
     }
 
+    /// The torque that a term of a single joint grows with, zero where none was predicted; `None` for other terms.
+    #[inline]
+    pub fn torque_of_friction(&self, term: FrictionTerm, r: usize, j: usize) -> Option<f64> {
+        term.is_of_one_joint().then(|| self.load.get(r * self.n + j).copied().unwrap_or(0.0))
+    }
+
     /// Joins records of one robot that were prepared alike; where there is one number only, it is that of the first.
     pub fn joined(records: &[States]) -> States {
         let mut all = records.first().cloned().unwrap_or_default();
@@ -69,6 +77,7 @@ impl States {
                 (&mut all.tau, &states.tau),
                 (&mut all.direction, &states.direction),
                 (&mut all.motor_direction, &states.motor_direction),
+                (&mut all.load, &states.load),
             ] {
                 all.extend(more);
             }

@@ -10,11 +10,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct Unit(&'static str);
 
 /// Units of a joint's own parameters (IA, friction, gain): where it turns, and where it slides.
-const UNITS_BY_JOINT_KIND: [(Unit, Unit); 4] = [
+const UNITS_BY_JOINT_KIND: [(Unit, Unit); 5] = [
     (Unit::INERTIA, Unit::MASS),
     (Unit::TORQUE, Unit("N")),
     (Unit::VISCOUS, Unit("N s/m")),
     (Unit::DRIVE_GAIN, Unit("N/A")),
+    (Unit::ROOT_OF_SPEED, Unit("N (s/m)^(1/2)")),
 ];
 
 impl Unit {
@@ -28,6 +29,8 @@ impl Unit {
     pub const TORQUE: Unit = Unit("N m");
     /// N m s/rad.
     pub const VISCOUS: Unit = Unit("N m s/rad");
+    /// N m (s/rad)^(1/2).
+    pub const ROOT_OF_SPEED: Unit = Unit("N m (s/rad)^(1/2)");
     /// N m/A.
     pub const DRIVE_GAIN: Unit = Unit("N m/A");
     /// A number without unit.

@@ -180,6 +180,8 @@ fn meaning(id: &ParameterId) -> String {
             Stribeck | StribeckForward | StribeckBackward => "friction near rest beyond Coulomb's",
             Load | LoadForward | LoadBackward => "Coulomb friction per unit of torque",
             Rotor => "rotor inertia of the motor",
+            ViscousAsymmetry => "viscous friction that differs by direction: half of the difference",
+            Root => "friction that grows with the root of the speed",
         },
     };
     text.into()

@@ -170,10 +170,13 @@ pub(crate) fn found_delay(model: &Model, logs: &[LogSource], options: &mut Optio
     let delay = estimate_delay(model.regressor(), logs, options)?;
     if delay.at_the_end {
         return Err(Error::verdict(format_args!(
-            "delay {:.4} s: residual away from reversals {:.4}, without it {:.4}; the search ends there, but the \
+            "delay {:.4} s: residual {} {:.4}, without it {:.4}; the search ends there, but the \
              residual still falls: the delay is longer, or no delay explains these logs; look at units, signs and \
              drive gains, or give the delay",
-            delay.seconds, delay.residual, delay.residual_without
+            delay.seconds,
+            delay.rows(),
+            delay.residual,
+            delay.residual_without
         )));
     }
     options.signal.delay = delay.seconds;

@@ -58,7 +58,7 @@ pub(crate) fn described_values(model: &Model, linear: &LinearModel) -> Vec<Optio
         let joint = model.robot.joint_of(CoordinateId(k)).map(|j| &model.robot.link(j).joint);
         let friction = joint.map(|j| j.friction).unwrap_or_default();
         let rotor = joint.and_then(|j| if let RotorInertia::Known(x) = j.rotor_inertia { Some(x) } else { None });
-        values.extend(linear.friction.iter().flat_map(|t| t.parameters()).map(|p| match p {
+        values.extend(linear.friction.iter().flat_map(|t| t.parameters_of(k)).map(|p| match p {
             FrictionParameter::Viscous | FrictionParameter::ViscousForward | FrictionParameter::ViscousBackward => {
                 friction.viscous
             }

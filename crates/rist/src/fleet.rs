@@ -9,6 +9,7 @@ use identification::estimate::passport::finding::Fault;
 use identification::estimate::passport::passport;
 use identification::signals::cutoff::MotionEnergy;
 use identification::signals::records::{SourceRecords, add_motion};
+use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
 use linear_model::linear_model::Model as LinearModel;
 use logs::{Effort, LogSource};
 use numerics::in_order::on_threads;
@@ -31,6 +32,16 @@ pub fn accumulator(model: &Model, request: &SumsRequest) -> Result<Accumulator, 
 }
 
 fn accumulator_with(model: &Model, mut options: Options, gains: &[(String, f64)]) -> Result<Accumulator, Error> {
+    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
+    let grows = |term: &&FrictionTerm| matches!(term, FrictionTerm::At(_, JointTerm::Load));
+    if let Some(term) = options.friction.iter().find(grows)
+        && options.friction_load.is_empty()
+    {
+        return Err(Error::new(format_args!(
+            "[friction={term}] needs the torques that a first fit predicts, and sums have no rows: give friction_load in the \
+             [options], from the estimate that rist identify writes"
+        )));
+    }
     let mut known = model.drive_gains();
     for (coordinate, gain) in gains {
         known[model.driven(coordinate, *gain)?] = Some(*gain);

@@ -6,8 +6,9 @@ use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
 use identification::estimate::identified::Identified;
 use identification::estimate::identify::{Fit, with_deviations};
-use identification::estimate::ledger::hypotheses::{Tested, hypotheses};
-use identification::estimate::ledger::torque_error::{TorqueError, torque_errors};
+use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
+use identification::estimate::ledger::hypotheses::{Tested, Tilt as TiltTorque, hypotheses};
+use identification::estimate::ledger::torque_error::{MotionRange, TorqueError, torque_errors};
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::remarks::outgrown;
@@ -15,9 +16,11 @@ use identification::estimate::selection::{FrictionSelection, friction_candidates
 use identification::estimate::verdict::{BodiesEvidence, Evidence, Prediction, Trust, Verdict};
 use identification::rows::observation::Observation;
 use identification::signals::records::SourceRecords;
+use linear_model::friction::terms::{FrictionTerm, JointTerm, check_terms};
 use linear_model::linear_model::Model as LinearModel;
 use linear_model::pseudo_inertia::Ten;
 use logs::LogSource;
+use nalgebra::DMatrix;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
@@ -42,6 +45,8 @@ pub struct Identification {
     pub delay: Option<Delay>,
     /// The choice among friction models, where it was made.
     pub friction: Option<FrictionSelection>,
+    /// The choice among friction of single joints, where it was made.
+    pub joint_terms: Option<JointTerms>,
     /// The load of the loaded logs.
     pub load: Option<Load>,
     /// The bodies, where only those that can exist were asked for.
@@ -169,8 +174,8 @@ fn identify_kept(
 
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
+    let joint_terms = joint_friction(model, logs, kept, request.finds_friction(), &mut options)?;
     let records = SourceRecords::new(regressor, logs, &options.preparation())?;
-    let described = model.described_parameters();
     let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
     let names = logs.iter().map(LogSource::name).collect();
     let mut fit = Fit::of_records(regressor, &records, names, &options)?;
@@ -178,25 +183,19 @@ fn identify_kept(
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
     };
-    let tilts = Tilt::both(&model.robot);
-    let tilts: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
-    let tilts: Vec<&dyn Fn(&[f64]) -> Vec<f64>> = tilts.iter().map(|tilt| tilt as _).collect();
     let couplings = options.transmission.coupled();
     let linear = LinearModel::new(regressor, &options.friction, &couplings);
-    let faults = hypotheses(&linear, &records, &fit.solution.x, &fit.weights, &tilts)?;
-    let (inverse, observation_range) = (fit.solution.inverse.clone(), seen(&fit.observation));
-
-    let described_parameters = described.clone();
-    let described = described.map(|x| described_error(model, &fit, &options, &x));
+    let faults = faults(model, &linear, &records, &fit)?;
+    let (inverse, range) = (fit.solution.inverse.clone(), seen(&fit.observation));
+    let described_parameters = model.described_parameters();
+    let described = described_parameters.as_ref().map(|x| described_error(model, &fit, &options, x));
     if kept == Kept::Essential {
         keep_essential(regressor, &mut fit, &options);
     }
     let held_out = fit.estimate.cross_validation;
     let found = match kept {
         Kept::Consistent => existing_bodies(model, fit, &options)?,
-        Kept::All | Kept::Essential => {
-            FoundBodies { estimate: fit.estimate, bodies: None, evidence: None, outgrown: Vec::new() }
-        }
+        Kept::All | Kept::Essential => FoundBodies::none(fit.estimate),
     };
 
     // The remarks, and the gains that the estimate stands on.
@@ -207,11 +206,7 @@ fn identify_kept(
         estimate.remarks.push(gain_remark(model, &request.gain, &found));
         widen(&mut estimate, &found);
     }
-    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
-    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
-    let covariance = with_deviations(&inverse, &sigma);
-    let limits = allowed(model, &observation_range);
-    let torque_errors = torque_errors(&linear, &values, &covariance, &observation_range, &limits);
+    let torque_errors = errors_of_torques(model, &linear, &estimate, &inverse, &range);
     estimate.remarks.splice(..0, chosen.sentences);
     estimate.remarks.extend(found.outgrown);
     Ok(Identification {
@@ -219,6 +214,7 @@ fn identify_kept(
         estimate,
         delay,
         friction,
+        joint_terms,
         load,
         bodies: found.bodies,
         passport,
@@ -229,6 +225,27 @@ fn identify_kept(
         faults,
         described_parameters,
     })
+}
+
+/// The faults that unknowns more would explain, the tilt of the mount among them.
+fn faults(model: &Model, linear: &LinearModel, records: &SourceRecords<'_>, fit: &Fit) -> Result<Vec<Tested>, Error> {
+    let tilts = Tilt::both(&model.robot);
+    let torques: Vec<_> = tilts.iter().map(|tilt| |q: &[f64]| tilt.torques(q)).collect();
+    let torques: Vec<TiltTorque> = torques.iter().map(|torque| torque as TiltTorque).collect();
+    Ok(hypotheses(linear, records, &fit.solution.x, &fit.weights, &torques)?)
+}
+
+/// How unsure torques are, by use. `inverse`: any multiple of the covariance for white noise.
+fn errors_of_torques(
+    model: &Model,
+    linear: &LinearModel,
+    estimate: &Estimate,
+    inverse: &DMatrix<f64>,
+    range: &MotionRange,
+) -> Vec<TorqueError> {
+    let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
+    let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
+    torque_errors(linear, &values, &with_deviations(inverse, &sigma), range, &allowed(model, range))
 }
 
 /// |tau - W X| / |tau| with these base parameters, and friction fitted to the remainder.
@@ -245,6 +262,12 @@ struct FoundBodies {
     evidence: Option<BodiesEvidence>,
     /// Remarks on bodies whose mass differs much from that of the description.
     outgrown: Vec<String>,
+}
+
+impl FoundBodies {
+    fn none(estimate: Estimate) -> FoundBodies {
+        FoundBodies { estimate, bodies: None, evidence: None, outgrown: Vec::new() }
+    }
 }
 
 /// The estimate whose bodies can exist. Where the logs do not determine them, the description does.
@@ -276,6 +299,75 @@ fn found_friction(model: &Model, logs: &[LogSource], options: &mut Options) -> R
     let selection = select_friction(model.regressor(), &records, options, &candidates)?;
     options.friction = selection.candidates[selection.chosen].terms.clone();
     Ok(selection)
+}
+
+/// Friction of single joints: chosen where `finds`, and with the load of a first fit where one is asked for.
+///
+/// Fails where a term cannot be, or a log cannot be read.
+fn joint_friction(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    finds: bool,
+    options: &mut Options,
+) -> Result<Option<JointTerms>, Error> {
+    check_terms(&options.friction, model.regressor().coordinates().len()).map_err(Error::new)?;
+    if finds {
+        return found_joint_terms(model, logs, kept, options).map(Some);
+    }
+    if options.friction_load.is_empty() && grows_with_load(options) {
+        options.friction_load = predicted_load(model, logs, kept, options)?.0;
+    }
+    Ok(None)
+}
+
+/// Whether friction of a single joint grows with its load.
+fn grows_with_load(options: &Options) -> bool {
+    options.friction.iter().any(|term| matches!(term, FrictionTerm::At(_, JointTerm::Load)))
+}
+
+/// The base parameters that predict the load, from a fit without friction that grows with it, and the largest speed of
+/// each joint.
+fn predicted_load(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    options: &Options,
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let mut options = options.clone();
+    options.friction.retain(|term| !matches!(term, FrictionTerm::At(_, JointTerm::Load)));
+    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+    let names = logs.iter().map(LogSource::name).collect();
+    let fit = Fit::of_records(model.regressor(), &records, names, &options)?;
+    let speed = fit.observation.speed.clone();
+    let x = match kept {
+        Kept::All | Kept::Essential => fit.solution.x,
+        Kept::Consistent => {
+            let (map, known) = (model.standard_map(), model.reference_bodies());
+            identify_consistent(model.regressor(), &map, &known, fit, &options, &Default::default())?.consistent.x
+        }
+    };
+    Ok((x[..model.regressor().parameters().len()].to_vec(), speed))
+}
+
+/// Terms of single joints beside those of all joints, put into the options.
+fn found_joint_terms(
+    model: &Model,
+    logs: &[LogSource],
+    kept: Kept,
+    options: &mut Options,
+) -> Result<JointTerms, Error> {
+    let (load, speed) = predicted_load(model, logs, kept, options)?;
+    let with_load = Options { friction_load: load, ..options.clone() };
+    let records = SourceRecords::new(model.regressor(), logs, &with_load.preparation())?;
+    let is_new = |term: &FrictionTerm| !options.friction.iter().any(|own| own.parameters() == term.parameters());
+    let candidates: Vec<FrictionTerm> = joint_candidates(&speed).into_iter().filter(is_new).collect();
+    let found = choose_joint_terms(model.regressor(), &records, options, &candidates)?;
+    options.friction.extend(found.taken.iter().map(|taken| taken.term));
+    if found.has_load() {
+        options.friction_load = with_load.friction_load;
+    }
+    Ok(found)
 }
 
 /// Rotor inertias by coordinate, kg m^2 (kg); zero where the model has none.

@@ -220,7 +220,6 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
             "tape_robot",
             "benchmark",
             "random_situations",
-            "situations",
         ],
     ),
     ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),

@@ -109,10 +109,13 @@ fn chosen(found: &Identification) -> String {
     // A String never fails to grow.
     if let Some(delay) = &found.delay {
         let (seconds, with, without) = (delay.seconds, delay.residual, delay.residual_without);
-        let _ = writeln!(text, "delay {seconds:.4} s: residual away from reversals {with:.4}, without it {without:.4}");
+        let _ = writeln!(text, "delay {seconds:.4} s: residual {} {with:.4}, without it {without:.4}", delay.rows());
     }
     if let Some(selection) = &found.friction {
         let _ = writeln!(text, "friction, by blocked cross-validation (* chosen):\n{selection}");
+    }
+    if let Some(terms) = &found.joint_terms {
+        let _ = writeln!(text, "{terms}");
     }
     let _ = write!(text, "{}", found.estimate);
     if let Some(load) = &found.load {

@@ -195,9 +195,41 @@ impl ExcitingMotion {
 
     /// Reads motion.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))
+        let motion: ExcitingMotion =
+            yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))?;
+        motion.check_size().map_err(|e| Error::at(file, 0, e))?;
+        Ok(motion)
+    }
+
+    /// Fails where playing or proving it would take without end: no `rist excite` writes such a motion.
+    fn check_size(&self) -> Result<(), String> {
+        if !RATES_HZ.contains(&self.rate_hz) {
+            let (low, high) = (RATES_HZ.start(), RATES_HZ.end());
+            return Err(format!("rate_hz is {:?}; a controller has {low} to {high} Hz", self.rate_hz));
+        }
+        for joint in &self.joints {
+            let count = joint.cosine.len().max(joint.sine.len());
+            if count > MOST_HARMONICS {
+                return Err(format!("{} has {count} harmonics; at most {MOST_HARMONICS} are read", joint.coordinate));
+            }
+            let numbers = joint.cosine.iter().chain(&joint.sine).chain([&joint.centre]);
+            if let Some(x) = numbers.into_iter().find(|x| x.is_nan() || x.abs() > LARGEST_NUMBER) {
+                return Err(format!(
+                    "{} moves by {x:e} rad (m); no robot goes as far as {LARGEST_NUMBER:e}",
+                    joint.coordinate
+                ));
+            }
+        }
+        Ok(())
     }
 }
+
+/// Sample rates of controllers, Hz.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2e4;
+/// Harmonics of a joint. The search takes at most 40.
+const MOST_HARMONICS: usize = 100;
+/// rad (m).
+const LARGEST_NUMBER: f64 = 1e6;
 
 /// The sentence on a certificate whose rows are all proven. It names the kinds of limits that no row is about.
 pub fn proven_text(rows: &[CertificateRow]) -> String {

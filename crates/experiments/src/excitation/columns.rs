@@ -55,6 +55,8 @@ pub fn friction_columns(terms: &[FrictionTerm], dq: f64, ddq: f64, v: f64, out: 
             FrictionTerm::Rotor => put(ddq, 0.0, 1.0),
             // It needs a measured torque, which a motion that is still to be run does not have.
             FrictionTerm::Load => put(0.0, 0.0, 0.0),
+            // A request for a motion refuses terms of a single joint.
+            FrictionTerm::At(..) => put(0.0, 0.0, 0.0),
         }
     }
 }

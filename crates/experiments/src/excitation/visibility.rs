@@ -6,7 +6,7 @@
 //! i. r_i is what an identification divides its rows by: that noise, and what the encoders add ([`JointNoise`]). The
 //! prediction is for a model that fits and for joints that follow. Dry friction has its exact sign.
 
-use linear_model::friction::terms::sign;
+use linear_model::friction::terms::{columns_before, sign};
 use linear_model::linear_model::Model;
 use linear_model::parameter::{Parameter, ParameterId};
 use linear_model::unit::Unit;
@@ -160,7 +160,6 @@ fn information(
     known: &[f64],
 ) -> Triangle {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
-    let terms: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
     let mut block = TriangleBuilder::new(columns.len());
     let (mut y, mut row, mut picked) = (vec![0.0; n * base], vec![0.0; p], vec![0.0; columns.len()]);
     for r in 0..(motion.shape.period() * motion.rate).round() as usize {
@@ -171,9 +170,9 @@ fn information(
         for i in (0..n).filter(|&i| limits[i].locked.is_none()) {
             row.fill(0.0);
             row[..base].copy_from_slice(&y[i * base..][..base]);
-            let mut places = &mut row[base + i * terms..][..terms];
+            let mut places = &mut row[base + columns_before(model.friction, i)..];
             for term in model.friction {
-                let (own, rest) = places.split_at_mut(term.parameters().len());
+                let (own, rest) = places.split_at_mut(term.parameters_of(i).len());
                 term.fill(dq[i], ddq[i], 0.0, sign(dq[i]), own);
                 places = rest;
             }

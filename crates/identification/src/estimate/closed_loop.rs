@@ -53,6 +53,10 @@ pub fn identify_closed_loop(
     estimate.cross_validation = None;
     estimate.joints.iter_mut().for_each(|joint| joint.held_out = None);
     estimate.settled = Some(found.converged);
+    // In simulations with the controllers of others, 33 to 75 of a hundred such intervals held the truth.
+    estimate
+        .doubts
+        .push("the intervals of this method are too narrow: they know no error of the loop that was simulated".into());
     estimate.remarks.push(match found.converged {
         true => format!("settled after {} simulations of every experiment", found.iterations),
         false => format!(

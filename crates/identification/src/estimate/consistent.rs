@@ -6,17 +6,19 @@
 //! joint's speed), and that of FS_j, FT_j and OFF_j is max|tau_j|.
 
 use linear_model::linear_model::Model;
-use linear_model::parameter::{CouplingParameter, Parameter, ParameterId};
+use linear_model::parameter::{CouplingParameter, FrictionParameter, Parameter, ParameterId};
 use linear_model::pseudo_inertia::Ten;
 use linear_model::regressor::Regressor;
 use linear_model::standard_map::StandardMap;
 use linear_model::unit::Unit;
 use logs::Error;
+use numerics::triangle::{Triangle, TriangleBuilder};
 use serde::{Deserialize, Serialize};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::held_out::residuals;
 use crate::estimate::identify::Fit;
+use crate::estimate::joint_terms::LARGEST_LOAD_COEFFICIENT;
 use crate::estimate::options::Options;
 use crate::estimators::barrier::{LARGEST_BOUNDED_RATIO, Outcome};
 use crate::estimators::consistent::{Consistent, Prior, consistent};
@@ -92,7 +94,7 @@ pub fn identify_consistent(
         discount: if consistency.discount { fit.deviation.correlated } else { 1.0 },
         friction: friction_deviation(&model, &fit, consistency.bounded_friction),
     };
-    let consistent = consistent(&weighted(&joints, &weights), map, &prior);
+    let consistent = with_possible_loads(&model, weighted(&joints, &weights), |rows| consistent(rows, map, &prior));
     let residual = residuals(&model, &joints, &consistent.x);
     let mut estimate = Estimate {
         method: format!("physically consistent, {}", fit.estimate.method),
@@ -115,6 +117,34 @@ pub fn identify_consistent(
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
     Ok(ConsistentFit { least_squares: fit, consistent, estimate })
 }
+
+/// The solution whose friction grows with the load by at most what a gear can waste, and never shrinks with it.
+///
+/// A coefficient beyond is put to the nearer end, one after the other; each is then as good as known.
+fn with_possible_loads(model: &Model, mut rows: Triangle, solve: impl Fn(&Triangle) -> Consistent) -> Consistent {
+    let is_load = |p: &Parameter| matches!(p.id, ParameterId::Friction(FrictionParameter::Load, _));
+    let mut open: Vec<usize> = match model.friction.iter().any(|term| term.is_of_one_joint()) {
+        true => (0..model.p()).filter(|&c| is_load(&model.parameters[c])).collect(),
+        false => Vec::new(),
+    };
+    loop {
+        let found = solve(&rows);
+        let beyond = |c: usize| (found.x[c] - found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT)).abs();
+        let worst = open.iter().copied().max_by(|&a, &b| beyond(a).total_cmp(&beyond(b)));
+        let Some(c) = worst.filter(|&c| beyond(c) > LOAD_COEFFICIENT_TOLERANCE) else { return found };
+        open.retain(|&other| other != c);
+        let mut row = vec![0.0; model.p()];
+        row[c] = KNOWN_ROW_RATIO * rows.column_norm(c);
+        let mut known = TriangleBuilder::new(model.p());
+        known.push(&row, row[c] * found.x[c].clamp(0.0, LARGEST_LOAD_COEFFICIENT));
+        rows.merge(&known.finish(), 1.0);
+    }
+}
+
+/// A coefficient this near to its end is at it.
+const LOAD_COEFFICIENT_TOLERANCE: f64 = 1e-3;
+/// Weight of a known parameter's row over the norm of its column.
+const KNOWN_ROW_RATIO: f64 = 1e3;
 
 /// How the solver ended, and by how much the bodies are worse than the best there are.
 fn account(consistent: &Consistent, estimate: &Estimate, least_squares: &Estimate, discount: f64) -> String {

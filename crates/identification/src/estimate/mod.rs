@@ -15,6 +15,7 @@ pub mod fleet;
 pub mod held_out;
 pub mod identified;
 pub mod identify;
+pub mod joint_terms;
 pub mod ledger;
 pub mod options;
 pub mod passport;

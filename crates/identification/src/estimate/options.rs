@@ -24,6 +24,9 @@ pub struct Options {
     pub signal: Signal,
     /// Friction columns of every joint.
     pub friction: Vec<FrictionTerm>,
+    /// Base parameters that predict the torques which friction grows with, of an earlier fit; empty without such friction.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub friction_load: Vec<f64>,
     /// How much each row counts.
     pub weights: Weights,
     /// Whether the estimate carries its covariance.
@@ -38,6 +41,7 @@ impl Default for Options {
             transmission: Transmission::default(),
             signal: Signal::default(),
             friction: FrictionTerm::STANDARD.to_vec(),
+            friction_load: Vec::new(),
             weights: Weights::Joint,
             covariance: false,
         }
@@ -66,7 +70,13 @@ impl Options {
             signal.standstill.get_or_insert(0.0);
         }
         let friction = self.friction.iter().copied().filter(|term| term.is_bent()).collect();
-        Preparation { transmission: self.transmission.clone(), signal, friction, content: None }
+        Preparation {
+            transmission: self.transmission.clone(),
+            signal,
+            friction,
+            load: self.friction_load.clone(),
+            content: None,
+        }
     }
 }
 

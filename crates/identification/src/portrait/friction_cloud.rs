@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use linear_model::friction::terms::{FrictionTerm, sign};
+use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of, sign};
 use linear_model::linear_model::Model;
 
 /// Largest number of cells along each axis. At least half of them are used once the points fill them.
@@ -58,8 +58,8 @@ impl FrictionCloud {
 /// `x` are the parameters beyond the base parameters.
 pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
     let terms: Vec<FrictionTerm> = model.friction.to_vec();
-    let per_joint: usize = terms.iter().map(|t| t.parameters().len()).sum();
-    let x = &x[j * per_joint..(j + 1) * per_joint];
+    let per_joint = columns_of(&terms, j);
+    let x = &x[columns_before(&terms, j)..][..per_joint];
     if per_joint == 0 || speed.is_nan() || speed <= 0.0 {
         return Vec::new();
     }
@@ -69,7 +69,7 @@ pub fn law(model: &Model, x: &[f64], j: usize, speed: f64) -> Vec<(f64, f64)> {
         for term in &terms {
             // No term has more columns than four.
             let mut columns = [0.0; 4];
-            let width = term.parameters().len();
+            let width = term.parameters_of(j).len();
             term.fill(dq, 0.0, 0.0, sign(dq), &mut columns[..width]);
             torque += columns[..width].iter().zip(&x[first..]).map(|(a, b)| a * b).sum::<f64>();
             first += width;

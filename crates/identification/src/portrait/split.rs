@@ -7,7 +7,7 @@
 //! A rotor inertia that is estimated beside the friction counts as inertia. What a coupled motor adds counts as
 //! friction.
 
-use linear_model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::{FrictionTerm, columns_before, columns_of};
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
@@ -84,11 +84,10 @@ pub fn split(model: &Model, x: &[f64], states: &States, mut take: impl FnMut(usi
 
 /// The column of a rotor inertia among the friction of each joint.
 fn rotor_columns(model: &Model) -> Vec<Option<usize>> {
-    let per_joint: usize = model.friction.iter().map(|t| t.parameters().len()).sum();
-    let before = |i: usize| model.friction[..i].iter().map(|t| t.parameters().len()).sum::<usize>();
-    let rotor = model.friction.iter().position(|t| *t == FrictionTerm::Rotor).map(before);
+    let rotor = model.friction.iter().position(|t| *t == FrictionTerm::Rotor);
     let base = model.regressor.parameters().len();
-    (0..model.n()).map(|j| rotor.map(|c| base + j * per_joint + c)).collect()
+    let column = |i: usize, j: usize| columns_before(model.friction, j) + columns_of(&model.friction[..i], j);
+    (0..model.n()).map(|j| rotor.map(|i| base + column(i, j))).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! From a log to the records of an identification: one for each part between gaps of its clock.
 
 use linear_model::friction::terms::FrictionTerm;
-use linear_model::regressor::Regressor;
+use linear_model::regressor::{Regressor, predict_load};
 use linear_model::states::States;
 use logs::{Error, Log};
 
@@ -19,6 +19,8 @@ pub struct Preparation {
     pub signal: Signal,
     /// Friction terms whose columns are made before the filter; terms that are linear in the motion are not among them.
     pub friction: Vec<FrictionTerm>,
+    /// Base parameters that predict the torques which friction grows with; empty without such friction.
+    pub load: Vec<f64>,
     /// The frequency content of everything that is fitted together, where it is known.
     pub content: Option<FrequencyContent>,
 }
@@ -132,11 +134,22 @@ fn states_of(regressor: &dyn Regressor, log: Log, preparation: &Preparation) -> 
     let name = log.name.clone();
     let signals = preparation.transmission.apply(log)?;
     check_angles(regressor, &signals.log, &signals.q)?;
-    let states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
+    let mut states = signals.states(&preparation.signal, &preparation.friction, preparation.content.as_ref())?;
     let finite =
         [&states.q, &states.dq, &states.ddq, &states.tau].iter().all(|x| x.iter().all(|x| x.abs() < ABSURD_SIGNAL));
     if !finite {
         return Err(Error::at(&name, 0, "the signals leave the range of numbers; look for absurd values in the log"));
+    }
+    if !preparation.load.is_empty() {
+        let (given, expected) = (preparation.load.len(), regressor.parameters().len());
+        if given != expected {
+            let message = format!(
+                "friction_load has {given} numbers, one per base parameter is expected, {expected}: leave it out, and the \
+                 first fit gives it"
+            );
+            return Err(Error::new(message));
+        }
+        predict_load(regressor, &mut states, &preparation.load);
     }
     Ok(states)
 }

@@ -39,7 +39,11 @@ pub fn columns(term: FrictionTerm, v: &[f64], tau: &[f64]) -> Vec<Vec<f64>> {
         ],
         FrictionTerm::Stribeck(speed) => vec![of(&|v, s| s * (-(v / speed) * (v / speed)).exp())],
         FrictionTerm::Load => vec![directions(v).iter().zip(tau).map(|(s, tau)| s * tau.abs()).collect()],
-        FrictionTerm::Viscous | FrictionTerm::Coulomb | FrictionTerm::Offset | FrictionTerm::Rotor => Vec::new(),
+        FrictionTerm::Viscous
+        | FrictionTerm::Coulomb
+        | FrictionTerm::Offset
+        | FrictionTerm::Rotor
+        | FrictionTerm::At(..) => Vec::new(),
     }
 }
 

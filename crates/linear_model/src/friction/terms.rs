@@ -9,6 +9,12 @@
 //!   proves nothing. It is for diagnosis, never for comparing models;
 //! - rotor inertia IA ddq, for regressors whose model has none.
 //!
+//! Terms of a single joint, chosen by what they predict:
+//! - load: FL |Y x0| sign(dq), Y x0 the torque of bodies that an earlier fit x0 predicts, so tau is on one side only;
+//! - Stribeck, with a speed of its own;
+//! - viscous asymmetry: FVA |dq|;
+//! - root: FR sqrt(|dq|) sign(dq).
+//!
 //! Names and units: [`crate::parameter`].
 
 use std::fmt;
@@ -17,7 +23,45 @@ use serde::{Deserialize, Serialize};
 
 use crate::parameter::FrictionParameter;
 
-/// One term of the friction of every joint.
+/// A term of the friction of one joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JointTerm {
+    /// FL abs(Y x0) sign(dq).
+    Load,
+    /// exp(-(dq / v)^2) sign(dq), v in rad/s.
+    Stribeck(f64),
+    /// FVA abs(dq).
+    ViscousAsymmetry,
+    /// FR sqrt(abs(dq)) sign(dq).
+    Root,
+}
+
+impl JointTerm {
+    /// The term's only parameter.
+    #[inline]
+    pub fn parameter(self) -> FrictionParameter {
+        match self {
+            JointTerm::Load => FrictionParameter::Load,
+            JointTerm::Stribeck(_) => FrictionParameter::Stribeck,
+            JointTerm::ViscousAsymmetry => FrictionParameter::ViscousAsymmetry,
+            JointTerm::Root => FrictionParameter::Root,
+        }
+    }
+
+    /// Its column, with the torque `load` that an earlier fit predicts for the bodies.
+    #[inline]
+    fn column(self, dq: f64, load: f64, direction: f64) -> f64 {
+        match self {
+            JointTerm::Load => direction * load.abs(),
+            JointTerm::Stribeck(speed) => direction * (-(dq / speed).powi(2)).exp(),
+            JointTerm::ViscousAsymmetry => dq.abs(),
+            JointTerm::Root => direction * dq.abs().sqrt(),
+        }
+    }
+}
+
+/// One term of the friction of every joint, or of one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionTerm {
@@ -37,6 +81,8 @@ pub enum FrictionTerm {
     Load,
     /// IA ddq.
     Rotor,
+    /// A term of the joint with this number alone, counted from 1.
+    At(usize, JointTerm),
 }
 
 use FrictionTerm::*;
@@ -45,10 +91,29 @@ impl FrictionTerm {
     /// The customary set.
     pub const STANDARD: [FrictionTerm; 3] = [Viscous, Coulomb, Offset];
 
-    /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s.
+    /// A term by its word: `viscous`, `stribeck=0.1`, the speed in rad/s; `load@2` is the term of joint 2 alone.
     ///
     /// Fails with the list of words where there is no such term.
     pub fn of_word(text: &str) -> Result<FrictionTerm, String> {
+        if let Some((term, number)) = text.split_once('@') {
+            let number: usize =
+                number.parse().ok().filter(|n| *n > 0).ok_or_else(|| {
+                    format!("`{text}`: behind @ stands the number of a joint, from 1, as in `load@2`")
+                })?;
+            let term = match (term, term.contains('=')) {
+                ("viscous-asymmetry", _) => JointTerm::ViscousAsymmetry,
+                ("root", _) => JointTerm::Root,
+                ("load", _) => JointTerm::Load,
+                (_, true) if let Ok(Stribeck(speed)) = FrictionTerm::of_word(term) => JointTerm::Stribeck(speed),
+                _ => {
+                    return Err(format!(
+                        "there is no friction term `{term}` of a single joint; there are load, stribeck=V, \
+                         viscous-asymmetry and root"
+                    ));
+                }
+            };
+            return Ok(At(number, term));
+        }
         let (name, speed) = match text.split_once('=') {
             Some((name, speed)) => (name, Some(speed)),
             None => (text, None),
@@ -70,7 +135,8 @@ impl FrictionTerm {
             ("smooth-coulomb" | "stribeck", None) => Err(format!("`{name}` needs its speed in rad/s: `{name}=0.1`")),
             _ => Err(format!(
                 "there is no friction term `{text}`; there are viscous, coulomb, offset, asymmetric, load, rotor, \
-                 smooth-coulomb=V, stribeck=V, none and auto"
+                 smooth-coulomb=V, stribeck=V, none and auto, and of joint N alone load@N, stribeck=V@N, viscous-asymmetry@N, \
+                 root@N"
             )),
         }
     }
@@ -91,13 +157,33 @@ impl FrictionTerm {
             Stribeck(_) => &[FrictionParameter::Stribeck],
             Load => &[FrictionParameter::Load],
             Rotor => &[FrictionParameter::Rotor],
+            At(_, JointTerm::Load) => &[FrictionParameter::Load],
+            At(_, JointTerm::Stribeck(_)) => &[FrictionParameter::Stribeck],
+            At(_, JointTerm::ViscousAsymmetry) => &[FrictionParameter::ViscousAsymmetry],
+            At(_, JointTerm::Root) => &[FrictionParameter::Root],
         }
+    }
+
+    /// The parameters that it has in joint j, counted from 0; none where it is the term of another joint.
+    #[inline]
+    pub fn parameters_of(self, j: usize) -> &'static [FrictionParameter] {
+        match self {
+            At(number, _) if number != j + 1 => &[],
+            term => term.parameters(),
+        }
+    }
+
+    /// Whether it is the term of a single joint.
+    #[inline]
+    pub fn is_of_one_joint(self) -> bool {
+        matches!(self, At(..))
     }
 
     /// Whether the term jumps with the direction, and so can hold a joint at standstill.
     #[inline]
     pub fn is_dry(self) -> bool {
         matches!(self, Coulomb | SmoothCoulomb(_) | Asymmetric | Stribeck(_) | Load)
+            || matches!(self, At(_, JointTerm::Load | JointTerm::Stribeck(_)))
     }
 
     /// Whether the columns must be made before the filter of the torques and go through it.
@@ -109,7 +195,8 @@ impl FrictionTerm {
     }
 
     /// The columns of one joint at one instant, in the order of `parameters`; `direction` is sign(dq),
-    /// or that sign after the filter of the torques, between -1 and 1.
+    /// or that sign after the filter of the torques, between -1 and 1. `tau` is the measured torque, and for a term of a
+    /// single joint the one that an earlier fit predicts for the bodies.
     #[inline]
     pub fn fill(self, dq: f64, ddq: f64, tau: f64, direction: f64, out: &mut [f64]) {
         match (self, out) {
@@ -125,6 +212,7 @@ impl FrictionTerm {
             (Stribeck(speed), [s]) => *s = direction * (-(dq / speed).powi(2)).exp(),
             (Load, [l]) => *l = direction * tau.abs(),
             (Rotor, [r]) => *r = ddq,
+            (At(_, term), [x]) => *x = term.column(dq, tau, direction),
             _ => {}
         }
     }
@@ -142,8 +230,45 @@ impl fmt::Display for FrictionTerm {
             Stribeck(speed) => write!(f, "stribeck={speed:.4}"),
             Load => write!(f, "load"),
             Rotor => write!(f, "rotor"),
+            At(number, JointTerm::Load) => write!(f, "load@{number}"),
+            At(number, JointTerm::Stribeck(speed)) => write!(f, "stribeck={speed:.4}@{number}"),
+            At(number, JointTerm::ViscousAsymmetry) => write!(f, "viscous-asymmetry@{number}"),
+            At(number, JointTerm::Root) => write!(f, "root@{number}"),
         }
     }
+}
+
+/// Refuses terms of joints that the robot lacks, and two that have a parameter of one name; `n`: number of joints.
+pub fn check_terms(terms: &[FrictionTerm], n: usize) -> Result<(), String> {
+    for (i, term) in terms.iter().enumerate() {
+        if let At(number, _) = term
+            && !(1..=n).contains(number)
+        {
+            return Err(format!(
+                "friction `{term}`: the robot has joints 1 to {n}; leave the term out or mend its number"
+            ));
+        }
+        let is_twice = |other: &&FrictionTerm| {
+            let share = |j: usize| other.parameters_of(j).iter().any(|p| term.parameters_of(j).contains(p));
+            (0..n).any(share)
+        };
+        if let Some(other) = terms[..i].iter().find(is_twice) {
+            return Err(format!(
+                "friction `{other}` and `{term}` have a parameter of one name in one joint: take one of them"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Number of columns that these terms have in joint j, counted from 0.
+pub fn columns_of(terms: &[FrictionTerm], j: usize) -> usize {
+    terms.iter().map(|term| term.parameters_of(j).len()).sum()
+}
+
+/// Number of columns that these terms have in the joints before j.
+pub fn columns_before(terms: &[FrictionTerm], j: usize) -> usize {
+    (0..j).map(|j| columns_of(terms, j)).sum()
 }
 
 /// -1, 0 or 1: friction at standstill has no sign.

@@ -130,7 +130,13 @@ impl ExciteRequest {
             Some(FrictionChoice::Terms(terms)) if terms.contains(&FrictionTerm::Load) => {
                 Err(Error::new("[friction=load] needs a measured torque; a motion that is still to be run has none"))
             }
-            Some(FrictionChoice::Terms(terms)) => Ok(terms.clone()),
+            Some(FrictionChoice::Terms(terms)) => match terms.iter().find(|term| term.is_of_one_joint()) {
+                Some(term) => Err(Error::new(format_args!(
+                    "[friction={term}] is the term of a single joint, and a motion is made for the terms of all joints: leave \
+                     it out"
+                ))),
+                None => Ok(terms.clone()),
+            },
         }
     }
 

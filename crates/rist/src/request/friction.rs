@@ -1,6 +1,6 @@
 //! The friction of a request: terms, or that they are to be chosen.
 
-use linear_model::friction::terms::FrictionTerm;
+use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use serde_json::{Value, json};
 
 use super::shape::{Flag, Shape};
@@ -90,6 +90,7 @@ fn word(term: &FrictionTerm) -> String {
     match term {
         FrictionTerm::SmoothCoulomb(speed) => format!("smooth-coulomb={speed}"),
         FrictionTerm::Stribeck(speed) => format!("stribeck={speed}"),
+        FrictionTerm::At(number, JointTerm::Stribeck(speed)) => format!("stribeck={speed}@{number}"),
         plain => plain.to_string(),
     }
 }

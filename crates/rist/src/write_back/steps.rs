@@ -52,6 +52,7 @@ pub fn write_mjcf(
     if has_offsets(estimate) {
         written.notes.push("MuJoCo has no offset of friction: OFF is not in the file".into());
     }
+    written.notes.extend(other_friction(estimate, "MuJoCo"));
     Ok(written)
 }
 
@@ -96,7 +97,22 @@ fn missing_in_a_urdf(model: &Model, bodies: &Bodies, estimate: &Estimate) -> Vec
     if has_offsets(estimate) {
         notes.push("a URDF has no offset of friction: OFF is not in the file".into());
     }
+    notes.extend(other_friction(estimate, "a URDF"));
     notes
+}
+
+/// A sentence on friction that is neither viscous nor Coulomb, where there is some.
+fn other_friction(estimate: &Estimate, format: &str) -> Option<String> {
+    let is_other = |id: &ParameterId| matches!(id, ParameterId::Friction(Stribeck | Load | ViscousAsymmetry | Root, _));
+    let ids = estimate.parameters.iter().map(|p| &p.id).filter(|id| is_other(id));
+    let names: Vec<String> = ids.map(ParameterId::to_string).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{format} has viscous and Coulomb friction alone: {} are not in the file, and FV and FS without them are not \
+             those of [friction=viscous,coulomb]",
+            names.join(" ")
+        )
+    })
 }
 
 fn has_offsets(estimate: &Estimate) -> bool {

@@ -5,6 +5,7 @@
 //! the logs do not count, because two recorders may call one signal differently.
 
 use linear_model::description_options::DescriptionOptions;
+use linear_model::friction::terms::columns_before;
 use linear_model::linear_model::Model;
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use linear_model::reference::ModelReference;
@@ -114,6 +115,7 @@ impl Settings {
         let words = |w: Weights| w.word().to_string();
         compare("weights", words(ours.weights), words(theirs.weights));
         compare("friction", shown(&ours.friction), shown(&theirs.friction));
+        compare("base parameters of the load", shown(&ours.friction_load), shown(&theirs.friction_load));
         compare("transmission", shown(&ours.transmission), shown(&theirs.transmission));
         let rest = |options: &Options| {
             let mut signal = options.signal.clone();
@@ -138,9 +140,9 @@ impl Settings {
     pub fn columns_alone(&self) -> Result<ColumnsAlone, Error> {
         let options = &self.options;
         let couplings = options.transmission.coupled();
-        let friction: usize = options.friction.iter().map(|t| t.parameters().len()).sum();
+        let friction = columns_before(&options.friction, self.coordinates.len());
         let width = linear_model::parameter::CouplingParameter::ALL.len();
-        let others = self.coordinates.len() * friction + couplings.len() * width;
+        let others = friction + couplings.len() * width;
         let unlike = || Error::new("its columns are not those of its friction and transmission: make the file again");
         let base = self.columns.len().checked_sub(others).ok_or_else(unlike)?;
         let parameter = |column: &Column| match &column.name {

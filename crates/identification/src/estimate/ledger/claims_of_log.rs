@@ -37,39 +37,61 @@ pub fn claims_of_log(passport: &Passport, fit: Option<FreeFit>) -> Vec<Claim> {
     if claims.iter().any(Claim::is_contradicted) {
         return claims;
     }
-    let names = |of: &dyn Fn(&JointPassport) -> bool| -> (Vec<String>, Vec<String>) {
-        let named = |j: &&JointPassport| of(j);
-        let (told, untold): (Vec<_>, Vec<_>) = passport.joints.iter().partition(named);
-        [told, untold]
-            .map(|joints: Vec<&JointPassport>| joints.into_iter().map(|j| j.coordinate.clone()).collect())
-            .into()
-    };
-    let mut doubt = None;
+    claims.extend([signs(passport), common_scale(passport), zeros(passport)].concat());
+    claims
+}
+
+/// The names of the joints of which something holds, and of the others.
+fn split(passport: &Passport, holds: impl Fn(&JointPassport) -> bool) -> [Vec<String>; 2] {
+    let (told, untold): (Vec<_>, Vec<_>) = passport.joints.iter().partition(|j| holds(j));
+    [told, untold].map(|joints: Vec<&JointPassport>| joints.into_iter().map(|j| j.coordinate.clone()).collect())
+}
+
+fn agrees(topic: Topic, names: &[String], smallest: Figure) -> Option<Claim> {
+    (!names.is_empty()).then(|| Claim::new(at(topic, names), Outcome::Agrees { smallest }))
+}
+
+fn untold(topic: Topic, names: &[String], why: &str, would_tell: &str) -> Option<Claim> {
+    (!names.is_empty()).then(|| cannot_tell(at(topic, names), why, would_tell))
+}
+
+fn counts(joint: &JointPassport) -> bool {
+    joint.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE)
+}
+
+/// Friction that brakes, and torques that follow the description, have the right sign.
+fn signs(passport: &Passport) -> Vec<Claim> {
     let brakes = |j: &JointPassport| j.friction.is_some_and(|f| f.brakes > f.deviation);
-    let counts = |j: &JointPassport| j.share.is_some_and(|share| share > COUNTED_SLOPE_SHARE);
-    let mut agree = |topic: Topic, told: Vec<String>, smallest: Figure| {
-        if !told.is_empty() {
-            claims.push(Claim::new(at(topic, &told), Outcome::Agrees { smallest }));
-        }
-    };
-    let (signed, unsigned) = names(&|j| brakes(j) || counts(j));
-    agree(SIGN, signed, Figure::new(-1.0, "times the torque"));
-    let (scaled, unscaled) = names(&counts);
+    let [told, open] = split(passport, |j| brakes(j) || counts(j));
+    let why = "friction and description say too little of the torque";
+    let open = untold(SIGN, &open, why, "a faster motion of these joints").filter(|_| passport.has_description());
+    agrees(SIGN, &told, Figure::new(-1.0, "times the torque")).into_iter().chain(open).collect()
+}
+
+/// The torques beside those of the description, of all joints alike.
+fn common_scale(passport: &Passport) -> Vec<Claim> {
+    let [told, open] = split(passport, counts);
+    if told.is_empty() {
+        let why = "the description explains less than half of the torque";
+        return untold(COMMON_SCALE, &open, why, "a known load")
+            .filter(|_| passport.has_description())
+            .into_iter()
+            .collect();
+    }
     let mut slopes: Vec<f64> = passport.joints.iter().filter(|j| counts(j)).filter_map(|j| j.slope).collect();
     slopes.sort_by(f64::total_cmp);
-    let middle = slopes.get(slopes.len() / 2).copied().unwrap_or(1.0);
-    let scaled = match COMMON_FACTORS.contains(&middle) {
-        true => scaled,
-        false => {
-            let texts: Vec<String> = slopes.iter().map(|s| significant(*s)).collect();
-            let why = format!("the torques are {} times those of the description, joint by joint", texts.join(", "));
-            doubt = Some(cannot_tell(at(LOG, &scaled), why, "a known load, or masses that are weighed"));
-            Vec::new()
-        }
-    };
-    let scaled_any = !scaled.is_empty();
-    let largest = if scaled.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
-    agree(COMMON_SCALE, scaled, Figure::new(largest, "times the torque"));
+    let is_near = slopes.get(slopes.len() / 2).is_none_or(|middle| COMMON_FACTORS.contains(middle));
+    if is_near {
+        let largest = if told.len() > 1 { COMMON_FACTORS.end } else { NOMINAL_INERTIAL_SLOPES.end };
+        return agrees(COMMON_SCALE, &told, Figure::new(largest, "times the torque")).into_iter().collect();
+    }
+    let texts: Vec<String> = slopes.iter().map(|s| significant(*s)).collect();
+    let why = format!("the torques are {} times those of the description, joint by joint", texts.join(", "));
+    vec![cannot_tell(at(LOG, &told), why, "a known load, or masses that are weighed")]
+}
+
+/// The least offsets that would have been found, joints of one offset together.
+fn zeros(passport: &Passport) -> Vec<Claim> {
     let mut zeros: Vec<(f64, Vec<String>)> = Vec::new();
     for joint in &passport.joints {
         let Some(angle) = joint.zero_power else { continue };
@@ -79,31 +101,11 @@ pub fn claims_of_log(passport: &Passport, fit: Option<FreeFit>) -> Vec<Claim> {
         }
     }
     zeros.sort_by(|a, b| a.0.total_cmp(&b.0));
-    zeros.into_iter().for_each(|(angle, names)| agree(ZERO, names, Figure::new(angle.to_degrees().round(), "deg")));
-
-    claims.extend(doubt);
-    if passport.has_description() {
-        let (_, unzeroed) = names(&|j| j.zero_power.is_some());
-        let mut open = |topic: Topic, names: Vec<String>, why: &str, would_tell: &str| {
-            if !names.is_empty() {
-                claims.push(cannot_tell(at(topic, &names), why, would_tell));
-            }
-        };
-        open(
-            SIGN,
-            unsigned,
-            "friction and description say too little of the torque",
-            "a faster motion of these joints",
-        );
-        open(
-            COMMON_SCALE,
-            if scaled_any { Vec::new() } else { unscaled },
-            "the description explains less than half of the torque",
-            "a known load",
-        );
-        open(ZERO, unzeroed, "these joints carry too little gravity", "a heavier load, or the encoder's own reference");
-    }
-    claims
+    let told =
+        zeros.iter().filter_map(|(angle, names)| agrees(ZERO, names, Figure::new(angle.to_degrees().round(), "deg")));
+    let [_, open] = split(passport, |j| j.zero_power.is_some());
+    let (why, would_tell) = ("these joints carry too little gravity", "a heavier load, or the encoder's own reference");
+    told.chain(untold(ZERO, &open, why, would_tell).filter(|_| passport.has_description())).collect()
 }
 
 /// Whether a log cannot be explained without what was found.

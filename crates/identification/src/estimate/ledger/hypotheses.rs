@@ -9,8 +9,8 @@
 //!                        mount         h   = the torques per angle of a tilted gravity
 //! ```
 //! W is taken out of h and of tau by one triangle: what is left of both tells u, its deviation, and how large u must be to
-//! be found. A fault is found where u is above [`SIGMAS`] deviations and parts of the record that were left out are
-//! predicted with an error below [`WORTHWHILE`] of what it is without. The deviation is the scatter of u while tenths of
+//! be found. A fault is found where u is above `SIGMAS` deviations and parts of the record that were left out are
+//! predicted with an error below `WORTHWHILE` of what it is without. The deviation is the scatter of u while tenths of
 //! the record are left out (jackknife), at least that of white noise.
 //!
 //! Not told: a common scale of all torques, and the zero of a joint whose bodies may lie as they like.
@@ -169,6 +169,10 @@ fn thinned(states: &States, first: usize, every: usize) -> States {
         tau: series(&states.tau, n),
         direction: series(&states.direction, n),
         motor_direction: series(&states.motor_direction, motors),
+        load: match states.load.is_empty() {
+            true => Vec::new(),
+            false => series(&states.load, n),
+        },
         used: chosen.clone().flat_map(|r| states.used[r * n..(r + 1) * n].iter().copied()).collect(),
         ..States::default()
     };

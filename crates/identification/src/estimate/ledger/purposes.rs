@@ -1,7 +1,7 @@
 //! What each use of an estimate needs.
 //!
 //! Every use needs another motion predicted, and nothing said against log, residual and parameters. Its torque must be
-//! sure to [`SURE_TORQUE`] where the covariance is known. Signs, scales, zeros, mount and springs must not be
+//! sure to `SURE_TORQUE` where the covariance is known. Signs, scales, zeros, mount and springs must not be
 //! contradicted; where they cannot be told they lower nothing, since the torques of the log are predicted all the same.
 //! Bodies need what can exist and what the description does not contradict.
 

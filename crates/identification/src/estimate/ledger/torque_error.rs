@@ -6,11 +6,12 @@
 //! e_j^2 = mean y_j C y_j'       t_j^2 = mean (y_j x)^2       e = sqrt(sum e_j^2 / sum t_j^2)
 //! ```
 //! Gravity compensation asks for gravity alone, at rest; friction is left out of it. Its error is compared with the
-//! larger of that torque and [`MOVING_SHARE`] of the torque of motion, since a vertical axis has none to be compared with.
+//! larger of that torque and `MOVING_SHARE` of the torque of motion, since a vertical axis has none to be compared with.
 //!
 //! e, t: N m (N). Not here: errors of the model, which no covariance holds.
 
 use linear_model::linear_model::Model;
+use linear_model::regressor::predict_load;
 use linear_model::states::States;
 use numerics::random::Random;
 
@@ -119,7 +120,8 @@ pub fn torque_errors(
 fn sums(model: &Model, x: &[f64], covariance: &[Vec<f64>], range: &MotionRange, moves: bool) -> Vec<(f64, f64)> {
     let (n, p, base) = (model.n(), model.p(), model.regressor.parameters().len());
     let count = (MOST_PRODUCTS / (n * p * p).max(1)).clamp(FEWEST_STATES, MOST_STATES);
-    let states = random_states(model, range, count, moves);
+    let mut states = random_states(model, range, count, moves);
+    predict_load(model.regressor, &mut states, &x[..base]);
     let mut sums = vec![(0.0, 0.0); n];
     model.rows(&states, 0..count, |_, rows| {
         for (row, sum) in rows.chunks_exact_mut(p).zip(&mut sums) {

@@ -32,7 +32,7 @@ pub struct Look<'a> {
 const COMPUTED_TORQUE_RESIDUAL: f64 = 2e-3;
 
 /// Slopes within this share of their median are alike.
-const ALIKE_SLOPES: f64 = 0.25;
+const ALIKE_SLOPES: f64 = 0.15;
 
 /// Exponents that differ by more than this from a whole number are no power of ten.
 const POWER_OF_TEN_TOLERANCE: f64 = 0.2;

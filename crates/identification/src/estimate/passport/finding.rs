@@ -79,10 +79,7 @@ pub enum Columns {
 impl Fault {
     /// Whether no estimate from such a log can be used.
     pub fn is_gross(self) -> bool {
-        match self {
-            Fault::Computed | Fault::Saturated(_) | Fault::Delay(_) => false,
-            _ => true,
-        }
+        !matches!(self, Fault::Computed | Fault::Saturated(_) | Fault::Delay(_))
     }
 }
 
@@ -106,12 +103,7 @@ impl Finding {
         let pair = self.joints.join(" and ");
         match self.fault {
             Fault::TorqueUnit(power) => {
-                let unit = match power {
-                    3 => " (N mm)",
-                    2 => " (N cm)",
-                    -3 => " (kN m)",
-                    _ => "",
-                };
+                let unit = torque_unit(power);
                 format!("the torques are in another unit: 10^{power} times those of the description{unit}")
             }
             Fault::NoTorque => {
@@ -169,5 +161,15 @@ impl Finding {
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}; {}", self.statement(), self.evidence, self.remedy)
+    }
+}
+
+/// The unit in which torques are so many powers of ten too large, behind a blank.
+fn torque_unit(power: i32) -> &'static str {
+    match power {
+        3 => " (N mm)",
+        2 => " (N cm)",
+        -3 => " (kN m)",
+        _ => "",
     }
 }

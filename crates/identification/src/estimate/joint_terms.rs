@@ -1,0 +1,350 @@
+//! Friction terms chosen joint by joint, by what they predict.
+//!
+//! To the terms of all joints come, one after the other, those of single joints: friction that grows with the load,
+//! Stribeck friction at 5 and 15 % of the joint's largest speed, viscous asymmetry, the root of the speed. Each tenth of
+//! the records is predicted from the others. With the weighted rows W_k of tenth k, e_k what x leaves of them, and x_k
+//! from all other tenths,
+//!
+//! ```text
+//! E^2 = sum_k |W_k x_k - y_k|^2
+//! ```
+//! the term with the smallest E is taken, as long as E falls by more than 1.5 %. Weights are by joint, so each joint
+//! counts alike. The load is the torque that an earlier fit predicts for the bodies, so that the torque to be explained
+//! stands on one side only.
+//!
+//! The records are gone through once: the rows of all candidates go into one triangle, and their products
+//! G_k = W_k' W_k give E for any set of columns. A candidate borders the factor of the set, which costs the square of
+//! its size.
+
+use std::fmt;
+
+use linear_model::friction::terms::{FrictionTerm, JointTerm, columns_before, columns_of};
+use linear_model::linear_model::Model;
+use linear_model::regressor::Regressor;
+use logs::Error;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use numerics::triangle::{Triangle, select};
+
+use crate::estimate::options::Options;
+use crate::estimators::weighted::fit;
+use crate::rows::observation::{Observation, weighted};
+use crate::signals::records::Records;
+
+/// Ratio of the errors with a term and without it, above which the term is not worth its column.
+const WORTHWHILE_ERROR_RATIO: f64 = 0.985;
+/// Shares of a joint's largest speed over which Stribeck friction decays.
+const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
+/// Friction is at most this share of the load: no gear wastes more.
+pub const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
+/// Share of a column's square with which its parameter is held where a tenth is left out, as in `held_out`.
+const HOLD_SHARE: f64 = 1e-6;
+/// The same for the whole record: what no row determines stays near zero.
+const RANK_SHARE: f64 = 1e-12;
+
+/// A term that was taken, and the error with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TakenTerm {
+    /// The term.
+    pub term: FrictionTerm,
+    /// E with this term and those before, over E without any.
+    pub ratio: f64,
+}
+
+/// The terms that were taken, in the order of their gain.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointTerms {
+    /// Terms of single joints.
+    pub taken: Vec<TakenTerm>,
+}
+
+impl JointTerms {
+    /// Whether one of them grows with the load.
+    pub fn has_load(&self) -> bool {
+        self.taken.iter().any(|taken| matches!(taken.term, FrictionTerm::At(_, JointTerm::Load)))
+    }
+}
+
+/// The candidates of all joints that move; `speed`: the largest of each joint, rad/s.
+pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
+    let mut out = Vec::new();
+    for (j, &fastest) in speed.iter().enumerate().filter(|(_, v)| **v > 0.0) {
+        let mut add = |term| out.push(FrictionTerm::At(j + 1, term));
+        add(JointTerm::Load);
+        STRIBECK_SPEED_SHARES.iter().for_each(|share| add(JointTerm::Stribeck(share * fastest)));
+        add(JointTerm::ViscousAsymmetry);
+        add(JointTerm::Root);
+    }
+    out
+}
+
+/// Chooses terms of single joints beside `options.friction`, on records whose load is predicted.
+///
+/// Fails where a record cannot be read.
+pub fn choose_joint_terms<R: Records + ?Sized>(
+    regressor: &dyn Regressor,
+    records: &R,
+    options: &Options,
+    candidates: &[FrictionTerm],
+) -> Result<JointTerms, Error> {
+    let couplings = options.transmission.coupled();
+    let terms = [options.friction.as_slice(), candidates].concat();
+    let wide = Model::new(regressor, &terms, &couplings);
+    let rows = Observation::of_records(&wide, records, None)?;
+    let places: Vec<usize> = (0..candidates.len()).map(|i| place(&wide, options, candidates, i)).collect();
+    let kept: Vec<usize> = (0..wide.p()).filter(|c| !places.contains(c)).collect();
+    // The weights are those of the model without the candidates.
+    let joints: Vec<Triangle> = rows.joints(|_| true).iter().map(|joint| select(joint, &kept)).collect();
+    let (_, weights) = fit(&joints, options.weights);
+    let folds = Folds::new(&rows, &weights);
+
+    let mut set = kept;
+    let mut found = JointTerms::default();
+    let first = folds.error(&set);
+    let mut error = first;
+    let mut open: Vec<usize> = (0..candidates.len()).collect();
+    while error > 0.0 && !open.is_empty() {
+        let columns: Vec<usize> = open.iter().map(|&i| places[i]).collect();
+        let tried = folds.with_each(&set, &columns);
+        let is_possible = |i: usize, value: f64| match candidates[i] {
+            FrictionTerm::At(_, JointTerm::Load) => (0.0..=LARGEST_LOAD_COEFFICIENT).contains(&value),
+            _ => true,
+        };
+        let possible = open.iter().zip(&tried).filter(|(i, tried)| is_possible(**i, tried.value));
+        let Some((&best, tried)) = possible.min_by(|a, b| a.1.error.total_cmp(&b.1.error)) else { break };
+        // Squares.
+        if tried.error.is_nan() || tried.error >= WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO * error {
+            break;
+        }
+        error = tried.error;
+        set.push(places[best]);
+        found.taken.push(TakenTerm { term: candidates[best], ratio: (error / first).sqrt() });
+        // A joint has one parameter of a name.
+        let named = |i: usize| wide.parameters[places[i]].id.clone();
+        let taken = named(best);
+        open.retain(|&i| named(i) != taken);
+    }
+    Ok(found)
+}
+
+/// The column of candidate i in the wide model.
+fn place(wide: &Model, options: &Options, candidates: &[FrictionTerm], i: usize) -> usize {
+    let FrictionTerm::At(number, _) = candidates[i] else { return 0 };
+    let (base, j) = (wide.regressor.parameters().len(), number - 1);
+    base + columns_before(wide.friction, j) + columns_of(&options.friction, j) + columns_of(&candidates[..i], j)
+}
+
+/// What a candidate does.
+struct Tried {
+    /// E^2 with it.
+    error: f64,
+    /// Its parameter on the whole record.
+    value: f64,
+}
+
+/// Products of the weighted rows, the right-hand side last: of each tenth, and of all of them. Columns have unit norm.
+struct Folds {
+    tenths: Vec<DMatrix<f64>>,
+    all: DMatrix<f64>,
+    /// What a parameter of a column of unit norm is multiplied by.
+    scale: DVector<f64>,
+}
+
+impl Folds {
+    fn new(rows: &Observation, weights: &[f64]) -> Folds {
+        let products = |joints: &Vec<Triangle>| {
+            let triangle = weighted(joints, weights);
+            let m = triangle.columns() + 1;
+            let r = DMatrix::from_fn(m, m, |i, j| if i <= j { triangle.at(i, j) } else { 0.0 });
+            r.transpose() * r
+        };
+        let parts: Vec<DMatrix<f64>> = rows.parts.iter().map(products).collect();
+        let m = parts.first().map_or(0, DMatrix::nrows);
+        let sum = |parts: &[DMatrix<f64>]| parts.iter().fold(DMatrix::zeros(m, m), |sum, part| sum + part);
+        let mut folds =
+            Folds { tenths: parts.chunks(2).map(sum).collect(), all: sum(&parts), scale: DVector::zeros(m) };
+        folds.scale = folds.all.diagonal().map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 1.0 });
+        // The right-hand side keeps its unit.
+        if let Some(last) = m.checked_sub(1) {
+            folds.scale[last] = 1.0;
+        }
+        for products in folds.tenths.iter_mut().chain([&mut folds.all]) {
+            let scale = &folds.scale;
+            *products = DMatrix::from_fn(m, m, |i, j| scale[i] * products[(i, j)] * scale[j]);
+        }
+        folds
+    }
+
+    /// E^2 of a set of columns; infinite where it cannot be solved.
+    fn error(&self, set: &[usize]) -> f64 {
+        let Some(whole) = Normal::new(&self.all, set, RANK_SHARE) else { return f64::INFINITY };
+        let x = whole.solution(&DVector::zeros(set.len()));
+        let of_tenth = |tenth: &DMatrix<f64>| {
+            let rest = Normal::new(&(&self.all - tenth), set, HOLD_SHARE)?;
+            Some(left(tenth, set, &rest.solution(&x)))
+        };
+        self.tenths.iter().map(of_tenth).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
+    }
+
+    /// What each of these columns does beside a set.
+    fn with_each(&self, set: &[usize], columns: &[usize]) -> Vec<Tried> {
+        let last = self.all.nrows() - 1;
+        let none = || Tried { error: f64::INFINITY, value: 0.0 };
+        let Some(whole) = Normal::new(&self.all, set, RANK_SHARE) else {
+            return columns.iter().map(|_| none()).collect();
+        };
+        let alone = whole.solution(&DVector::zeros(set.len()));
+        let starts: Vec<DVector<f64>> = columns.iter().map(|&c| whole.bordered(c, &alone, 0.0)).collect();
+        let value = |(start, &c): (&DVector<f64>, &usize)| start[set.len()] * self.scale[c] / self.scale[last];
+        let mut tried: Vec<Tried> =
+            starts.iter().zip(columns).map(|one| Tried { error: 0.0, value: value(one) }).collect();
+        for tenth in &self.tenths {
+            let Some(rest) = Normal::new(&(&self.all - tenth), set, HOLD_SHARE) else {
+                return columns.iter().map(|_| none()).collect();
+            };
+            for ((tried, start), &c) in tried.iter_mut().zip(&starts).zip(columns) {
+                let held = start.rows(0, set.len()).into_owned();
+                let x = rest.bordered(c, &rest.solution(&held), start[set.len()]);
+                tried.error += left(tenth, &[set, &[c]].concat(), &x);
+            }
+        }
+        tried
+    }
+}
+
+/// |W x - y|^2 from products.
+fn left(products: &DMatrix<f64>, set: &[usize], x: &DVector<f64>) -> f64 {
+    let last = products.nrows() - 1;
+    let mut all = DVector::zeros(last + 1);
+    set.iter().zip(x.iter()).for_each(|(&c, x)| all[c] = *x);
+    all[last] = -1.0;
+    all.dot(&(products * &all)).max(0.0)
+}
+
+/// The normal equations of a set of columns, each parameter held by a share of its column's square.
+struct Normal<'a> {
+    products: DMatrix<f64>,
+    set: &'a [usize],
+    hold: f64,
+    factor: Cholesky<f64, Dyn>,
+}
+
+impl<'a> Normal<'a> {
+    /// `None` where the equations cannot be solved.
+    fn new(products: &DMatrix<f64>, set: &'a [usize], hold: f64) -> Option<Normal<'a>> {
+        let entry = |i: usize, j: usize| {
+            let held = if i == j { hold * products[(set[i], set[i])] + RANK_SHARE } else { 0.0 };
+            products[(set[i], set[j])] + held
+        };
+        let factor = Cholesky::new(DMatrix::from_fn(set.len(), set.len(), entry))?;
+        Some(Normal { products: products.clone(), set, hold, factor })
+    }
+
+    /// The parameters, held at `start`.
+    fn solution(&self, start: &DVector<f64>) -> DVector<f64> {
+        let last = self.products.nrows() - 1;
+        let right = |i: usize| {
+            let c = self.set[i];
+            self.products[(c, last)] + self.hold * self.products[(c, c)] * start[i]
+        };
+        self.factor.solve(&DVector::from_fn(self.set.len(), |i, _| right(i)))
+    }
+
+    /// The parameters with column c behind the others; `alone`: those without it, `start`: where its own is held.
+    fn bordered(&self, c: usize, alone: &DVector<f64>, start: f64) -> DVector<f64> {
+        let last = self.products.nrows() - 1;
+        let beside = DVector::from_fn(self.set.len(), |i, _| self.products[(self.set[i], c)]);
+        let by_others = self.factor.solve(&beside);
+        let (own, right) = (self.products[(c, c)], self.products[(c, last)]);
+        let pivot = own * (1.0 + self.hold) - beside.dot(&by_others);
+        let is_told = pivot > RANK_SHARE.sqrt() * own;
+        let x = if is_told { (right + self.hold * own * start - beside.dot(alone)) / pivot } else { 0.0 };
+        let mut all = alone - by_others * x;
+        all = all.push(x);
+        all
+    }
+}
+
+impl fmt::Display for JointTerms {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.taken.is_empty() {
+            return writeln!(f, "no term of a single joint predicts parts left out by 1.5 % better");
+        }
+        writeln!(f, "terms of single joints, and the error on parts left out beside that without them:")?;
+        self.taken.iter().try_for_each(|taken| writeln!(f, "   {:.3}  {}", taken.ratio, taken.term))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_arm::Pendulum;
+    use linear_model::regressor::predict_load;
+    use numerics::random::Random;
+
+    /// Records of a pendulum whose friction is `friction(dq, load)`, with the load predicted by the truth.
+    fn found(friction: impl Fn(f64, f64) -> f64) -> (JointTerms, f64) {
+        let arm = Pendulum::new();
+        let mut states = arm.states(3000);
+        predict_load(&arm, &mut states, &arm.truth);
+        let mut random = Random::new(5);
+        for r in 0..states.len() {
+            states.tau[r] += friction(states.dq[r], states.load[r]) + 0.05 * random.normal();
+        }
+        let fastest = states.dq.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let candidates = joint_candidates(&[fastest]);
+        let terms = choose_joint_terms(&arm, [states].as_slice(), &Options::default(), &candidates).unwrap();
+        (terms, fastest)
+    }
+
+    /// The term that is there is taken first, and none where friction is viscous and Coulomb.
+    #[test]
+    fn the_term_that_is_there_is_taken() {
+        let (none, fastest) = found(|dq, _| 0.3 * dq + 0.5 * dq.signum());
+        assert_eq!(none.taken, []);
+        let first = |friction: &dyn Fn(f64, f64) -> f64| {
+            let (terms, _) = found(friction);
+            assert!(terms.taken[0].ratio < 0.9, "{terms}");
+            terms.taken[0].term
+        };
+        let at = |term| FrictionTerm::At(1, term);
+        assert_eq!(first(&|dq, load| 0.3 * dq + (0.5 + 0.1 * load.abs()) * dq.signum()), at(JointTerm::Load));
+        let slow = STRIBECK_SPEED_SHARES[1] * fastest;
+        let bump = |dq: f64| (-(dq / slow) * (dq / slow)).exp();
+        assert_eq!(first(&|dq, _| 0.3 * dq + (0.5 + bump(dq)) * dq.signum()), at(JointTerm::Stribeck(slow)));
+        assert_eq!(first(&|dq, _| 0.3 * dq + 0.2 * dq.abs()), at(JointTerm::ViscousAsymmetry));
+        assert_eq!(first(&|dq, _| 0.3 * dq + dq.abs().sqrt() * dq.signum()), at(JointTerm::Root));
+        // Friction that shrinks with the load, or eats more than a gear can, is no friction of the load.
+        for coefficient in [-0.1, 0.4] {
+            let (terms, _) = found(|dq, load| 0.3 * dq + (5.0 + coefficient * load.abs()) * dq.signum());
+            assert!(!terms.has_load(), "{terms}");
+        }
+    }
+
+    /// The error of a set, with a column bordered or not, is that of cross-validation by triangles.
+    #[test]
+    fn products_give_the_error_of_cross_validation() {
+        use crate::estimate::held_out::cross_validate;
+        let arm = Pendulum::new();
+        let mut states = arm.states(2000);
+        let mut random = Random::new(6);
+        states.tau.iter_mut().for_each(|tau| *tau += 0.3 * random.normal());
+        let terms = [FrictionTerm::Viscous, FrictionTerm::Coulomb];
+        let model = Model::new(&arm, &terms, &[]);
+        let rows = Observation::of(&model, &states, 20);
+        let (_, weights) = fit(&rows.joints(|_| true), options_weights());
+        let folds = Folds::new(&rows, &weights);
+        let whole: Vec<usize> = (0..model.p()).collect();
+        let (before, column) = whole.split_at(model.p() - 1);
+        let (bordered, direct) = (folds.with_each(before, column)[0].error, folds.error(&whole));
+        assert!((bordered / direct - 1.0).abs() < 1e-9, "{bordered} {direct}");
+        let torque: f64 = states.tau.iter().map(|tau| tau * tau).sum();
+        let expected = cross_validate(&model, &rows, options_weights()).total;
+        let found = (direct / torque).sqrt() / weights[0];
+        // The hold is another share of the rows there.
+        assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+    }
+
+    fn options_weights() -> crate::estimators::weighted::Weights {
+        crate::estimators::weighted::Weights::Joint
+    }
+}

@@ -1,0 +1,117 @@
+//! Friction of single joints: chosen where it is there, carried by the estimate, refused where it has no meaning.
+
+use std::path::Path;
+
+use identification::estimate::artefact::Estimate;
+use linear_model::friction::terms::{FrictionTerm, JointTerm};
+use linear_model::parameter::{FrictionParameter, ParameterId};
+use logs::LogSource;
+use rist::Model;
+use tests::joint_log::{Machine, swinging, unlike};
+use tests::program::{folder, rist};
+use tests::{model, model_path};
+
+/// Joint of the load, counted from 0, and its coefficient.
+const LOADED: usize = 1;
+const COEFFICIENT: f64 = 0.1;
+
+/// A log of the UR5 with viscous and Coulomb friction, and with friction that grows with the load in one joint.
+fn write(path: &Path, amplitude: f64) {
+    let robot = model("ur5.urdf");
+    let x = unlike(&robot, 5);
+    let mut log = swinging(&robot, &x, amplitude, 0.0);
+    let n = robot.n_coordinates();
+    let none = vec![0.0; n];
+    let swing = vec![amplitude; n];
+    let (viscous, coulomb, amplitude, parameters) = (&none, &none, &swing, &x);
+    let bare = Machine {
+        robot: &robot,
+        parameters,
+        amplitude,
+        viscous,
+        coulomb,
+        noise: 0.0,
+        encoder: 0.0,
+        speed: 0.0,
+        delay: 0.0,
+    };
+    let bare = bare.log();
+    for ((tau, load), dq) in log.tau[LOADED].iter_mut().zip(&bare.tau[LOADED]).zip(&bare.dq[LOADED]) {
+        *tau += COEFFICIENT * load.abs() * dq.signum();
+    }
+    let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
+    log.write(path, &names);
+}
+
+/// The term is chosen for the joint that has it and for no other; the file of the estimate predicts another motion with
+/// it, better than the friction of all joints does; a generated file and a URDF name what they do not hold.
+#[test]
+fn friction_of_the_load_is_found_and_carried() {
+    let here = folder("joint_friction");
+    write(&here.join("fitted.csv"), 1.0);
+    write(&here.join("other.csv"), 0.6);
+    let urdf = model_path("ur5.urdf").display().to_string();
+    let robot = Model::read(&urdf).unwrap();
+    let other = LogSource::Held(
+        logs::Log::read(&here.join("other.csv"), robot.regressor().coordinates(), &Default::default()).unwrap().0,
+    );
+    let of = |name: &str, more: &[&str]| {
+        let run = rist(&here, &[&["identify", &urdf, "fitted.csv", "--out", name], more].concat());
+        let text = std::fs::read_to_string(here.join(name)).unwrap_or_else(|e| panic!("{e}: {}{}", run.out, run.err));
+        let estimate = Estimate::from_yaml(name, &text).unwrap();
+        let predicted = rist::validation::predictions(&robot, &estimate, std::slice::from_ref(&other)).unwrap();
+        (run, estimate, predicted[0].residuals.total)
+    };
+    let (_, _, plain) = of("plain.yaml", &[]);
+    let load = FrictionTerm::At(LOADED + 1, JointTerm::Load);
+    for (name, more) in [
+        ("auto.yaml", &["--friction", "auto"][..]),
+        ("bodies.yaml", &["--friction", "auto", "--consistent", "--write-urdf", "out.urdf", "--anyway"]),
+    ] {
+        let (run, estimate, found) = of(name, more);
+        let terms = estimate.options.as_ref().unwrap().friction.clone();
+        let is_load = |term: &&FrictionTerm| matches!(term, FrictionTerm::At(_, JointTerm::Load));
+        assert_eq!(terms.iter().filter(is_load).collect::<Vec<_>>(), [&load], "{name}: {}", run.out);
+        let id = ParameterId::friction(FrictionParameter::Load, &robot.regressor().coordinates()[LOADED]);
+        let value = estimate.value(&id).unwrap();
+        assert!((value - COEFFICIENT).abs() < 0.2 * COEFFICIENT, "{name}: {value}");
+        assert!(found < 0.8 * plain, "{name}: {found} {plain}");
+        if more.len() > 2 {
+            assert!(
+                format!("{}{}", run.out, run.err).contains(&format!("{id} are not in the file")),
+                "{}{}",
+                run.out,
+                run.err
+            );
+        }
+        let source = rist(&here, &["generate", &urdf, "--estimate", name]);
+        assert!(
+            source.out.contains("Not held here: ") && source.out.contains(&id.to_string()),
+            "{}{}",
+            source.out,
+            source.err
+        );
+    }
+    // By hand the first fit gives the load too.
+    let (_, _, by_hand) = of("by_hand.yaml", &["--friction", "viscous,coulomb,offset,load@2"]);
+    assert!(by_hand < 0.8 * plain, "{by_hand} {plain}");
+}
+
+/// Terms of joints that the robot lacks, or of a parameter that the joint has already, are refused; so are sums whose rows
+/// would be needed twice.
+#[test]
+fn terms_that_cannot_be_are_refused() {
+    let here = folder("joint_friction_refused");
+    write(&here.join("log.csv"), 1.0);
+    let urdf = model_path("ur5.urdf").display().to_string();
+    for (command, terms, said) in [
+        ("identify", "viscous,load@9", "the robot has joints 1 to 6"),
+        ("identify", "viscous,stribeck=0.1,stribeck=0.2@3", "a parameter of one name"),
+        ("identify", "viscous,offset@3", "there is no friction term `offset` of a single joint"),
+        ("accumulate", "viscous,load@2", "needs the torques that a first fit predicts"),
+    ] {
+        let run = rist(&here, &[command, &urdf, "log.csv", "--friction", terms, "--out", "x.tri"]);
+        assert_ne!(run.code, Some(0), "{command} {terms}");
+        assert!(run.err.contains(said), "{command} {terms}: {}", run.err);
+    }
+}
