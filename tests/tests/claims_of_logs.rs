@@ -101,7 +101,7 @@ fn a_fault_above_the_power_is_named_with_its_joint() {
             let Outcome::Contradicted { fault, .. } = first.outcome() else { unreachable!("it is contradicted") };
             let told: f64 = fault.split([' ', '~']).find_map(|w| w.parse().ok()).unwrap_or_else(|| panic!("{fault}"));
             // The unknown is linear in the fault, which it is not quite.
-            assert!((told.abs() / size - 1.0).abs() < 0.15, "{file}: {fault}, true {size}");
+            assert!((told / size - 1.0).abs() < 0.15, "{file}: {fault}, true {size}");
             assert_eq!(found.trust, Trust::No, "{file}: {found}");
         }
     }

@@ -339,3 +339,17 @@ fn lint_fails_on_findings_only() {
     assert_eq!(of(0.1).code, Some(0), "{}", of(0.1).out);
     assert_eq!(of(5.0).code, Some(1), "{}", of(5.0).out);
 }
+
+/// The line of an error is looked up again in a file, and not in a pipe, which would be waited for without end.
+#[cfg(unix)]
+#[test]
+fn an_error_in_a_named_pipe_is_told() {
+    let here = folder("named_pipe");
+    let made = std::process::Command::new("mkfifo").arg("arm.yaml").current_dir(&here).status().unwrap();
+    assert!(made.success());
+    let pipe = here.join("arm.yaml");
+    let writer = std::thread::spawn(move || std::fs::write(pipe, "convention: khalil-kleinfinger\nnam: x\n").unwrap());
+    let run = rist(&here, &["inspect", "arm.yaml"]);
+    writer.join().unwrap();
+    assert!(run.code == Some(2) && run.err.contains("arm.yaml:2"), "{}", run.err);
+}

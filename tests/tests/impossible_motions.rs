@@ -104,6 +104,30 @@ fn found(name: &str) -> (PathBuf, ExcitingMotion) {
     (here, motion)
 }
 
+/// A file that no search writes would be played or proved without end.
+#[test]
+fn motions_of_absurd_size_are_refused() {
+    let (here, motion) = found("absurd");
+    type Change = fn(&mut ExcitingMotion);
+    let changes: [(Change, &str); 4] = [
+        (|m| m.rate_hz = 1e-6, "rate_hz is 1e-6; a controller has 1 to 20000 Hz"),
+        (|m| m.rate_hz = f64::NAN, "rate_hz is NaN"),
+        (|m| m.joints[1].cosine = vec![1e-3; 20_000], "q2 has 20000 harmonics; at most 100 are read"),
+        (|m| m.joints[0].centre = 1e308, "q1 moves by 1e308 rad (m)"),
+    ];
+    for (change, sentence) in changes {
+        let mut absurd = motion.clone();
+        change(&mut absurd);
+        std::fs::write(here.join("absurd.yaml"), absurd.to_yaml().unwrap()).unwrap();
+        for command in
+            [&["check", "arm.yaml", "absurd.yaml"][..], &["simulate", "arm.yaml", "absurd.yaml", "--out", "d"]]
+        {
+            let run = rist(&here, command);
+            assert!(run.code == Some(2) && run.err.contains(sentence), "{sentence}: {}{}", run.out, run.err);
+        }
+    }
+}
+
 /// A check says of every limit where it stands, and holds the motion to limits of the user's own file.
 #[test]
 fn a_check_says_whose_limits_it_proves() {

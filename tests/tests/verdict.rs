@@ -2,7 +2,7 @@
 
 use rist::Model;
 use tests::faults::{amperes, changed, cut, each, mirrored};
-use tests::joint_log::{JointLog, swinging, unlike};
+use tests::joint_log::{JointLog, described, swinging, unlike};
 use tests::program::{Run, folder, rist};
 use tests::{model_path, urdf_text};
 
@@ -130,6 +130,25 @@ fn a_good_log_is_trusted() {
     let refused = rist(&here, &["validate", &ur5, "e.yaml", "c.csv"]);
     assert_eq!(refused.code, Some(1), "{}{}", refused.out, refused.err);
     assert!(verdict(&refused)[1].contains("wrong sign"), "{}", refused.out);
+}
+
+/// A load that nobody noted: the description predicts the other log far better than the estimate, and what the fit left
+/// says nothing of it.
+#[test]
+fn a_validation_judges_its_own_residual() {
+    let here = folder("another_robot");
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let (ur5, names) = (model_path("ur5.urdf").display().to_string(), model.regressor().coordinates());
+    let described = described(&model.robot);
+    let heavy: Vec<f64> = described.iter().map(|x| 1.4 * x).collect();
+    swinging(&model.robot, &heavy, 1.2, 0.0).write(&here.join("a.csv"), names);
+    swinging(&model.robot, &described, 0.8, 0.0).write(&here.join("b.csv"), names);
+    assert!(rist(&here, &["identify", &ur5, "a.csv", "--out", "e.yaml"]).out.contains("what is left"));
+    let run = rist(&here, &["validate", &ur5, "e.yaml", "b.csv"]);
+    let found = verdict(&run);
+    assert_eq!(run.code, Some(1), "{found:?}");
+    assert!(found[1].starts_with("trust: no: the description predicts the other log better"), "{found:?}");
+    assert!(!run.out.contains("what is left"), "{}", run.out);
 }
 
 /// The log that an estimate was made from is no validation of it, by whatever name it is given.

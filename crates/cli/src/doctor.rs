@@ -1,13 +1,14 @@
 //! `rist doctor`: what a log and a description have to do with each other, before anything is fitted.
 
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Finding;
-use rist::doctor::Claim;
+use rist::doctor::claims_of_log;
 use rist::request::DoctorRequest;
+use rist::verdict::claim_line;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -47,7 +48,7 @@ fn as_json(log: &str, passport: &Passport) -> Value {
         "log": log,
         "joints": joints.collect::<Vec<_>>(),
         "findings": findings(&passport.findings),
-        "claims": rist::doctor::claims_of_log(passport, None),
+        "claims": claims_of_log(passport, None),
     })
 }
 
@@ -58,15 +59,6 @@ pub fn findings(findings: &[Finding]) -> Vec<Value> {
         json!({"statement": f.statement(), "joints": f.joints, "gross": is_gross, "evidence": f.evidence, "remedy": f.remedy})
     };
     findings.iter().map(one).collect()
-}
-
-/// Claims as lines.
-struct Claims<'a>(&'a [Claim]);
-
-impl fmt::Display for Claims<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        rist::verdict::write_claims(f, self.0)
-    }
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -84,8 +76,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         for finding in &passport.findings {
             let _ = writeln!(text, "{finding}");
         }
-        let claims = rist::doctor::claims_of_log(&passport, None);
-        let _ = write!(text, "{}", Claims(&claims));
+        let claims = claims_of_log(&passport, None);
+        for claim in claims.iter().filter(|claim| !claim.is_contradicted()) {
+            let _ = writeln!(text, "{}", claim_line(claim));
+        }
         if passport.findings.is_empty() {
             let _ = writeln!(text, "nothing is contradicted");
         }

@@ -23,7 +23,7 @@ use crate::html;
 use crate::logs::{logs, open};
 use crate::model::Model;
 use crate::validation::Validation;
-use crate::verdict::Verdict;
+use crate::verdict::{Said, Verdict};
 use crate::work::work;
 
 /// Identified parameters with their deviations, the residuals they leave, and what the data cannot tell.
@@ -34,7 +34,7 @@ use crate::work::work;
 pub struct Estimate {
     pub inner: rist::Estimate,
     pub model: Option<Py<Model>>,
-    pub verdict: rist::verdict::Verdict,
+    pub verdict: Said,
     /// The bodies, where only those that can exist were asked for.
     pub bodies: Option<Bodies>,
     /// The load of the loaded logs, as the program prints it.
@@ -51,7 +51,7 @@ type BodyState = (Vec<(usize, [f64; 10])>, Vec<f64>, Option<String>);
 impl Estimate {
     /// An estimate out of a file or a simulation.
     pub fn plain(inner: rist::Estimate, model: Option<Py<Model>>) -> Estimate {
-        let verdict = rist::verdict::estimate_verdict(&inner);
+        let verdict = rist::verdict::estimate_verdict(&inner).into();
         Estimate { inner, model, verdict, bodies: None, load: None, findings: Vec::new(), is_read: false }
     }
 
@@ -84,7 +84,7 @@ impl Estimate {
                 }
             }));
         };
-        let (trust, reasons) = self.verdict.of_bodies();
+        let (trust, reasons) = self.verdict.inner.of_bodies();
         if !anyway && trust == Trust::No {
             let reasons = reasons.join("; ");
             return Err(error(format_args!(
@@ -221,7 +221,7 @@ impl Estimate {
     /// Whether to trust it, and why.
     #[getter]
     fn verdict(&self) -> Verdict {
-        self.verdict.clone().into()
+        Verdict { said: self.verdict.clone() }
     }
 
     /// |tau - W X| / |tau| over all joints.
@@ -327,7 +327,7 @@ impl Estimate {
             plan: plan.map(|p| &p.inner),
             estimate: Some(&self.inner),
             validation: validation.map(|v| &v.inner),
-            verdict: Some(&self.verdict),
+            verdict: Some(&self.verdict.inner),
             origin: Origin { date, version: env!("CARGO_PKG_VERSION"), command: "rist.Estimate.report", model: None },
             reader: Reader::Python,
             ..PageRequest::default()
@@ -355,7 +355,7 @@ impl Estimate {
     }
 
     fn __repr__(&self) -> String {
-        spelled(&format!("{}\n{}", self.inner, self.verdict), Reader::Python)
+        spelled(&format!("{}\n{}", self.inner, self.verdict.text), Reader::Python)
     }
 
     fn _repr_html_(&self) -> String {
@@ -373,7 +373,7 @@ impl Estimate {
         let rows = self.inner.parameters.iter().zip(self.status()).map(row);
         let head = ["parameter", "value", "sigma", "white", "unit", "status"];
         let title = format!("{}: {}", self.inner.model, self.inner.method);
-        html::table(&title, &head, rows) + &html::text(&self.verdict.to_string())
+        html::table(&title, &head, rows) + &html::text(&self.verdict.text)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -414,5 +414,5 @@ pub fn _estimate(
         refusal,
     });
     let read = Estimate::of_text(text, Path::new("pickle"), model)?;
-    Ok(Estimate { verdict: verdict.inner.clone(), findings, load, bodies, is_read, ..read })
+    Ok(Estimate { verdict: verdict.said.clone(), findings, load, bodies, is_read, ..read })
 }

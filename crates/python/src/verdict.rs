@@ -13,13 +13,20 @@ use crate::html;
 /// Whether to trust a result: `trust` is "yes", "with care" or "no".
 #[pyclass(frozen, module = "rist")]
 pub struct Verdict {
-    pub inner: rist::verdict::Verdict,
-    claims: Vec<String>,
+    pub said: Said,
 }
 
-impl From<rist::verdict::Verdict> for Verdict {
-    fn from(inner: rist::verdict::Verdict) -> Verdict {
-        Verdict { claims: inner.claims.iter().map(ToString::to_string).collect(), inner }
+/// A verdict and its sentences. Claims are written and never read, so what comes out of a pickle has the sentences alone.
+#[derive(Clone)]
+pub struct Said {
+    pub inner: rist::verdict::Verdict,
+    claims: Vec<String>,
+    pub text: String,
+}
+
+impl From<rist::verdict::Verdict> for Said {
+    fn from(inner: rist::verdict::Verdict) -> Said {
+        Said { claims: inner.claims.iter().map(ToString::to_string).collect(), text: inner.to_string(), inner }
     }
 }
 
@@ -31,64 +38,65 @@ impl Verdict {
     /// "yes", "with care" or "no".
     #[getter]
     fn trust(&self) -> &'static str {
-        self.inner.trust.word()
+        self.said.inner.trust.word()
     }
 
     /// The answer for each use, by its name.
     #[getter]
     fn uses(&self) -> BTreeMap<&str, &str> {
-        self.inner.uses.iter().map(|u| (u.name.as_str(), u.trust.word())).collect()
+        self.said.inner.uses.iter().map(|u| (u.name.as_str(), u.trust.word())).collect()
     }
 
     /// How unsure the torque is for each use, relative, by its name; None where that is not known.
     #[getter]
     fn torque_errors(&self) -> BTreeMap<&str, Option<f64>> {
-        self.inner.uses.iter().map(|u| (u.name.as_str(), u.error)).collect()
+        self.said.inner.uses.iter().map(|u| (u.name.as_str(), u.error)).collect()
     }
 
     /// All that was claimed, each with its evidence.
     #[getter]
     fn claims(&self) -> Vec<String> {
-        all_spelled(&self.claims)
+        all_spelled(&self.said.claims)
     }
 
     /// What was found.
     #[getter]
     fn found(&self) -> &str {
-        &self.inner.found
+        &self.said.inner.found
     }
 
     /// Why, the weightiest reason first.
     #[getter]
     fn reasons(&self) -> Vec<String> {
-        all_spelled(&self.inner.reasons)
+        all_spelled(&self.said.inner.reasons)
     }
 
     /// What to do now.
     #[getter]
     fn next(&self) -> String {
-        spelled(&self.inner.next, Reader::Python)
+        spelled(&self.said.inner.next, Reader::Python)
     }
 
     fn __repr__(&self) -> String {
-        spelled(&self.inner.to_string(), Reader::Python)
+        spelled(&self.said.text, Reader::Python)
     }
 
     fn _repr_html_(&self) -> String {
-        html::text(&self.inner.to_string())
+        html::text(&self.said.text)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
-        let rist::verdict::Verdict { found, reasons, next, uses, .. } = &self.inner;
+        let rist::verdict::Verdict { found, reasons, next, uses, .. } = &self.said.inner;
         let part = |u: &UseVerdict| (u.name.clone(), u.trust.word().into(), u.error, u.worst_joint.clone());
         let uses = uses.iter().map(part).collect();
-        let parts = (self.trust().into(), found.clone(), reasons.clone(), next.clone(), uses, self.claims.clone());
+        let (claims, text) = (self.said.claims.clone(), self.said.text.clone());
+        let parts = (self.trust().into(), found.clone(), reasons.clone(), next.clone(), uses, claims, text);
         Ok((py.import("rist")?.getattr("_verdict")?, parts))
     }
 }
 
 /// What a pickle holds.
-type Parts = (String, String, Vec<String>, String, Vec<UseParts>, Vec<String>);
+type Parts = (String, String, Vec<String>, String, Vec<UseParts>, Vec<String>, String);
 
 fn trust(word: &str) -> Trust {
     match word {
@@ -107,10 +115,10 @@ pub fn _verdict(
     next: String,
     uses: Vec<UseParts>,
     claims: Vec<String>,
+    text: String,
 ) -> Verdict {
     let one = |(name, word, error, worst_joint): UseParts| UseVerdict { name, trust: trust(&word), error, worst_joint };
     let uses = uses.into_iter().map(one).collect();
-    // The claims themselves are written and never read; their sentences are kept.
     let inner = rist::verdict::Verdict { trust: trust(word), found, reasons, next, uses, claims: Vec::new() };
-    Verdict { inner, claims }
+    Verdict { said: Said { inner, claims, text } }
 }

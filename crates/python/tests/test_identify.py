@@ -31,8 +31,10 @@ def test_the_bytes_are_those_of_the_program(program, csv, tmp_path):
         found = rist.identify(model, csv, **options)
         found.save(tmp_path / "python.yaml")
         assert (tmp_path / "python.yaml").read_bytes() == (tmp_path / "program.yaml").read_bytes(), (flags, done.stderr)
-        # The program ends in the same three lines.
-        assert done.stdout.endswith(str(found.verdict))
+        # The program ends in the same lines; the last one names fields, which each spells for its reader.
+        (said, of_program), (text, of_python) = (s.rsplit("next: ", 1) for s in (done.stdout, str(found.verdict)))
+        assert said.endswith(text) and "trust: " in text and of_program and of_python
+        assert found.verdict.claims and set(found.verdict.uses) == set(found.verdict.torque_errors)
 
 
 def test_arrays_and_frames_are_the_file(ur5, log, csv, estimate):
@@ -253,3 +255,27 @@ def test_what_a_callback_raises_ends_the_work(ur5):
     with pytest.raises(RuntimeError, match="enough"):
         rist.plan(ur5, starts=2000, configurations=20, progress=progress)
     assert seen[0][:2] == (1, 2000) and "best" in seen[0][2] and len(seen) < 2000
+
+
+def test_rotors_that_a_urdf_cannot_say():
+    """The estimate knows the model that it was made with, in a pickle too."""
+    path = MODELS / "ur5.urdf"
+    geared = rist.Model.read(path, rotor_inertia="actuated")
+    names = geared.coordinates
+    t = np.arange(0.0, 10.0, 0.01)
+    phase = np.arange(1.0, 7.0)
+    q = np.sin(np.outer(t, 0.7 + 0.3 * phase) + phase)
+    dq = (0.7 + 0.3 * phase) * np.cos(np.outer(t, 0.7 + 0.3 * phase) + phase)
+    ddq = -((0.7 + 0.3 * phase) ** 2) * q
+    plain = rist.Model.read(path)
+    random = np.random.default_rng(7)
+    tau = plain.torque(q, dq, ddq) + 0.5 * ddq + 0.4 * dq + 0.3 * np.sign(dq) + 0.05 * random.normal(size=q.shape)
+    log = {"t": t, "q": q, "dq": dq, "tau": tau}
+    estimate = rist.identify(plain, log)
+    assert any("rotor inertias are among" in remark for remark in estimate.remarks)
+    assert len(names) == 6 and len(estimate.names) == len(geared.base_parameters) + 18
+    again = pickle.loads(pickle.dumps(estimate))
+    for one in (estimate, again):
+        assert one.predict(log)["predicted"].shape[1] == 6
+    pinned = rist.identify(rist.Model.read(path, rotor_inertia="none"), log)
+    assert not any("rotor inertias are among" in remark for remark in pinned.remarks)

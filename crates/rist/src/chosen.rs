@@ -8,6 +8,7 @@
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::held_out::cross_validate;
+use identification::estimate::identify::Fit;
 use identification::estimate::options::Options;
 use identification::estimate::passport::Passport;
 use identification::estimate::passport::finding::Fault;
@@ -35,51 +36,105 @@ const TIMELY_S: f64 = 1e-3;
 
 /// What was decided.
 #[derive(Default)]
-pub(crate) struct Chosen {
+pub(crate) struct Chosen<'a> {
     /// The model with rotor inertias, where they predict better.
     pub model: Option<Model>,
     /// The delay that was found.
     pub delay: Option<Delay>,
     /// A sentence on each decision.
     pub sentences: Vec<String>,
+    /// The logs as they were read for it, where the model is the one given.
+    pub looked: Option<Looked<'a>>,
+}
+
+/// Logs that were read, and what they were read with.
+pub(crate) struct Looked<'a> {
+    /// The options that they were read with: with others they must be read anew.
+    pub options: Options,
+    pub records: SourceRecords<'a>,
+    pub passport: Passport,
+    /// The rows, where they were made.
+    pub rows: Option<Observation>,
+}
+
+impl<'a> Looked<'a> {
+    /// Fails where a log cannot be read.
+    pub fn of(model: &'a Model, logs: &'a [LogSource], options: &Options) -> Result<Looked<'a>, Error> {
+        let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
+        let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
+        Ok(Looked { options: options.clone(), records, passport, rows: None })
+    }
+
+    /// The same, read anew only where they were read with other options.
+    ///
+    /// Fails where a log cannot be read.
+    pub fn again(
+        before: Option<Looked<'a>>,
+        model: &'a Model,
+        logs: &'a [LogSource],
+        options: &Options,
+    ) -> Result<Looked<'a>, Error> {
+        match before.filter(|looked| looked.options == *options) {
+            Some(looked) => Ok(looked),
+            None => Looked::of(model, logs, options),
+        }
+    }
+
+    /// The fit to them, with the options that they were read with.
+    ///
+    /// Fails where a log cannot be read, and where no joint moves.
+    pub fn fit(&self, model: &Model, logs: &[LogSource]) -> Result<Fit, Error> {
+        let (regressor, names) = (model.regressor(), logs.iter().map(LogSource::name).collect());
+        Ok(match &self.rows {
+            Some(rows) => Fit::of_observation(regressor, &self.records, rows.clone(), names, &self.options)?,
+            None => Fit::of_records(regressor, &self.records, names, &self.options)?,
+        })
+    }
 }
 
 /// Decides what the request leaves open, and puts it into the options.
 ///
 /// Fails where a log cannot be read.
-pub(crate) fn choose(
-    model: &Model,
-    logs: &[LogSource],
+pub(crate) fn choose<'a>(
+    model: &'a Model,
+    logs: &'a [LogSource],
     request: &SamplesRequest,
     options: &mut Options,
-) -> Result<Chosen, Error> {
+) -> Result<Chosen<'a>, Error> {
     let mut chosen = Chosen::default();
     let is_current = logs.iter().any(|log| log.effort_is() == Effort::Current);
     if is_current && options.transmission.drive_gains.is_none() {
         return Ok(chosen);
     }
-    let seen = look(model, logs, options)?;
-    chosen.sentences.extend(sources(&seen, options));
-    if let Some((rotating, sentence)) = rotors(model, logs, options)? {
+    let mut looked = Looked::of(model, logs, options)?;
+    chosen.sentences.extend(sources(&looked.passport, options));
+    if looked.options != *options {
+        looked = Looked::of(model, logs, options)?;
+    }
+    let may_be_late = request.rows.signals.delay.is_none() && options.signal.delay == 0.0;
+    if let Some((rotating, sentence)) = rotors(model, &mut looked, options)? {
         chosen.sentences.push(sentence);
-        chosen.model = Some(rotating);
-    }
-    let model = chosen.model.as_ref().unwrap_or(model);
-    if request.rows.signals.delay.is_none() && options.signal.delay == 0.0 {
-        let seen = if chosen.sentences.is_empty() { seen } else { look(model, logs, options)? };
-        if seen.findings.iter().any(|f| matches!(f.fault, Fault::Delay(_)))
-            && let Some((delay, sentence)) = delay(model, logs, options)?
-        {
-            chosen.delay = Some(delay);
-            chosen.sentences.push(sentence);
+        if may_be_late {
+            let passport = Looked::of(&rotating, logs, options)?.passport;
+            chosen.take(late(&rotating, logs, &passport, options)?);
         }
+        chosen.model = Some(rotating);
+        return Ok(chosen);
     }
+    if may_be_late {
+        chosen.take(late(model, logs, &looked.passport, options)?);
+    }
+    chosen.looked = Some(looked);
     Ok(chosen)
 }
 
-fn look(model: &Model, logs: &[LogSource], options: &Options) -> Result<Passport, Error> {
-    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-    passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())
+impl Chosen<'_> {
+    fn take(&mut self, found: Option<(Delay, String)>) {
+        if let Some((delay, sentence)) = found {
+            self.delay = Some(delay);
+            self.sentences.push(sentence);
+        }
+    }
 }
 
 /// Slopes instead of columns that are none.
@@ -114,17 +169,18 @@ fn sources(seen: &Passport, options: &mut Options) -> Vec<String> {
 }
 
 /// The model with rotor inertias where a URDF lacks them and parts left out are predicted better with them.
-fn rotors(model: &Model, logs: &[LogSource], options: &Options) -> Result<Option<(Model, String)>, Error> {
+/// Where they do not, the rows that were made for it are kept.
+fn rotors(model: &Model, looked: &mut Looked<'_>, options: &Options) -> Result<Option<(Model, String)>, Error> {
     let is_urdf = model.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
     let is_pinned = model.description.as_ref().is_some_and(|d| d.rotor_inertia.is_some());
     let lacks = model.robot.links.iter().all(|link| link.joint.rotor_inertia == RotorInertia::Absent);
     if !is_urdf || is_pinned || !lacks {
         return Ok(None);
     }
-    let records = SourceRecords::new(model.regressor(), logs, &options.preparation())?;
-    let Some(rows) = WithRotors::of_records(model.regressor(), &records, options)? else { return Ok(None) };
+    let Some(rows) = WithRotors::of_records(model.regressor(), &looked.records, options)? else { return Ok(None) };
     let (without, with) = rows.errors(model.regressor(), options);
     if without < NEGLIGIBLE_ERROR || with > WORTHWHILE_ERROR_RATIO * without {
+        looked.rows = Some(rows.without(model.regressor(), options));
         return Ok(None);
     }
     let mut robot = model.robot.clone();
@@ -141,7 +197,15 @@ fn rotors(model: &Model, logs: &[LogSource], options: &Options) -> Result<Option
 }
 
 /// The delay that the passport sees, where parts left out are predicted better with it.
-fn delay(model: &Model, logs: &[LogSource], options: &mut Options) -> Result<Option<(Delay, String)>, Error> {
+fn late(
+    model: &Model,
+    logs: &[LogSource],
+    passport: &Passport,
+    options: &mut Options,
+) -> Result<Option<(Delay, String)>, Error> {
+    if !passport.findings.iter().any(|f| matches!(f.fault, Fault::Delay(_))) {
+        return Ok(None);
+    }
     let error = |options: &Options| -> Result<f64, Error> {
         let couplings = options.transmission.coupled();
         let linear = LinearModel::new(model.regressor(), &options.friction, &couplings);

@@ -5,7 +5,6 @@ use identification::estimate::passport::passport;
 use identification::signals::records::SourceRecords;
 use logs::{Effort, LogSource};
 
-pub use claims::Claim;
 pub use identification::estimate::ledger::claims_of_log;
 pub use identification::estimate::passport::Passport;
 

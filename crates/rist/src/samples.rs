@@ -4,7 +4,7 @@ use identification::estimate::consistent::{bodies, identify_consistent};
 use identification::estimate::delay::Delay;
 use identification::estimate::described::described_residuals;
 use identification::estimate::essential::keep_essential;
-use identification::estimate::identified::Identified;
+use identification::estimate::identified::{Identified, Status};
 use identification::estimate::identify::{Fit, with_deviations};
 use identification::estimate::joint_terms::{JointTerms, choose_joint_terms, joint_candidates};
 use identification::estimate::ledger::hypotheses::{Tested, Tilt as TiltTorque, hypotheses};
@@ -24,8 +24,7 @@ use nalgebra::DMatrix;
 use robot::{Inertial, LinkId};
 
 use crate::Estimate;
-use crate::chosen::{choose, found_delay};
-use crate::doctor::passport_of;
+use crate::chosen::{Looked, choose, found_delay};
 use crate::drive_gains::{drive_gains, gain_remark, widen};
 use crate::error::Error;
 use crate::load::{Load, load};
@@ -84,6 +83,7 @@ impl Identification {
             described: self.described,
             described_parameters: self.described_parameters.as_deref(),
             total: self.estimate.total,
+            is_of_fit: true,
             prediction: Prediction { held_out: self.held_out, parts_are_new, ..prediction },
             bodies: self.bodies_evidence.as_ref(),
             torque_errors: &self.torque_errors,
@@ -175,10 +175,9 @@ fn identify_kept(
     // The rows, read once more for each friction model where one is to be chosen.
     let friction = request.finds_friction().then(|| found_friction(model, logs, &mut options)).transpose()?;
     let joint_terms = joint_friction(model, logs, kept, request.finds_friction(), &mut options)?;
-    let records = SourceRecords::new(regressor, logs, &options.preparation())?;
-    let passport = passport_of(model, logs, &records, options.transmission.drive_gains.as_deref())?;
-    let names = logs.iter().map(LogSource::name).collect();
-    let mut fit = Fit::of_records(regressor, &records, names, &options)?;
+    let looked = Looked::again(chosen.looked, model, logs, &options)?;
+    let mut fit = looked.fit(model, logs)?;
+    let Looked { records, passport, .. } = looked;
     let load = match loaded {
         [] => None,
         loaded => Some(load(model, request.loaded_link.as_deref(), &fit, loaded, &options)?),
@@ -235,7 +234,8 @@ fn faults(model: &Model, linear: &LinearModel, records: &SourceRecords<'_>, fit:
     Ok(hypotheses(linear, records, &fit.solution.x, &fit.weights, &torques)?)
 }
 
-/// How unsure torques are, by use. `inverse`: any multiple of the covariance for white noise.
+/// How unsure torques are, by use; nothing where a parameter is open, of which no covariance tells. `inverse`: any multiple
+/// of the covariance for white noise.
 fn errors_of_torques(
     model: &Model,
     linear: &LinearModel,
@@ -243,6 +243,9 @@ fn errors_of_torques(
     inverse: &DMatrix<f64>,
     range: &MotionRange,
 ) -> Vec<TorqueError> {
+    if estimate.parameters.iter().any(|p| p.status == Status::NotIdentifiable) {
+        return Vec::new();
+    }
     let sigma: Vec<f64> = estimate.parameters.iter().map(|p| p.sigma.unwrap_or(0.0)).collect();
     let values: Vec<f64> = estimate.parameters.iter().map(Identified::prediction).collect();
     torque_errors(linear, &values, &with_deviations(inverse, &sigma), range, &allowed(model, range))

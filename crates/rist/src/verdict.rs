@@ -9,7 +9,7 @@ use identification::signals::records::SourceRecords;
 use linear_model::linear_model::Model as LinearModel;
 use logs::LogSource;
 
-pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, write_claims};
+pub use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
 
 use crate::Estimate;
 use crate::doctor::examine;
@@ -34,6 +34,7 @@ fn evidence(estimate: &Estimate, predicted: Option<f64>) -> Evidence<'_> {
         described: None,
         described_parameters: None,
         total: estimate.total,
+        is_of_fit: true,
         prediction: Prediction { others: predicted, held_out: estimate.cross_validation, ..Prediction::default() },
         bodies: None,
         torque_errors: &[],
@@ -79,7 +80,7 @@ pub fn validation_verdict(
     are_new: bool,
 ) -> Result<Verdict, Error> {
     let parameters = model.described_parameters();
-    let mut evidence = Evidence { total, ..evidence(estimate, Some(total).filter(|_| are_new)) };
+    let mut evidence = Evidence { total, is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let mut passport = examine(model, logs, options)?;

@@ -267,7 +267,8 @@ impl<'a> Normal<'a> {
 impl fmt::Display for JointTerms {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.taken.is_empty() {
-            return writeln!(f, "no term of a single joint predicts parts left out by 1.5 % better");
+            let least = 100.0 * (1.0 - WORTHWHILE_ERROR_RATIO);
+            return writeln!(f, "no term of a single joint predicts parts left out by {least:.1} % better");
         }
         writeln!(f, "terms of single joints, and the error on parts left out beside that without them:")?;
         self.taken.iter().try_for_each(|taken| writeln!(f, "   {:.3}  {}", taken.ratio, taken.term))

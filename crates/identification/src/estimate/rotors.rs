@@ -38,7 +38,7 @@ impl WithRotors {
     }
 
     /// The rows without the added columns.
-    fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
+    pub fn without(&self, regressor: &dyn Regressor, options: &Options) -> Observation {
         let couplings = options.transmission.coupled();
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| Model::new(regressor, friction, &couplings));

@@ -74,6 +74,8 @@ pub struct Evidence<'a> {
     pub described_parameters: Option<&'a [f64]>,
     /// |tau - W X| / |tau| of the identified parameters, on the fitted logs or on those that are validated.
     pub total: f64,
+    /// Whether `total` is of the logs that were fitted.
+    pub is_of_fit: bool,
     /// Errors on motion that was not fitted.
     pub prediction: Prediction,
     /// The bodies, where only bodies that can exist were asked for.
@@ -123,7 +125,9 @@ impl Verdict {
             Trust::Yes => favours(evidence),
             _ => lowered.iter().map(|claim| sentence(claim)).collect(),
         };
-        let beside = untold_apart(evidence.estimate).into_iter().chain(not_noise(evidence.estimate));
+        // What the fit left says nothing of other logs.
+        let of_fit = not_noise(evidence.estimate).filter(|_| evidence.is_of_fit);
+        let beside = untold_apart(evidence.estimate).into_iter().chain(of_fit);
         let reasons = reasons.into_iter().chain(beside.filter(|_| trust != Trust::No)).collect();
         Verdict { trust, found: found(evidence), next, reasons, uses, claims }
     }
@@ -319,7 +323,7 @@ fn use_it(evidence: &Evidence) -> String {
 const IN_THE_TABLE: [Topic; 4] = [GRAVITY_TORQUE, TORQUE_SEEN, TORQUE_AT_LIMITS, OTHER_MOTION];
 
 /// What agrees and what cannot be told, a line each, and an empty line behind them.
-pub fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
+fn write_claims<'a>(f: &mut fmt::Formatter<'_>, claims: impl IntoIterator<Item = &'a Claim>) -> fmt::Result {
     let lines: Vec<String> = claims.into_iter().filter(|claim| !claim.is_contradicted()).map(claim_line).collect();
     lines.iter().try_for_each(|line| writeln!(f, "{line}"))?;
     if lines.is_empty() { Ok(()) } else { writeln!(f) }

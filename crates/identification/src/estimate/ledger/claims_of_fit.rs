@@ -1,15 +1,15 @@
 //! What a fit leaves open, and what it predicts, as claims.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
-use linear_model::parameter::ParameterId;
+use linear_model::label::Label;
+use linear_model::parameter::{FrictionParameter, ParameterId};
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;
-use crate::estimate::digits::percent;
-use crate::estimate::digits::significant;
+use crate::estimate::digits::{percent, significant};
 use crate::estimate::identified::{Identified, Status};
-use crate::estimate::ledger::topics::cannot_tell;
-use crate::estimate::ledger::topics::{FRICTION, OTHER_MOTION, PARAMETERS, RESIDUAL};
+use crate::estimate::ledger::topics::{FRICTION, LOG, OTHER_MOTION, PARAMETERS, RESIDUAL, cannot_tell};
+use crate::estimate::residuals::JointResidual;
 
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
 /// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
@@ -22,6 +22,8 @@ const GOOD_PREDICTION_ERROR: f64 = 0.05;
 const GOOD_NOISY_PREDICTION_ERROR: f64 = 0.2;
 /// Error on data that were not fitted above which parameters predict nothing.
 const USELESS_PREDICTION_ERROR: f64 = 0.5;
+/// Error of an estimate over that of the description on another motion, above which the estimate is wrong.
+const FAR_WORSE_ERROR_RATIO: f64 = 2.0;
 /// Share of the torque that may stay unexplained.
 const LARGE_RESIDUAL: f64 = 0.25;
 
@@ -56,7 +58,7 @@ pub struct Prediction {
 
 /// The claims of a fit, contradictions first. `total`: the error on the logs that are looked at.
 pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -> Vec<Claim> {
-    let mut claims = vec![other_motion(estimate, total, prediction)];
+    let mut claims = vec![other_motion(estimate, prediction)];
     claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
     claims.extend(friction(estimate));
     let whole = Subject::whole;
@@ -115,11 +117,10 @@ pub fn claims_of_fit(estimate: &Estimate, total: f64, prediction: &Prediction) -
 fn earlier(why: &str) -> Claim {
     let remedy = Remedy::new("identify", "identify again with what mends it");
     let trial = Trial::NotTried { why: "the file says no more".into() };
-    let subject = Subject::whole(crate::estimate::ledger::topics::LOG);
-    Claim::new(subject, Outcome::Contradicted { fault: why.into(), remedy, trial })
+    Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: why.into(), remedy, trial })
 }
 
-fn other_motion(estimate: &Estimate, total: f64, prediction: &Prediction) -> Claim {
+fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion (rist validate MODEL ESTIMATE LOG, or [validate])";
     let of_logs = prediction.others.filter(|_| !prediction.others_repeat);
@@ -148,6 +149,12 @@ fn other_motion(estimate: &Estimate, total: f64, prediction: &Prediction) -> Cla
             percent(described),
             percent(error)
         );
+        if error > FAR_WORSE_ERROR_RATIO * described && error > GOOD_PREDICTION_ERROR {
+            let remedy =
+                Remedy::new("identify", "identify again from logs of this robot as it is now, or keep the description");
+            let trial = Trial::NotTried { why: "nothing is known of the cause".into() };
+            return Claim::new(subject, Outcome::Contradicted { fault: why, remedy, trial });
+        }
         return cannot_tell(subject, why, "a longer and richer motion (rist plan)");
     }
     let Some(error) = of_logs.or(of_parts) else {
@@ -157,7 +164,7 @@ fn other_motion(estimate: &Estimate, total: f64, prediction: &Prediction) -> Cla
         };
         return Claim::new(subject, Outcome::NotLookedAt { why: why.into(), would_tell: would_tell.into() });
     };
-    let is_noise = is_noise(estimate) && error < OVERFITTED_ERROR_RATIO * total;
+    let is_noise = is_noise(estimate) && error < OVERFITTED_ERROR_RATIO * estimate.total;
     let most = if is_noise { GOOD_NOISY_PREDICTION_ERROR } else { GOOD_PREDICTION_ERROR };
     match error <= most {
         true => Claim::new(subject, Outcome::Agrees { smallest: Figure::new(100.0 * error, "% of the torque") }),
@@ -171,7 +178,7 @@ fn other_motion(estimate: &Estimate, total: f64, prediction: &Prediction) -> Cla
 
 /// Whether what is left at every joint has no longer memory than noise.
 fn is_noise(estimate: &Estimate) -> bool {
-    let memory = |j: &crate::estimate::residuals::JointResidual| j.memory.map(|m| times(estimate, m));
+    let memory = |j: &JointResidual| j.memory.map(|m| times(estimate, m));
     let known: Vec<f64> = estimate.joints.iter().filter_map(memory).collect();
     !known.is_empty() && known.iter().all(|times| *times <= LONG_MEMORY_RATIO)
 }
@@ -209,10 +216,18 @@ fn overfitted(estimate: &Estimate, prediction: &Prediction) -> Option<String> {
     })
 }
 
-/// Friction that drives.
+/// Friction that drives, of joints with no term beyond the customary ones: beside another law each part may be negative.
 fn friction(estimate: &Estimate) -> Vec<Claim> {
+    let has_no_other = |joint: &Label| {
+        let others = estimate.parameters.iter().filter_map(|p| match &p.id {
+            ParameterId::Friction(term, label) if label == joint => Some(*term),
+            _ => None,
+        });
+        others.into_iter().all(is_customary)
+    };
     let drives = |p: &&Identified| {
-        let is_brake = matches!(p.id, ParameterId::Friction(friction, _) if friction.brakes());
+        let is_brake =
+            matches!(&p.id, ParameterId::Friction(friction, joint) if friction.brakes() && has_no_other(joint));
         is_brake && p.value.is_some_and(|value| value < -DRIVING_SIGMAS * p.sigma_or_infinity())
     };
     let claim = |p: &Identified| {
@@ -226,6 +241,12 @@ fn friction(estimate: &Estimate) -> Vec<Claim> {
         )
     };
     estimate.parameters.iter().filter(drives).map(claim).collect()
+}
+
+/// Whether it is viscous or Coulomb friction or an offset, of both directions or of one.
+fn is_customary(term: FrictionParameter) -> bool {
+    use FrictionParameter::*;
+    matches!(term, Viscous | Coulomb | Offset | ViscousForward | CoulombForward | ViscousBackward | CoulombBackward)
 }
 
 /// The parameters of a status, at most three by name.

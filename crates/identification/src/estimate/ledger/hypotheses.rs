@@ -50,7 +50,7 @@ impl Hypothesis {
 pub struct Tested {
     /// The fault.
     pub of: Hypothesis,
-    /// Its size u, and the deviation of it.
+    /// Its size u.
     pub value: f64,
     /// Standard deviation of the size.
     pub deviation: f64,
@@ -112,7 +112,7 @@ pub fn hypotheses<R: Records + ?Sized>(
     tilts: &[Tilt],
 ) -> Result<Vec<Tested>, Error> {
     let n = model.n();
-    if n > MOST_COORDINATES {
+    if n > MOST_COORDINATES || model.regressor.parameters().is_empty() {
         return Ok(Vec::new());
     }
     let all = all(model, tilts.len());

@@ -1,0 +1,120 @@
+//! What an identification decides by itself, and that it says so: rotor inertias of a URDF, late torques, rates that are
+//! none. A clean log changes nothing.
+
+use identification::signals::signal_options::Velocity;
+use linear_model::description_options::RotorInertias;
+use linear_model::parameter::ParameterId;
+use rist::request::{IdentifyRequest, SamplesRequest};
+use rist::samples::Identification;
+use rist::{Model, ModelOptions};
+use robot::{Inertial, StandardParameter};
+use tests::faults::changed;
+use tests::joint_log::{JointLog, described, swinging, unlike};
+use tests::model_path;
+use tests::program::folder;
+
+fn identified(name: &str, model: &Model, log: &JointLog, more: &str) -> Identification {
+    let file = folder("default_path").join(format!("{name}.csv"));
+    log.write(&file, model.regressor().coordinates());
+    if !more.is_empty() {
+        let text = std::fs::read_to_string(&file).unwrap();
+        // The same columns behind each row, of numbers without a pattern.
+        let row = |(i, line): (usize, &str)| match i {
+            0 => format!("{line},{more}"),
+            _ => more.split(',').enumerate().fold(line.to_string(), |line, (k, _)| {
+                line + &format!(",{:.3}", 9.0 * ((i * (k + 3)) as f64 * 0.618).fract() - 4.5)
+            }),
+        };
+        let lines: Vec<String> = text.lines().enumerate().map(row).collect();
+        std::fs::write(&file, lines.join("\n") + "\n").unwrap();
+    }
+    let (source, _) = model.open_log(&file, &Default::default()).unwrap();
+    rist::identify(model, &[source], &IdentifyRequest::default()).unwrap()
+}
+
+fn says(found: &Identification, words: &str) -> bool {
+    found.estimate.remarks.iter().any(|remark| remark.contains(words))
+}
+
+/// Beginnings of the sentences on what was decided.
+const DECISIONS: [&str; 4] =
+    ["rotor inertias are among", "the torques come", "the velocity columns lag", "the acceleration columns of"];
+
+#[test]
+fn a_clean_log_changes_nothing() {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let log = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
+    let found = identified("clean", &model, &log, "");
+    assert!(found.model.is_none() && found.delay.is_none());
+    assert!(DECISIONS.iter().all(|words| !says(&found, words)), "{:?}", found.estimate.remarks);
+}
+
+#[test]
+fn rotors_of_a_urdf_are_found_where_they_are_and_pinned_where_the_user_says_so() {
+    let with = |rotor_inertia| {
+        let options = ModelOptions { rotor_inertia, ..ModelOptions::default() };
+        Model::read_with(model_path("ur5.urdf"), &options).unwrap()
+    };
+    let (geared, plain, pinned) =
+        (with(Some(RotorInertias::Actuated)).robot, with(None), with(Some(RotorInertias::None)));
+    let mut truth = described(&geared);
+    for (x, p) in truth.iter_mut().zip(StandardParameter::all(&geared)) {
+        if p.inertial == Inertial::Ia {
+            *x = 0.4;
+        }
+    }
+    let log = swinging(&geared, &truth, 1.2, 0.0);
+    let found = identified("rotors", &plain, &log, "");
+    assert!(says(&found, DECISIONS[0]) && found.model.is_some(), "{:?}", found.estimate.remarks);
+    let id: ParameterId = "IA_wrist_2".parse().unwrap();
+    let rotor = found.estimate.parameters.iter().find(|p| p.id == id).unwrap();
+    let (value, sigma) = (rotor.value.unwrap(), rotor.sigma.unwrap());
+    assert!((value - 0.4).abs() < 4.0 * sigma && sigma < 0.05, "{value} +- {sigma}");
+    assert!(identified("pinned", &pinned, &log, "").model.is_none());
+}
+
+#[test]
+fn late_torques_are_taken_back() {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let truth = unlike(&model.robot, 2);
+    let late = swinging(&model.robot, &truth, 1.2, 0.02);
+    let found = identified("late", &model, &late, "");
+    assert!(says(&found, DECISIONS[1]), "{:?}", found.estimate.remarks);
+    assert!(found.delay.is_some_and(|d| (d.seconds - 0.02).abs() < 1e-3));
+    // Pinned by the user.
+    let file = folder("default_path_pinned").join("late.csv");
+    late.write(&file, model.regressor().coordinates());
+    let (source, _) = model.open_log(&file, &Default::default()).unwrap();
+    let mut samples = SamplesRequest::default();
+    samples.rows.signals.delay = Some(rist::request::Delay::Seconds(0.0));
+    let request = IdentifyRequest { samples, ..IdentifyRequest::default() };
+    assert!(rist::identify(&model, &[source], &request).unwrap().delay.is_none());
+}
+
+#[test]
+fn rates_that_are_none_give_way_to_slopes() {
+    let model = Model::read(model_path("ur5.urdf")).unwrap();
+    let good = swinging(&model.robot, &unlike(&model.robot, 2), 1.2, 0.0);
+    // Velocities behind a first-order low-pass of 10 Hz, at 500 Hz: 16 ms.
+    let gain = 1.0 - (-std::f64::consts::TAU * 10.0 / 500.0).exp();
+    let slow = changed(&good, |l| {
+        for dq in &mut l.dq {
+            let mut behind = dq[0];
+            dq.iter_mut().for_each(|x| {
+                behind += gain * (*x - behind);
+                *x = behind;
+            });
+        }
+    });
+    let found = identified("slow", &model, &slow, "");
+    assert!(says(&found, DECISIONS[2]) && says(&found, "by 1"), "{:?}", found.estimate.remarks);
+    let signal = &found.estimate.options.as_ref().unwrap().signal;
+    assert_eq!((signal.velocity, signal.acceleration), (Velocity::Differentiated, Velocity::Differentiated));
+    assert!(found.delay.is_none() && found.estimate.total < 0.01, "{}", found.estimate.total);
+
+    let columns: Vec<String> = model.regressor().coordinates().iter().map(|name| format!("ddq_{name}")).collect();
+    let found = identified("accelerations", &model, &good, &columns.join(","));
+    assert!(says(&found, DECISIONS[3]), "{:?}", found.estimate.remarks);
+    assert_eq!(found.estimate.options.as_ref().unwrap().signal.acceleration, Velocity::Differentiated);
+    assert!(found.estimate.total < 0.01, "{}", found.estimate.total);
+}
