@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
-use linear_model::reference::ModelReference;
+use linear_model::artefact::Kind;
 use rist::output::{check_output, is_same};
 use rist::validation::{TorqueSeries, series_to_csv, series_to_parquet};
 use rist::{Accumulator, Model};
@@ -35,7 +35,7 @@ pub fn read_estimate(path: &Path, arguments: &ModelArguments) -> Result<(Estimat
 /// was made with another model.
 pub fn model_of(estimate: &Estimate, path: &Path, arguments: &ModelArguments) -> Result<Model, Failure> {
     let model = arguments.derive_as(estimate.description.as_ref())?;
-    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    let made_with = estimate.made_with();
     model.check(path, &made_with)?;
     Ok(model)
 }
@@ -71,8 +71,10 @@ pub enum MotionFile {
 /// Reads a plan or a motion; refuses one that was made with another model.
 pub fn read_motions(path: &Path, model: &Model) -> Result<MotionFile, Failure> {
     let (file, text) = (path.display().to_string(), read_text(path)?);
-    // Their keys differ: a period is in every motion and in no plan.
-    if !text.lines().any(|line| line.starts_with("period_s:")) {
+    // Of a file of an earlier version the keys differ: a period is in every motion and in no plan.
+    let is_motion =
+        Kind::of(&text).map_or(text.lines().any(|line| line.starts_with("period_s:")), |kind| kind == Kind::Motion);
+    if !is_motion {
         return Ok(MotionFile::Plan(read_plan(path, model)?));
     }
     let motion = ExcitingMotion::from_yaml(&file, &text)?;

@@ -6,7 +6,6 @@ use clap::{ArgGroup, Args};
 use experiments::plan::experiment_plan::ExperimentPlan;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
-use linear_model::reference::ModelReference;
 use rist::exciting::ExcitingMotion;
 use rist::motion_portrait::{MotionPortrait, ShownMotion, checked_motion, found_motion, motion_of_file};
 use rist::page::{Origin, PageRequest};
@@ -192,7 +191,7 @@ fn read_model(path: &Path, arguments: &Arguments, estimate: Option<&Estimate>) -
     let options = estimate.and_then(|e| e.description.as_ref()).map(ModelOptions::of_description);
     let model = Model::read_with(path, &options.unwrap_or_default())?;
     if let (Some(estimate), Some(file)) = (estimate, &arguments.estimate) {
-        let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+        let made_with = estimate.made_with();
         model.check(file, &made_with)?;
     }
     Ok(model)

@@ -22,7 +22,6 @@ use experiments::simulate::setup::SimulationSetup;
 use identification::estimate::artefact::Estimate;
 use identification::signals::encoder_torque::encoder_torque;
 use linear_model::linear_model::Model as LinearModel;
-use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 
 pub use experiments::excitation::artefact::ExcitingMotion;
@@ -219,7 +218,7 @@ impl<'a> KnownTorque<'a> {
 
 /// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.
 fn identified_torque(model: &Model, names: &[String], estimate: &Estimate) -> Result<IdentifiedTorque, Error> {
-    let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
+    let made_with = estimate.made_with();
     model.check(Path::new("the earlier estimate"), &made_with)?;
     let described = described_friction(model);
     let friction = names.iter().zip(described).map(|(name, own)| identified_friction(estimate, name, own)).collect();

@@ -199,7 +199,7 @@ fn identify_kept(
 
     // The remarks, and the gains that the estimate stands on.
     let mut estimate = found.estimate;
-    estimate.fingerprint = model.reference.fingerprint.clone();
+    estimate.fingerprint = Some(model.reference.fingerprint.clone());
     estimate.description = model.description.clone();
     if let Some(found) = gains {
         estimate.remarks.push(gain_remark(model, &request.gain, &found));

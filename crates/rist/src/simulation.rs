@@ -270,7 +270,7 @@ fn truth_of(model: &Model, setup: &SimulationSetup, truth: &[f64], effort: Effor
     }
     Estimate {
         model: model.reference.name.clone(),
-        fingerprint: model.reference.fingerprint.clone(),
+        fingerprint: Some(model.reference.fingerprint.clone()),
         description: model.description.clone(),
         method: "simulated with these values".into(),
         parameters,

@@ -80,7 +80,8 @@ pub fn validation_verdict(
     are_new: bool,
 ) -> Result<Verdict, Error> {
     let parameters = model.described_parameters();
-    let mut evidence = Evidence { total, is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
+    let mut evidence =
+        Evidence { total: Some(total), is_of_fit: false, ..evidence(estimate, Some(total).filter(|_| are_new)) };
     evidence.prediction.held_out = None;
     let Some(options) = &estimate.options else { return Ok(Verdict::of(&evidence)) };
     let mut passport = examine(model, logs, options)?;

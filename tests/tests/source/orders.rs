@@ -85,6 +85,7 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
         "crates/linear_model",
         &[
             "yaml",
+            "artefact",
             "unit",
             "label",
             "parameter",

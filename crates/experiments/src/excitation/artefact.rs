@@ -5,8 +5,8 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::reference::ModelReference;
-use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
@@ -190,13 +190,12 @@ impl ExcitingMotion {
 
     /// The text of motion.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the motion cannot be written: {e}")))
+        artefact::write(Kind::Motion, self).map_err(Error::new)
     }
 
     /// Reads motion.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExcitingMotion, Error> {
-        let motion: ExcitingMotion =
-            yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no exciting motion: {e}")))?;
+        let motion: ExcitingMotion = artefact::read(Kind::Motion, text).map_err(|e| Error::at(file, 0, e))?;
         motion.check_size().map_err(|e| Error::at(file, 0, e))?;
         Ok(motion)
     }

@@ -5,10 +5,10 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::parameter::{BaseParameter, Parameter, ParameterId};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
-use linear_model::yaml;
 use logs::Error;
 use numerics::information_matrix::{InformationMatrix, Rows};
 use numerics::least_squares::{Solution, solve};
@@ -190,12 +190,12 @@ impl ExperimentPlan {
 
     /// The text of plan.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the plan cannot be written: {e}")))
+        artefact::write(Kind::Plan, self).map_err(Error::new)
     }
 
     /// Reads plan.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no plan: {e}")))
+        artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))
     }
 }
 

@@ -41,7 +41,7 @@ pub fn identify_closed_loop(
     for (joint, new) in estimate.joints.iter_mut().zip(left.joints) {
         (joint.rms, joint.relative) = (new.rms, new.relative);
     }
-    estimate.total = left.total;
+    estimate.total = Some(left.total);
     estimate.method = match method {
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),

@@ -165,7 +165,7 @@ pub(super) fn of_signals(estimate: &mut Estimate, observation: &Observation, opt
         used.signal.cutoff = Some(observation.cutoff);
     }
     estimate.options = Some(used);
-    estimate.cutoff = observation.cutoff;
+    estimate.cutoff = Some(observation.cutoff).filter(|hz| *hz > 0.0);
 }
 
 /// A sentence on the rows beyond the bound of a loss.
@@ -236,8 +236,8 @@ pub(super) fn report(
     Estimate {
         parameters: model.parameters.iter().enumerate().map(parameter).collect(),
         joints: residuals.joints,
-        total: residuals.total,
-        condition_number: solution.condition_number,
+        total: Some(residuals.total),
+        condition_number: Some(solution.condition_number),
         rank: solution.rank,
         rows: joints.iter().map(|t| t.rows).sum(),
         remarks: remarks(model, observation, solution),

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use linear_model::unit::Unit;
-use linear_model::yaml;
 use logs::Error;
 use serde::{Deserialize, Serialize};
 
@@ -120,12 +120,12 @@ impl Validation {
 
     /// The text of validation.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the validation cannot be written: {e}")))
+        artefact::write(Kind::Validation, self).map_err(Error::new)
     }
 
     /// Reads validation.yaml; fails with the line that is not that of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no validation: {e}")))
+        artefact::read(Kind::Validation, text).map_err(|e| Error::at(file, 0, e))
     }
 }
 
@@ -134,7 +134,7 @@ impl fmt::Display for Validation {
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;
-                write_residuals(f, &motion.joints, motion.relative, None)?;
+                write_residuals(f, &motion.joints, Some(motion.relative), None)?;
                 writeln!(f)?;
             }
             return Ok(());

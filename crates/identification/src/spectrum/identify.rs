@@ -48,13 +48,13 @@ pub fn identify_spectrum(
     };
     let mut estimate = Estimate {
         model: model.name.clone(),
-        fingerprint: model.fingerprint.clone(),
+        fingerprint: Some(model.fingerprint.clone()),
         method: match method {
             SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise".into(),
             SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance".into(),
         },
         rows: 0,
-        cutoff: options.band.equations,
+        cutoff: Some(options.band.equations),
         ..Estimate::default()
     };
     let known = |g: &Gain| if let Gain::Known(k) = g { Some(*k) } else { None };
@@ -146,7 +146,7 @@ fn with_paper_rows(
         estimate.parameters.push(identified(base.into(), solution.x[i], sigma, solution.determined[i]));
     }
     estimate.rank = solution.rank;
-    estimate.condition_number = solution.condition_number;
+    estimate.condition_number = Some(solution.condition_number);
     let one = vec![1.0; gain.len()];
     paper_residuals(estimate, regressor, &blocks, &one, &solution.x);
     estimate.remarks.push("friction is not estimated: the rows are meant to be orthogonal to it".into());
@@ -181,7 +181,7 @@ fn with_harmonics(
         }
     }
     estimate.rank = estimate.parameters.iter().filter(|p| p.value.is_some()).count();
-    estimate.condition_number = found.solution.condition_number;
+    estimate.condition_number = Some(found.solution.condition_number);
     estimate.rows = data.spectra().iter().map(|s| s.rows.len()).sum();
     harmonic_residuals(estimate, regressor, &data, &found);
     estimate.remarks.push(describe(&found, regressor));
@@ -267,7 +267,7 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     }
     let determined = || found.determined.iter().chain(&found.gain_determined);
     estimate.rank = determined().filter(|d| **d).count();
-    estimate.condition_number = found.condition_number;
+    estimate.condition_number = Some(found.condition_number);
     if found.steps.is_none() {
         estimate.remarks.push("the gains did not converge".into());
     }
@@ -328,7 +328,7 @@ fn residuals(estimate: &mut Estimate, regressor: &dyn Regressor, rows: &[Vec<(Ve
         Squares { torque, left, rows: rows.len() }
     };
     let found = Residuals::new(regressor, rows.iter().map(of_joint).collect());
-    (estimate.joints, estimate.total) = (found.joints, found.total);
+    (estimate.joints, estimate.total) = (found.joints, Some(found.total));
 }
 
 fn harmonic_residuals(

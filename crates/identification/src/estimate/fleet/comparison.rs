@@ -8,9 +8,9 @@
 
 use std::fmt;
 
+use linear_model::artefact::{self, Kind};
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
-use linear_model::yaml;
 use logs::Error;
 use numerics::behrens_fisher::two_sided_difference;
 use serde::{Deserialize, Serialize};
@@ -168,12 +168,12 @@ impl Comparison {
 
     /// The text of comparison.yaml.
     pub fn to_yaml(&self) -> Result<String, Error> {
-        serde_yaml::to_string(self).map_err(|e| Error::new(format!("the comparison cannot be written: {e}")))
+        artefact::write(Kind::Comparison, self).map_err(Error::new)
     }
 
     /// Reads comparison.yaml; fails with the line that is not that of a comparison.
     pub fn from_yaml(file: &str, text: &str) -> Result<Comparison, Error> {
-        yaml::read(text).map_err(|e| Error::at(file, 0, format!("this is no comparison: {e}")))
+        artefact::read(Kind::Comparison, text).map_err(|e| Error::at(file, 0, e))
     }
 }
 

@@ -90,7 +90,7 @@ impl Accumulator {
             .extend(self.failed().iter().map(|failed| format!("not in it: {}: {}", failed.name, failed.reason)));
         let settings = self.settings();
         estimate.model = settings.model.name.clone();
-        estimate.fingerprint = settings.model.fingerprint.clone();
+        estimate.fingerprint = Some(settings.model.fingerprint.clone());
         estimate.description = settings.description.clone();
         estimate.method = format!("{}, from sums", options.weights.method());
         estimate.logs = self.logs().into_iter().map(|log| log.name.clone()).collect();
