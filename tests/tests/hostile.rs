@@ -88,7 +88,7 @@ fn a_slow_rate_is_refused() {
     std::fs::write(here.join("slow.yaml"), slow.join("\n")).unwrap();
     let run = bounded(&here, &["simulate", planar, "slow.yaml", "--out", "logs"]);
     assert_eq!(run.code, Some(2), "{}", run.err);
-    assert!(run.err.contains("samples; at most 4e6 are taken"), "{}", run.err);
+    assert!(run.err.contains("a controller has 1 to 20000 Hz"), "{}", run.err);
 }
 
 /// What a terminal would take for a command is shown as what it is, in messages too.

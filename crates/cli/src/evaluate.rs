@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use expr::{Function, Tape};
+use gate::{shown, source};
 use modeling::Closure;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
@@ -58,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if tape.n_inputs() > 0 {
         tape.evaluate_many(&states.inputs, &mut tape.workspace(), &mut outputs);
     }
-    let mut text = columns.join(",");
+    let mut text = columns.iter().map(|column| shown::csv_cell(column)).collect::<Vec<_>>().join(",");
     text.push('\n');
     for row in outputs.chunks(columns.len().max(1)) {
         let cells: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
@@ -72,6 +73,9 @@ fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
     let of = |coordinate: &str| parameters.iter().map(|p| format!("Y_{coordinate}_{p}")).collect::<Vec<_>>();
     robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
 }
+
+/// Largest file of states. It is held with the functions' values at all of them.
+const MAX_STATES_BYTES: u64 = 1 << 28;
 
 /// Inputs of the function, row after row.
 struct States {
@@ -89,8 +93,10 @@ impl States {
     fn read(path: &Path, robot: &Robot, quantity: Quantity, mut closure: Option<Closure>) -> Result<States, Failure> {
         let file = path.display();
         let failed = |e: csv::Error| Failure::new(format_args!("{file}: {e}"));
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(failed)?;
-        let header: Vec<String> = reader.headers().map_err(failed)?.iter().map(str::to_string).collect();
+        let text = source::read(path, MAX_STATES_BYTES).map_err(|e| Failure::new(format_args!("{file}: {e}")))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&text[..]);
+        let header = reader.headers().map_err(failed)?;
+        let header: Vec<String> = header.iter().map(|name| shown::line(name).into_owned()).collect();
         let mut origins = state_origins(robot, &header, path)?;
         if quantity == Quantity::Torque {
             for parameter in StandardParameter::all(robot) {

@@ -22,6 +22,12 @@ impl Budget {
         Budget { all, left: all }
     }
 
+    /// More bytes of the file, or another file of the same log, were read.
+    pub fn grow(&mut self, bytes: usize) {
+        let more = bytes.saturating_mul(TIMES);
+        (self.all, self.left) = (self.all.saturating_add(more), self.left.saturating_add(more));
+    }
+
     /// Bytes that are left.
     pub fn left(&self) -> usize {
         self.left
@@ -49,6 +55,8 @@ mod tests {
         assert_eq!(budget.left(), 128 + (64 << 20));
         assert!(budget.draw(64 << 20).is_ok() && budget.draw(128).is_ok());
         assert!(budget.draw(1).unwrap_err().contains("more than 67108992 bytes"));
+        budget.grow(1);
+        assert!(budget.draw(64).is_ok() && budget.draw(1).is_err());
         assert_eq!(Budget::of(usize::MAX).left(), usize::MAX);
     }
 }

@@ -4,3 +4,4 @@
 pub mod budget;
 pub mod shown;
 pub mod source;
+pub mod unfolding;

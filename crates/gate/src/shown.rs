@@ -73,6 +73,11 @@ pub fn markdown(text: &str) -> String {
     out
 }
 
+/// A text of one line as code of Markdown, which has no escapes but for the bar between the cells of a table.
+pub fn markdown_code(text: &str) -> String {
+    format!("`{}`", line(text).replace('`', "'").replace('|', "\\|"))
+}
+
 /// A name as a cell of CSV, within quotation marks where it would be taken for more than one.
 pub fn csv_cell(name: &str) -> Cow<'_, str> {
     let name = line(name);

@@ -46,7 +46,12 @@ impl Source {
         Ok(Source { from: From::File(RegularFile { file, length, modified, taken: 0, first, last }) })
     }
 
-    /// What has no place, as standard input.
+    /// Standard input.
+    pub fn standard_input() -> Source {
+        Source::of(io::stdin())
+    }
+
+    /// What has no place.
     pub fn of(pipe: impl Read + Send + 'static) -> Source {
         Source { from: From::Pipe(Box::new(pipe)) }
     }

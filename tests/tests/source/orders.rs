@@ -3,7 +3,7 @@
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
 pub const ORDERS: [(&str, &[&str]); 17] = [
-    ("crates/gate", &["budget", "shown", "source"]),
+    ("crates/gate", &["budget", "unfolding", "shown", "source"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
@@ -157,8 +157,8 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
             "motion_portrait",
             "closed_loop",
             "simulation",
-            "source",
             "verdict",
+            "source",
             "page",
             "write_back",
         ],
@@ -223,7 +223,7 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
             "random_situations",
         ],
     ),
-    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
+    ("xtask", &["cargo", "stubs_task", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
 ];
 
 /// Packages without an order, each with the reason.

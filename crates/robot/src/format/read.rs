@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use gate::source::{self, Source};
 
+use super::names;
 use super::par::read_par_with;
 use super::urdf::read_urdf_with;
 use super::yaml::read_yaml_with;
@@ -93,11 +94,12 @@ impl DescriptionFormat {
 
     fn parse(self, text: &str, path: &Path, options: ReadOptions) -> Result<Robot, Error> {
         let file_name = path.display().to_string();
-        match self {
+        let robot = match self {
             DescriptionFormat::Yaml => read_yaml_with(text, &file_name, options),
             DescriptionFormat::Urdf => read_urdf_with(text, &file_name, options),
             DescriptionFormat::Par => read_par_with(text, &file_name, options),
-        }
+        };
+        robot.map(names::shown)
     }
 }
 
@@ -114,7 +116,7 @@ fn standard_input() -> io::Result<&'static [u8]> {
     if let Some(bytes) = BYTES.get() {
         return Ok(bytes);
     }
-    let bytes = Source::of(io::stdin()).whole(MAX_FILE_BYTES)?;
+    let bytes = Source::standard_input().whole(MAX_FILE_BYTES)?;
     Ok(BYTES.get_or_init(|| bytes))
 }
 
