@@ -31,7 +31,7 @@ mod lanes {
     }
     pub(crate) use {eight, real, scalar};
 
-    pub fn scatter(entries: &[crate::Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
+    pub(crate) fn scatter(entries: &[crate::Eight], places: impl Fn(usize) -> usize, size: usize, samples: &mut [f64]) {
         for (k, eight) in entries.iter().enumerate() {
             for l in 0..8 {
                 samples[l * size + places(k)] = eight.0[l];

@@ -13,7 +13,7 @@ use crate::stubs_task;
 /// Packages of the environment besides our own.
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     stubs_task::run(&["--check".into()])?;
     let (root, target) = (root(), target());
     let environment = target.join("python");

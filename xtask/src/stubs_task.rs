@@ -3,7 +3,7 @@
 use crate::cargo::cargo;
 
 /// In a program of its own: this one is built without what `gen` writes.
-pub fn run(arguments: &[String]) -> Result<(), String> {
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let words = ["run", "--quiet", "--package", "tests", "--bin", "stubs", "--"];
     cargo(&words.into_iter().chain(arguments.iter().map(String::as_str)).collect::<Vec<_>>())
 }

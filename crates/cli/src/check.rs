@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use experiments::excitation::artefact::{ExcitingMotion, certificate_text, proven_text};
-use experiments::excitation::held_limits::origins_text;
+use rist::origins_text;
 use rist::request::CheckRequest;
+use rist::{ExcitingMotion, certificate_text, proven_text};
 use serde_json::json;
 
 use crate::artefact::read_text;
@@ -24,7 +24,7 @@ use crate::terminal::{self, at_work, print_result};
 /// The floors, walls and boxes that the motion was made with are proved too. Exit code 1: a limit is broken, or not
 /// proven to be kept.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -35,7 +35,7 @@ pub struct Arguments {
     request: Flags<CheckRequest>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let file = &arguments.motion;
     let motion = ExcitingMotion::from_yaml(&file.display().to_string(), &read_text(file)?)?;

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use experiments::excitation::artefact::ExcitingMotion;
-use experiments::motion::servo_script::servo_script;
-use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
+use rist::ExcitingMotion;
 use rist::Model;
 use rist::request::ExciteRequest;
+use rist::servo_script;
+use rist::{TrajectoryFormat, trajectory_file};
 
 use crate::artefact::check_outputs;
 use crate::failure::Failure;
@@ -27,7 +27,7 @@ use rist::output::write_file;
 /// their collision geometry; and the floors, walls and boxes of --limits. Notes say what is not checked. Ctrl-C ends
 /// the search with the best motion found so far. Watch the motion in a simulator, and slowly on the robot, first.
 #[derive(Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
@@ -63,7 +63,7 @@ enum Player {
     ServoScript,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     // Before the search: nobody wants to lose one to a name.
     let players: Vec<Player> = arguments.play.iter().map(|file| player(file, &model)).collect::<Result<_, _>>()?;

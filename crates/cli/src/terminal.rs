@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use anstream::AutoStream;
 use anstyle::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
-use gate::shown;
+use rist::gate::shown;
 use rist::request::spelling::{Reader, spelled};
 use serde_json::Value;
 
@@ -21,7 +21,7 @@ use crate::failure::Failure;
 /// How the program speaks, for every command.
 #[derive(Args, Clone, Copy, Default)]
 #[command(next_help_heading = "Terminal")]
-pub struct TerminalArguments {
+pub(crate) struct TerminalArguments {
     /// Print the result as JSON
     #[arg(long, global = true)]
     pub json: bool,
@@ -39,7 +39,7 @@ pub struct TerminalArguments {
 static ARGUMENTS: OnceLock<TerminalArguments> = OnceLock::new();
 
 /// Decides how everything after it is said.
-pub fn set(arguments: TerminalArguments) {
+pub(crate) fn set(arguments: TerminalArguments) {
     match arguments.color {
         ColorChoice::Auto => anstream::ColorChoice::Auto,
         ColorChoice::Always => anstream::ColorChoice::Always,
@@ -55,12 +55,12 @@ fn arguments() -> TerminalArguments {
 }
 
 /// Whether the result is wanted as JSON.
-pub fn is_json() -> bool {
+pub(crate) fn is_json() -> bool {
     arguments().json
 }
 
 /// Prints the result of a command: `text`, or what `json` makes where --json asks for it.
-pub fn print_result(
+pub(crate) fn print_result(
     text: impl Display,
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
@@ -74,7 +74,7 @@ pub fn print_result(
 }
 
 /// Prints to standard output; a reader that went away (`rist ... | head`) is no failure.
-pub fn print(text: &str) -> Result<(), Failure> {
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let _at = took_away();
     match AutoStream::auto(io::stdout()).write_all(coloured(text).as_bytes()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Failure::new(format_args!("standard output: {e}"))),
@@ -83,27 +83,27 @@ pub fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Says on standard error what the user should know beside the result.
-pub fn note(text: impl Display) {
+pub(crate) fn note(text: impl Display) {
     if !arguments().quiet {
         complain(&spelled(&format!("note: {text}\n"), Reader::Program));
     }
 }
 
 /// What a step says beside its result, as lines before it; nothing where notes are not wanted.
-pub fn notes(texts: &[String]) -> String {
+pub(crate) fn notes(texts: &[String]) -> String {
     let texts = if arguments().quiet { &[] } else { texts };
     texts.iter().map(|text| format!("note: {text}\n")).collect()
 }
 
 /// Says on standard error how far a search is.
-pub fn progress(text: impl Display) {
+pub(crate) fn progress(text: impl Display) {
     if !arguments().quiet {
         complain(&format!("{text}\n"));
     }
 }
 
 /// Writes to standard error; where that is closed, nobody is there to be told.
-pub fn complain(text: &str) {
+pub(crate) fn complain(text: &str) {
     let _at = took_away();
     let _ = AutoStream::auto(io::stderr()).write_all(coloured(&shown::lines(text)).as_bytes());
 }
@@ -160,7 +160,7 @@ fn took_away() -> MutexGuard<'static, Option<At>> {
 }
 
 /// From now on the program is at this: `reading log.csv`. Shown on a terminal while it takes more than a second.
-pub fn at_work(what: impl Display) {
+pub(crate) fn at_work(what: impl Display) {
     static WATCH: OnceLock<bool> = OnceLock::new();
     let is_watched = *WATCH.get_or_init(|| {
         let is_seen = !arguments().quiet && io::stderr().is_terminal();
@@ -175,7 +175,7 @@ pub fn at_work(what: impl Display) {
 }
 
 /// Nothing is at work any more.
-pub fn rest() {
+pub(crate) fn rest() {
     *took_away() = None;
 }
 

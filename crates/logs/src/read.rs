@@ -17,7 +17,7 @@ use crate::formats::delimited::TableReader;
 use crate::table::{MAX_FILE_BYTES, Table};
 
 /// A file that was opened.
-pub enum Opened<'a> {
+pub(crate) enum Opened<'a> {
     /// Text, of which rows are read on demand.
     Text {
         reader: TableReader<'a>,
@@ -29,7 +29,7 @@ pub enum Opened<'a> {
 }
 
 /// Opens a file, the directory of a rosbag2, or standard input (`-`).
-pub fn open(path: &Path) -> Result<Opened<'static>, Error> {
+pub(crate) fn open(path: &Path) -> Result<Opened<'static>, Error> {
     if path.as_os_str() == "-" {
         return opened("standard input", Source::standard_input());
     }

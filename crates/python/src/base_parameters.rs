@@ -1,6 +1,6 @@
 //! `rist.BaseParameters`.
 
-use linear_model::parameter::Parameter;
+use rist::Parameter;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 

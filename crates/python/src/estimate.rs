@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use identification::estimate::identified::{Identified, Status};
+use rist::{Identified, Status};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyTuple};
@@ -11,7 +11,7 @@ use rist::page::{Origin, PageRequest};
 use rist::request::spelling::{Reader, spelled};
 use rist::samples::Bodies;
 use rist::verdict::Trust;
-use robot::LinkId;
+use rist::LinkId;
 
 use crate::arrays::array;
 use crate::arrow_export::{Content, stream};
@@ -349,7 +349,7 @@ impl Estimate {
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
-        let mjcf = rist::write_back::steps::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
+        let mjcf = rist::write_mjcf(&model.inner, &bodies, &self.inner, None).or_error()?;
         save(&path, &mjcf.text, &[&model.inner.path])
     }
 

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use experiments::motion::record::Record;
-use experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_file};
-use logs::Effort;
+use rist::Record;
+use rist::{TrajectoryFormat, trajectory_file};
+use rist::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

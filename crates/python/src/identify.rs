@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use identification::estimators::closed_loop::ClosedLoop;
+use rist::ClosedLoop;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::closed_loop::identify_experiments_in_loop;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use logs::{Array, ColumnNames, LogSource, Table};
+use rist::{Array, ColumnNames, LogSource, Table};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 

@@ -178,7 +178,7 @@ impl Model {
     #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
         let options = self::options("Model.read", options)?;
-        let text = robot::format::text_of(&path).or_error()?;
+        let text = rist::text_of(&path).or_error()?;
         Model::derive(py, text, path, options)
     }
 

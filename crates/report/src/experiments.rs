@@ -12,7 +12,7 @@ use crate::number::{percent, significant};
 
 /// A plan of experiments.
 #[derive(Serialize)]
-pub struct PlanPart {
+pub(crate) struct PlanPart {
     summary: String,
     open: String,
     rows: Vec<Experiment>,
@@ -31,7 +31,7 @@ struct Experiment {
 }
 
 /// The plan in words and rows.
-pub fn plan(plan: &ExperimentPlan) -> PlanPart {
+pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
     let row = |e: &PlannedExperiment| Experiment {
         name: e.name.clone(),
         kind: e.kind.clone(),
@@ -93,7 +93,7 @@ fn motions(plan: &ExperimentPlan) -> Vec<Figure> {
 
 /// A validation.
 #[derive(Serialize)]
-pub struct ValidationPart {
+pub(crate) struct ValidationPart {
     summary: String,
     rows: Vec<JointRow>,
     motions: Vec<(String, String)>,
@@ -112,7 +112,7 @@ struct JointRow {
 }
 
 /// The validation in words, rows and charts.
-pub fn validation(validation: &Validation) -> ValidationPart {
+pub(crate) fn validation(validation: &Validation) -> ValidationPart {
     let or = |x: Option<f64>| x.map_or("-".into(), percent);
     let row = |j: &identification::estimate::validation::JointValidation| JointRow {
         name: j.coordinate.clone(),
@@ -144,7 +144,7 @@ pub fn validation(validation: &Validation) -> ValidationPart {
 }
 
 /// Measured and predicted torque of each joint in the first motion: figure 2(a-c) of the paper.
-pub fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
+pub(crate) fn pictures(validation: &Validation) -> Vec<(String, Chart<'static>)> {
     let picture = |p: &identification::estimate::validation::TorquePicture| {
         let points = |y: &[f64]| p.t.iter().copied().zip(y.iter().copied()).collect::<Vec<_>>();
         let joint = validation.joints.iter().find(|joint| joint.coordinate == p.coordinate);

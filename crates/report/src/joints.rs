@@ -12,7 +12,7 @@ use crate::number::{percent, significant};
 
 /// A joint of the page.
 #[derive(Serialize)]
-pub struct Joint {
+pub(crate) struct Joint {
     name: String,
     /// Of the portrait's logs.
     relative: String,
@@ -34,7 +34,7 @@ struct Share {
 
 /// A chart with its caption.
 #[derive(Serialize)]
-pub struct Figure {
+pub(crate) struct Figure {
     pub caption: String,
     pub svg: String,
 }
@@ -43,7 +43,7 @@ pub struct Figure {
 const PART_CLASSES: [&str; 4] = ["a", "b", "c", "d"];
 
 /// The joints of a portrait. `estimate` gives the errors on parts left out and the cut-off.
-pub fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
+pub(crate) fn joints(portrait: &Portrait, estimate: Option<&Estimate>) -> Vec<Joint> {
     portrait.joints.iter().map(|joint| one(joint, portrait, estimate)).collect()
 }
 
@@ -79,7 +79,7 @@ fn likeness(memory: f64, cutoff: Option<f64>) -> String {
 }
 
 /// The charts of a joint by their file names, for a folder of pictures.
-pub fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
+pub(crate) fn pictures<'a>(portrait: &'a Portrait, estimate: Option<&Estimate>) -> Vec<(String, Chart<'a>)> {
     let cutoff = estimate.and_then(|e| e.cutoff);
     let named = |joint| {
         let charts = drawn(joint, portrait, None, cutoff).into_iter();

@@ -7,19 +7,19 @@ use minijinja::{AutoEscape, Environment, UndefinedBehavior, escape_formatter};
 use serde::Serialize;
 
 /// A page from its template and its content. The content's texts are escaped, except those marked as safe.
-pub fn rendered(template: &str, content: impl Serialize) -> String {
+pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("<!doctype html><p>this page could not be made: {e:#}</p>\n");
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
 /// LaTeX, by its own filters `tex` and `tex_rule`.
-pub fn latex(template: &str, content: impl Serialize) -> String {
+pub(crate) fn latex(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
 /// Markdown: each text is escaped, and what the filter `code` makes of it is code.
-pub fn markdown(template: &str, content: impl Serialize) -> String {
+pub(crate) fn markdown(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     let mut environment = environment(AutoEscape::None);
     environment.set_formatter(|out, state, value| match value.as_str().filter(|_| !value.is_safe()) {

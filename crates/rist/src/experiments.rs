@@ -123,7 +123,7 @@ impl Reader<'_> {
     }
 
     /// What was recorded of an experiment, whose clock must be the plan's.
-    pub fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
+    pub(crate) fn record(&mut self, path: &Path, trajectory: &ExcitingTrajectory) -> Result<Record, Error> {
         let (log, _) = Log::read(path, self.model.regressor().coordinates(), self.columns)?;
         self.currents |= log.effort_is == Effort::Current;
         self.files.push(path.display().to_string());

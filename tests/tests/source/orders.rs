@@ -2,7 +2,7 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub const ORDERS: [(&str, &[&str]); 17] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
     ("crates/gate", &["budget", "unfolding", "shown", "source"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
@@ -227,7 +227,7 @@ pub const ORDERS: [(&str, &[&str]); 17] = [
 ];
 
 /// Packages without an order, each with the reason.
-pub const WITHOUT_ORDER: [(&str, &str); 2] = [
+pub(crate) const WITHOUT_ORDER: [(&str, &str); 2] = [
     ("generated", "the machine's table of robots takes the macro of the root, and the root the table"),
     (
         "crates/python",

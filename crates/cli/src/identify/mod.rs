@@ -4,12 +4,12 @@ mod arguments;
 mod plan_logs;
 mod samples;
 
-pub use arguments::Arguments;
+pub(crate) use arguments::Arguments;
 use rist::request::Method;
 
 use crate::failure::Failure;
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.asked.check()?;
     match arguments.asked.method {
         Method::Ls | Method::Essential => samples::run(arguments),

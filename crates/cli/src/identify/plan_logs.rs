@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use identification::estimators::closed_loop::ClosedLoop;
+use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::experiments::{ExperimentLogs, identify_experiments, identify_paper_rows};
 use rist::output::{check_output, write_file};
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::terminal::{at_work, print_result};
 use crate::verdict::{as_json, refused};
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (asked, given) = (&arguments.asked, &arguments.asked.given);
     let plan_file = asked.plan()?;
     let [directory] = arguments.logs.as_slice() else {

@@ -21,6 +21,17 @@ pub enum TrajectoryFormat {
     RosJson,
 }
 
+impl TrajectoryFormat {
+    /// The end of its files' names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            TrajectoryFormat::Csv => "csv",
+            TrajectoryFormat::RosYaml => "yaml",
+            TrajectoryFormat::RosJson => "json",
+        }
+    }
+}
+
 /// The text of a trajectory file at `rate` Hz; empty for an empty motion or no rate.
 ///
 /// Between samples positions follow the cubic that has the positions and velocities of its neighbours. Velocities and

@@ -7,7 +7,7 @@ use std::io::Read;
 
 /// How a block is compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Compression {
+pub(crate) enum Compression {
     #[cfg(any(feature = "mcap", feature = "parquet"))]
     None,
     Zstd,
@@ -28,7 +28,7 @@ pub enum Compression {
 }
 
 /// Largest size of an unpacked block. Writers make blocks of some megabytes.
-pub const MAX_UNPACKED_BYTES: usize = 1 << 30;
+pub(crate) const MAX_UNPACKED_BYTES: usize = 1 << 30;
 
 /// Nor may a block unfold to more than this many times its bytes, plus `UNPACKING_ALLOWANCE_BYTES`. Measured numbers do
 /// not compress so far.
@@ -46,7 +46,7 @@ const MAX_LZ4_RATIO: usize = 256;
 impl Compression {
     /// What `packed` holds, unpacked while it is read.
     #[cfg(feature = "mcap")]
-    pub fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
+    pub(crate) fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
         Ok(match self {
             Compression::None => Box::new(packed),
             Compression::Zstd => {
@@ -61,7 +61,7 @@ impl Compression {
 
     /// The `size` bytes that `packed` holds; another number of them is an error.
     #[cfg(all(test, feature = "mcap"))]
-    pub fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
+    pub(crate) fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
             return Err(format!("it does not unpack to the {size} bytes it claims"));
@@ -70,7 +70,7 @@ impl Compression {
     }
 
     /// The bytes that `packed` holds; more than `most` of them are an error.
-    pub fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    pub(crate) fn unpack_within(self, packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
         let most = most.min(most_of(packed));
         let failed = |e: &dyn std::fmt::Display| format!("it cannot be unpacked: {e}");
         let out = match self {

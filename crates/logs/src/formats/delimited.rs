@@ -42,7 +42,7 @@ const MAX_RAGGED_CELLS: usize = 1 << 21;
 const NUMBER_BYTES: usize = 2 * size_of::<f64>();
 
 /// Rows of a text on their way into tables.
-pub struct TableReader<'a> {
+pub(crate) struct TableReader<'a> {
     file: String,
     header: Vec<String>,
     dialect: Dialect,
@@ -69,7 +69,7 @@ impl<'a> TableReader<'a> {
     /// Opens a file, plain or gzip by its first bytes.
     ///
     /// Fails when it cannot be read, is no text, or has no header.
-    pub fn open(path: &Path) -> Result<TableReader<'static>, Error> {
+    pub(crate) fn open(path: &Path) -> Result<TableReader<'static>, Error> {
         let file = path.display().to_string();
         let failed = |e: IoError| Error::at(&file, 0, format!("cannot be read: {e}"));
         let mut source = Source::open(path).map_err(failed)?;
@@ -78,7 +78,11 @@ impl<'a> TableReader<'a> {
     }
 
     /// Reads the header of a text, or of one in a gzip stream.
-    pub fn of_content(file: &str, content: Content, source: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
+    pub(crate) fn of_content(
+        file: &str,
+        content: Content,
+        source: impl Read + Send + 'a,
+    ) -> Result<TableReader<'a>, Error> {
         match content {
             Content::Gzip => {
                 let gzip = |source| Ok(flate2::read::MultiGzDecoder::new(BufReader::new(source)));
@@ -91,13 +95,13 @@ impl<'a> TableReader<'a> {
     }
 
     /// Reads the header of a packed text.
-    pub fn unfolding(file: &str, text: Unfolding<impl Read + Send + 'a>) -> Result<TableReader<'a>, Error> {
+    pub(crate) fn unfolding(file: &str, text: Unfolding<impl Read + Send + 'a>) -> Result<TableReader<'a>, Error> {
         let packed = Some(text.packed());
         Ok(TableReader { packed, ..TableReader::new(file, text)? })
     }
 
     /// Reads the header of a text.
-    pub fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
+    pub(crate) fn new(file: &str, mut text: impl Read + Send + 'a) -> Result<TableReader<'a>, Error> {
         let mut head = Vec::new();
         let failed = |e: IoError| unreadable(file, 0, &e);
         text.by_ref().take(MAX_HEADER_BYTES).read_to_end(&mut head).map_err(failed)?;
@@ -157,12 +161,12 @@ impl<'a> TableReader<'a> {
     }
 
     /// How many columns the header names.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.header.len()
     }
 
     /// Leaves all but these columns unread from now on: they are empty in the tables that follow.
-    pub fn keep(&mut self, columns: impl Iterator<Item = usize>) {
+    pub(crate) fn keep(&mut self, columns: impl Iterator<Item = usize>) {
         self.dialect.wanted.fill(false);
         for column in columns {
             self.dialect.wanted[column] = true;
@@ -172,7 +176,7 @@ impl<'a> TableReader<'a> {
     /// The next rows, at most `most`; none at the end.
     ///
     /// Fails when a row cannot be read, when there are more numbers than [`MAX_CELLS`], or when most cells are not there.
-    pub fn rows(&mut self, most: usize) -> Result<Table, Error> {
+    pub(crate) fn rows(&mut self, most: usize) -> Result<Table, Error> {
         self.units()?;
         let mut table = Table {
             file: self.file.clone(),
@@ -338,11 +342,11 @@ impl<'a> TableReader<'a> {
 
 /// What a packed source unfolds to.
 #[cfg(feature = "zstd")]
-pub type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
+pub(crate) type Unpacked<'a> = Unfolding<Box<dyn Read + Send + 'a>>;
 
 /// A zstd stream, unpacked while it is read.
 #[cfg(feature = "zstd")]
-pub fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpacked<'a>, Error> {
+pub(crate) fn zstd<'a>(file: &str, source: impl Read + Send + 'a) -> Result<Unpacked<'a>, Error> {
     let unpacked = Unfolding::new(source, |source| -> Result<Box<dyn Read + Send + 'a>, _> {
         Ok(Box::new(ruzstd::decoding::StreamingDecoder::new(BufReader::new(source))?))
     });

@@ -23,7 +23,7 @@ const BYTES_PER_PIECE: usize = 1 << 16;
 const MAX_HEAD_BYTES: usize = 1 << 16;
 
 /// Reads the arrays of a file within a budget; a lone .npy has no names and is refused.
-pub fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     if bytes.starts_with(b"\x93NUMPY") {
         return Err(at("one array without names; save a .npz with the names of the signals (t, q, tau)".into()));

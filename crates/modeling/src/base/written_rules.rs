@@ -58,7 +58,7 @@ pub(crate) struct RuleSources {
 type Expanded = BTreeMap<usize, Vec<(usize, Beta)>>;
 
 impl RuleSources {
-    pub fn new(
+    pub(crate) fn new(
         regrouping: Regrouping,
         robot: &Robot,
         standard: &[StandardParameter],
@@ -77,7 +77,7 @@ impl RuleSources {
     }
 
     /// Expanded where they are short, else nested. `kept`: the columns of the base parameters.
-    pub fn short(&self, kept: &[usize]) -> Rules {
+    pub(crate) fn short(&self, kept: &[usize]) -> Rules {
         // A summand takes at least five characters, ` + M3`, and two summands may merge into a double angle.
         let expanded = self.expand(SHORT / 2).map(|expanded| self.written(&expanded, kept));
         expanded
@@ -86,7 +86,7 @@ impl RuleSources {
     }
 
     /// Expanded whatever their length; `None` beyond a million summands.
-    pub fn expanded(&self, kept: &[usize]) -> Option<Rules> {
+    pub(crate) fn expanded(&self, kept: &[usize]) -> Option<Rules> {
         self.expand(MOST_SUMMANDS).map(|expanded| self.written(&expanded, kept))
     }
 
@@ -137,7 +137,7 @@ impl RuleSources {
     }
 
     /// Nested rules, each naming the regrouped parameters of the next link.
-    pub fn nested(&self, kept: &[usize]) -> Rules {
+    pub(crate) fn nested(&self, kept: &[usize]) -> Rules {
         let direct: Vec<(usize, usize, Beta)> = {
             let tree = self
                 .regrouping

@@ -16,12 +16,12 @@ pub(crate) struct ParameterInputs {
 }
 
 impl ParameterInputs {
-    pub fn standard(derivation: &mut Derivation) -> ParameterInputs {
+    pub(crate) fn standard(derivation: &mut Derivation) -> ParameterInputs {
         ParameterInputs::of(derivation, StandardParameter::all(derivation.robot))
     }
 
     /// A base parameter stands in the place of the standard one it is named after.
-    pub fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
+    pub(crate) fn base(derivation: &mut Derivation, base: &BaseParameters) -> ParameterInputs {
         ParameterInputs::of(derivation, base.base.iter().map(|b| base.standard[b.column]).collect())
     }
 
@@ -32,16 +32,16 @@ impl ParameterInputs {
     }
 
     /// Zero where the parameter is not among them.
-    pub fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
+    pub(crate) fn get(&self, link: LinkId, inertial: Inertial) -> Expr {
         let parameter = StandardParameter { link, inertial };
         self.parameters.iter().position(|p| *p == parameter).map_or(Expr::ZERO, |c| self.x[c])
     }
 
-    pub fn body(&self, link: LinkId) -> [Expr; 10] {
+    pub(crate) fn body(&self, link: LinkId) -> [Expr; 10] {
         Inertial::BODY.map(|i| self.get(link, i))
     }
 
-    pub fn input(&self) -> Input {
+    pub(crate) fn input(&self) -> Input {
         Input { name: "x".into(), entries: self.x.clone() }
     }
 }

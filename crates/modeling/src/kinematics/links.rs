@@ -43,7 +43,7 @@ pub(crate) enum MotionInput {
 }
 
 impl Motion {
-    pub fn new(g: &mut Graph, robot: &Robot) -> Motion {
+    pub(crate) fn new(g: &mut Graph, robot: &Robot) -> Motion {
         let n = robot.n_coordinates();
         let mut inputs = |prefix: &str, count: usize| -> Vec<Expr> {
             let name = |k: usize| format!("{prefix}[{k}]");
@@ -57,14 +57,14 @@ impl Motion {
     }
 
     /// `q`, `passive` where there are such, `dq`, `ddq`.
-    pub fn inputs(&self) -> Vec<Input> {
+    pub(crate) fn inputs(&self) -> Vec<Input> {
         let mut inputs = self.configuration();
         inputs.extend([self.input(MotionInput::Dq), self.input(MotionInput::Ddq)]);
         inputs
     }
 
     /// `q`, and `passive` where there are such.
-    pub fn configuration(&self) -> Vec<Input> {
+    pub(crate) fn configuration(&self) -> Vec<Input> {
         let mut inputs = vec![self.input(MotionInput::Q)];
         if self.q.len() > self.n {
             inputs.push(self.input(MotionInput::Passive));
@@ -73,7 +73,7 @@ impl Motion {
     }
 
     /// One input of a function.
-    pub fn input(&self, which: MotionInput) -> Input {
+    pub(crate) fn input(&self, which: MotionInput) -> Input {
         let (name, entries) = match which {
             MotionInput::Q => ("q", &self.q[..self.n]),
             MotionInput::Passive => ("passive", &self.q[self.n..]),
@@ -119,7 +119,7 @@ pub(crate) struct Placement {
 
 impl Placement {
     /// Components in frame j of a vector given in frame i.
-    pub fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn to_link(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.to_link_before_theta(g, v);
         self.theta.turned(g, v)
     }
@@ -130,7 +130,7 @@ impl Placement {
     }
 
     /// Components in frame i of a vector given in frame j.
-    pub fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub(crate) fn to_antecedent(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.theta.unturned(g, v);
         let v = self.alpha.unturned_about_x(g, v);
         self.gamma.unturned(g, v)
@@ -215,7 +215,7 @@ pub(crate) struct Geometry {
 
 impl Geometry {
     /// The constant part, from the link's description.
-    pub fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
+    pub(crate) fn of(g: &mut Graph, constants: &mut Constants, link: &Link) -> Geometry {
         let name = |letter: &str| format!("{letter}{}", link.label);
         let dh = &link.geometry;
         let gamma = constants.angle(g, &dh.gamma, &name("gamma"));

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::model::Model;
 
 /// The gaps of a model's bodies.
-pub struct RobotSurroundings {
+pub(crate) struct RobotSurroundings {
     clearance: Clearance,
     gaps: Vec<Gap>,
 }
@@ -23,7 +23,11 @@ impl RobotSurroundings {
     ///
     /// Fails where `space` names a link that is not there, has a wall without direction, or asks for what the robot
     /// cannot reach.
-    pub fn new(model: &Model, space: &SpaceLimits, limits: &[CoordinateLimits]) -> Result<RobotSurroundings, Error> {
+    pub(crate) fn new(
+        model: &Model,
+        space: &SpaceLimits,
+        limits: &[CoordinateLimits],
+    ) -> Result<RobotSurroundings, Error> {
         let refused = |what: String| Error::new(format_args!("{}: {what}", model.path.display()));
         if let Some(fault) = space.fault() {
             return Err(refused(fault));
@@ -46,17 +50,17 @@ impl RobotSurroundings {
     }
 
     /// What is not looked at, in sentences.
-    pub fn notes(&self) -> &[String] {
+    pub(crate) fn notes(&self) -> &[String] {
         self.clearance.notes()
     }
 
     /// The gaps, in a fixed order.
-    pub fn gaps(&self) -> &[Gap] {
+    pub(crate) fn gaps(&self) -> &[Gap] {
         &self.gaps
     }
 
     /// The surroundings; `None` where there are no gaps.
-    pub fn some(&self) -> Option<&dyn Surroundings> {
+    pub(crate) fn some(&self) -> Option<&dyn Surroundings> {
         (!self.gaps.is_empty()).then_some(self as &dyn Surroundings)
     }
 }

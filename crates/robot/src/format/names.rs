@@ -8,7 +8,7 @@ use gate::shown::{is_hidden, line};
 use crate::robot::{Note, Robot};
 
 /// The robot with names that can be shown.
-pub fn shown(mut robot: Robot) -> Robot {
+pub(super) fn shown(mut robot: Robot) -> Robot {
     let mut hidden = Vec::new();
     let mut show = |what: &str, name: &mut String| {
         if name.contains(is_hidden) {
@@ -48,7 +48,6 @@ pub fn shown(mut robot: Robot) -> Robot {
 mod tests {
     use std::path::Path;
 
-    use super::*;
     use crate::format::{ReadOptions, parse_with};
 
     #[test]

@@ -46,7 +46,7 @@ pub struct Passport {
 }
 
 /// Share explained by the description, above which a joint's slope counts. Below it the slope is in brackets.
-pub const COUNTED_SLOPE_SHARE: f64 = 0.5;
+pub(crate) const COUNTED_SLOPE_SHARE: f64 = 0.5;
 /// Share below which a slope is not shown.
 const SHOWN_SLOPE_SHARE: f64 = 0.05;
 

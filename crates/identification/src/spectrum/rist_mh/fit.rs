@@ -56,7 +56,12 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// Iterates to the end for one shape; `deviation` is that of each row of each spectrum.
-    pub fn new(data: &HarmonicData, shape: &FrictionShape, options: &HarmonicOptions, deviation: Vec<Vec<f64>>) -> Fit {
+    pub(crate) fn new(
+        data: &HarmonicData,
+        shape: &FrictionShape,
+        options: &HarmonicOptions,
+        deviation: Vec<Vec<f64>>,
+    ) -> Fit {
         let friction = data.spectra.iter().map(|s| s.friction_rows(shape, data.gain[s.joint])).collect();
         let mut fit = Fit {
             shape: *shape,
@@ -84,7 +89,7 @@ impl Fit {
         fit
     }
 
-    pub fn has_drift(&self) -> bool {
+    pub(crate) fn has_drift(&self) -> bool {
         self.spread >= SMALLEST_DRIFT_SPREAD
     }
 
@@ -94,21 +99,21 @@ impl Fit {
     }
 
     /// s; zero where there is no drift.
-    pub fn drift_spread(&self) -> f64 {
+    pub(crate) fn drift_spread(&self) -> f64 {
         if self.has_drift() { self.spread } else { 0.0 }
     }
 
-    pub fn criterion(&self) -> f64 {
+    pub(crate) fn criterion(&self) -> f64 {
         self.chi_square + self.effective * (self.rows.max(1) as f64).ln()
     }
 
     /// Share of the rows that no unknown takes up.
-    pub fn free_share(&self) -> f64 {
+    pub(crate) fn free_share(&self) -> f64 {
         (1.0 - self.effective / self.rows.max(1) as f64).max(0.1)
     }
 
     /// The deviations, scaled joint by joint to what the rows leave unexplained.
-    pub fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
+    pub(crate) fn calibrated(&self, data: &HarmonicData) -> Vec<Vec<f64>> {
         let share = self.free_share();
         let factor = |joint: usize| {
             let of_joint = || data.spectra.iter().zip(&self.squares).filter(|(s, _)| s.joint == joint);
@@ -123,13 +128,23 @@ impl Fit {
     }
 
     /// Squares of the residuals, weighted by these deviations of the rows, spectrum by spectrum.
-    pub fn squares_by(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<f64> {
+    pub(crate) fn squares_by(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        deviation: &[Vec<f64>],
+    ) -> Vec<f64> {
         let residuals = self.residuals(data, options, deviation);
         residuals.iter().map(|of| of.iter().map(|r| r * r).sum()).collect()
     }
 
     /// The residuals over these deviations of the rows, spectrum by spectrum.
-    pub fn residuals(&self, data: &HarmonicData, options: &HarmonicOptions, deviation: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub(crate) fn residuals(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        deviation: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
         let (p, m) = (data.p, self.shape.columns());
         let unknowns = self.unknowns(data, options);
         let first_effect = unknowns - data.effect_columns();
@@ -159,7 +174,7 @@ impl Fit {
     }
 
     /// The linearised, weighted rows about the present friction and drift.
-    pub fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
+    pub(crate) fn triangle(&self, data: &HarmonicData, options: &HarmonicOptions) -> Triangle {
         let unknowns = self.unknowns(data, options);
         let mut block = TriangleBuilder::new(unknowns);
         self.each_equation(data, options, |_, row, known, y| {
@@ -169,7 +184,7 @@ impl Fit {
     }
 
     /// The same rows one by one. `take` gets the owner, the coefficients, the known torque and the right-hand side.
-    pub fn each_equation(
+    pub(crate) fn each_equation(
         &self,
         data: &HarmonicData,
         options: &HarmonicOptions,
@@ -230,7 +245,12 @@ impl Fit {
     /// The equations with the gains as unknowns, linearised about the present gains. Expected gains are the last rows.
     ///
     /// In currents a row is w k (I - m / k), where m is the torque of the model. But for the residual, m is k I.
-    pub fn gain_equations(&self, data: &HarmonicData, options: &HarmonicOptions, gains: &[Gain]) -> Vec<GainEquation> {
+    pub(crate) fn gain_equations(
+        &self,
+        data: &HarmonicData,
+        options: &HarmonicOptions,
+        gains: &[Gain],
+    ) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();
         let mut count = vec![0; data.spectra.len()];
@@ -255,7 +275,7 @@ impl Fit {
     }
 
     /// One Gauss-Newton step and one step of the spread; a drift that vanishes is taken out of the unknowns.
-    pub fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
+    pub(crate) fn solve(&mut self, data: &HarmonicData, options: &HarmonicOptions) {
         self.step(data, options);
         if !self.has_drift() && self.drift.iter().any(|u| *u != 0.0) {
             self.drift.fill(0.0);

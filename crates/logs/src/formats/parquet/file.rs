@@ -36,7 +36,7 @@ const NUMBER_BYTES: usize = 2 * size_of::<f64>();
 const PAGE_COPIES: usize = 3;
 
 /// Reads the columns of a file within a budget.
-pub fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
+pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table, Error> {
     let at = |message: String| Error::at(file, 0, message);
     let metadata = footer(bytes).map_err(at)?;
     let bytes = Bytes::copy_from_slice(bytes);

@@ -20,7 +20,7 @@ use crate::formats::compression::{Compression, MAX_UNPACKED_BYTES};
 use crate::formats::parquet::split_values::{joined, values_begin};
 
 /// Pages of a chunk.
-pub struct UnpackedPages {
+pub(crate) struct UnpackedPages {
     packed: SerializedPageReader<Bytes>,
     codec: Compression,
     /// Bytes that a page may unfold to.
@@ -41,7 +41,7 @@ impl UnpackedPages {
     /// `most` are the bytes to which a page may unfold.
     ///
     /// Fails when the chunk lies outside the file or is packed in a way that is not read.
-    pub fn of(
+    pub(crate) fn of(
         file: &Bytes,
         chunk: &ColumnChunkMetaData,
         rows: usize,

@@ -24,7 +24,7 @@ type RecordReceiver<'a> = dyn FnMut(u8, &[u8]) -> Result<(), String> + 'a;
 /// Hands every message of a file of `length` bytes to `each`. What its chunks unfold to is drawn from `work`.
 ///
 /// Fails when a record is damaged; a file that ends early is no failure but an `Outcome`.
-pub fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut Receiver) -> Result<Outcome, String> {
+pub(crate) fn read(source: impl Read, length: u64, work: &mut Budget, each: &mut Receiver) -> Result<Outcome, String> {
     let mut reader = Reader { schemas: BTreeMap::new(), channels: BTreeMap::new(), work, each };
     let options = LinearReaderOptions::default().with_emit_chunks(true).with_skip_end_magic(true);
     let mut at = mcap::MAGIC.len() as u64;

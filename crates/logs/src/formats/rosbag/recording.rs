@@ -26,7 +26,7 @@ use crate::table::{MAX_FILE_BYTES, Table};
 const JOINT_STATE_TYPES: [&str; 2] = ["sensor_msgs/msg/JointState", "sensor_msgs/JointState"];
 
 /// Reads the recording at a path, with `#topic` behind it or without; `None`: there is none.
-pub fn read(path: &Path) -> Result<Option<Table>, Error> {
+pub(crate) fn read(path: &Path) -> Result<Option<Table>, Error> {
     let (place, topic) = address(path);
     let name = path.display().to_string();
     // Reading a pipe would consume it, so the first bytes are read from regular files only.
@@ -43,7 +43,7 @@ pub fn read(path: &Path) -> Result<Option<Table>, Error> {
 }
 
 /// Reads the content of an MCAP or a sqlite3 file within a budget.
-pub fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Table, Error> {
+pub(crate) fn from_bytes(file: &str, bytes: &[u8], budget: &Budget) -> Result<Table, Error> {
     let mut recording = Recording { wanted: None, ..Recording::within(budget.clone()) };
     recording.add_bytes(file, bytes)?;
     recording.table(file, file)

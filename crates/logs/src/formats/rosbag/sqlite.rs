@@ -28,13 +28,13 @@ const MAX_MESSAGE_BYTES: i32 = 1 << 24;
 const LOCKLESS_FILE_SYSTEM: &str = if cfg!(windows) { "win32-none" } else { "unix-none" };
 
 /// Opens a file, which must not be written by another program meanwhile.
-pub fn open(path: &Path) -> Result<Connection, String> {
+pub(crate) fn open(path: &Path) -> Result<Connection, String> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     Connection::open_with_flags_and_vfs(path, flags, LOCKLESS_FILE_SYSTEM).map_err(|e| refused(&e))
 }
 
 /// Opens the content of a file.
-pub fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
+pub(crate) fn of_bytes(bytes: &[u8]) -> Result<Connection, String> {
     // In memory there is no write-ahead log beside the file. So its mode, bytes 18 and 19, is set to that of a plain
     // file.
     let (head, rest) = bytes.split_at(bytes.len().min(20));
@@ -58,7 +58,7 @@ fn refused(e: &rusqlite::Error) -> String {
 /// Hands the messages of the channels that are `wanted` to `each`. What packed messages unfold to is drawn from `work`.
 ///
 /// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
-pub fn read(
+pub(crate) fn read(
     database: &Connection,
     wanted: &dyn Fn(&Channel) -> bool,
     work: &mut Budget,

@@ -44,7 +44,7 @@ pub(crate) struct ClosedRank {
 
 impl ClosedRank {
     /// Whether a column is a combination of these at every point, with one set of coefficients each.
-    pub fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
+    pub(crate) fn is_spanned(&self, column: usize, support: &[usize]) -> bool {
         let picked = |row: &Vec<Residue>| support.iter().chain([&column]).map(|&c| row[c]).collect();
         self.rows.iter().all(|rows| solve(rows.iter().map(picked).collect(), support.len()).is_some())
     }
