@@ -9,7 +9,7 @@ use crate::error::OrError;
 
 /// The text of a file.
 pub fn read_text(path: &Path) -> PyResult<String> {
-    robot::format::read_text(path).map_err(rist::Error::from).or_error()
+    rist::read_text(path).or_error()
 }
 
 /// Writes a text to a file that is no input of it.

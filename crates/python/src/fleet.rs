@@ -13,7 +13,7 @@ use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::logs::logs;
 use crate::model::Model;
-use crate::work::work;
+use crate::work::{alone, work};
 
 /// Sums over logs of one robot: `update` with a log where it lies, `merge` with those of others, `solve` without the logs.
 ///
@@ -98,7 +98,7 @@ impl Accumulator {
     fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
         // The other is copied first, so that its lock is released before this one is taken. Both may be the same.
         let (this, other) = (slf.get(), other.copy());
-        slf.py().detach(|| this.sums().merge(&other)).or_error()?;
+        alone(slf.py(), || this.sums().merge(&other))?.or_error()?;
         Ok(slf)
     }
 
