@@ -26,7 +26,7 @@ const FARTHEST_VERTEX_M: f64 = 1e6;
 /// The path of a mesh file; `directory`: that of the description.
 ///
 /// Fails where the file is in none of the places, with the first of them.
-pub fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
+pub(crate) fn mesh_path(name: &str, directory: &Path) -> Result<PathBuf, String> {
     let places: Vec<PathBuf> = match (name.split_once("://"), name.strip_prefix("file://")) {
         (_, Some(path)) => vec![PathBuf::from(path)],
         (Some((_, rest)), None) => {

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::doctor::DoctorRequest;
-use rist::experiments::{ExperimentLogs, identify_paper_rows};
+use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
 use rist::request::spelling::{Reader, spelled};
 use rist::request::{IdentifyRequest, Method, MethodRequest, Words};
 use rist::samples::{identify_essential, identify_loaded};
@@ -57,7 +57,7 @@ use crate::work::work;
 /// - plan: The plan behind the logs
 ///
 /// With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
-/// {"q2": [6, 12]}), elastic and play (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
+/// {"q2": [6, 12]}), elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
 /// the encoders; the equations end at 10 Hz then, unless cutoff says otherwise), delay="auto". cutoff: highest frequency of
 /// the equations (20 Hz).
 ///
@@ -76,7 +76,7 @@ pub fn identify(
     call.check_method(method)?;
     match method {
         Method::Ls | Method::Essential => identify_samples(py, model, logs, &call, method),
-        Method::Rist | Method::RistMh | Method::Iv | Method::Didim => identify_plan(py, model, logs, &call, method),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => identify_plan(py, model, logs, &call, method),
     }
 }
 
@@ -154,9 +154,10 @@ fn identify_plan(
     let estimate = match method {
         Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
         Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
-        Method::Rist => {
+        Method::Rist | Method::Tls => {
             let request = call.request()?;
-            work(py, None, |_| identify_paper_rows(inner, logs, &request))?
+            let identify = if method == Method::Tls { identify_gains_of_rows } else { identify_paper_rows };
+            work(py, None, |_| identify(inner, logs, &request))?
         }
         Method::RistMh | Method::Ls | Method::Essential => {
             let request = call.request()?;

@@ -75,7 +75,7 @@ impl<'a> Chart<'a> {
     }
 
     /// A high chart with the same length per unit on both axes, for shapes.
-    pub fn true_to_scale(self) -> Chart<'a> {
+    pub(crate) fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
 
@@ -90,7 +90,7 @@ impl<'a> Chart<'a> {
     }
 
     /// With the ordinate zero inside.
-    pub fn with_zero(self) -> Chart<'a> {
+    pub(crate) fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }
     }
 

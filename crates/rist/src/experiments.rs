@@ -42,6 +42,14 @@ pub fn identify_paper_rows(model: &Model, logs: ExperimentLogs, request: &PaperR
     identify_by(model, logs, request, SpectralMethod::Paper, &HarmonicOptions::default())
 }
 
+/// The same by the paper's rows, with the gains of drives by total least squares, as the paper has them.
+///
+/// Fails as [`identify_experiments`] does, and where all gains are known.
+pub fn identify_gains_of_rows(model: &Model, logs: ExperimentLogs, request: &PaperRequest) -> Result<Estimate, Error> {
+    request.check()?;
+    identify_by(model, logs, request, SpectralMethod::TotalLeastSquares, &HarmonicOptions::default())
+}
+
 fn identify_by(
     model: &Model,
     logs: ExperimentLogs,

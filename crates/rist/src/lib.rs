@@ -81,7 +81,7 @@ pub use description::{parse_robot, read_robot};
 pub use doctor::{Passport, examine};
 pub use error::Error;
 pub use exciting::{ExcitingMotion, excite};
-pub use experiments::{ExperimentLogs, identify_experiments, identify_paper_rows};
+pub use experiments::{ExperimentLogs, identify_experiments, identify_gains_of_rows, identify_paper_rows};
 pub use fleet::{Accumulator, Comparison, accumulate, compare};
 pub use inspection::{Inspection, inspect};
 pub use linting::{Lint, lint};

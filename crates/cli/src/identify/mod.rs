@@ -13,6 +13,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     arguments.asked.check()?;
     match arguments.asked.method {
         Method::Ls | Method::Essential => samples::run(arguments),
-        Method::Rist | Method::RistMh | Method::Iv | Method::Didim => plan_logs::run(arguments),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => plan_logs::run(arguments),
     }
 }

@@ -68,7 +68,7 @@ struct Least {
 }
 
 /// The rows of the gaps, in their order.
-pub fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
+pub(crate) fn prove_gaps(motion: &Motion, surroundings: &dyn Surroundings) -> Vec<CertificateRow> {
     let gaps = surroundings.gaps();
     let enclosed = EnclosedMotion::new(motion);
     let nothing = |_| Least { reached: f64::INFINITY, time: 0.0, proved: f64::INFINITY };

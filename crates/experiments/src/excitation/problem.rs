@@ -175,7 +175,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The same at the centre of the motion alone.
-    pub fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
+    pub(crate) fn nearest_at_centre(&self, x: &[f64]) -> Option<(f64, usize)> {
         let mut nearest = None;
         self.space.as_ref()?.nearest_at(&self.positions(x, &[1.0]), &mut nearest);
         nearest

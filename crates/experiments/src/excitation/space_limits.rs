@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The least distance between own links where nothing else is asked, m.
-pub const DEFAULT_LEAST_DISTANCE_M: f64 = 0.01;
+pub(crate) const DEFAULT_LEAST_DISTANCE_M: f64 = 0.01;
 
 /// Where bodies may be.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

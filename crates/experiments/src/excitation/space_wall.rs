@@ -81,7 +81,7 @@ impl<'a> SpaceWall<'a> {
     }
 
     /// Puts the least room at a configuration into `nearest`, if it is less.
-    pub fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
+    pub(crate) fn nearest_at(&self, q: &[f64], nearest: &mut Option<(f64, usize)>) {
         self.surroundings.near(q, WALL_REACH_M, &mut |gap, room, _| {
             if nearest.is_none_or(|n| room < n.0) {
                 *nearest = Some((room, gap));

@@ -37,7 +37,7 @@ pub fn identify(regressor: &dyn Regressor, log: &Log, options: &Options) -> Resu
 }
 
 /// Identifies a robot from several logs together.
-pub fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Estimate, Error> {
+pub(crate) fn identify_all(regressor: &dyn Regressor, logs: &[Log], options: &Options) -> Result<Estimate, Error> {
     let fit = Fit::of(regressor, logs, options)?;
     Ok(fit.estimate)
 }

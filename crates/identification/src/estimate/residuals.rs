@@ -86,7 +86,7 @@ impl fmt::Display for Residuals {
 }
 
 /// Writes the table of joints; `held_out` is the error of all joints on the parts left out, where it is known.
-pub fn write_residuals(
+pub(crate) fn write_residuals(
     f: &mut fmt::Formatter<'_>,
     joints: &[JointResidual],
     total: Option<f64>,

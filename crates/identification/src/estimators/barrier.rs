@@ -35,7 +35,7 @@ const MAX_NEWTON_STEPS: usize = 40;
 
 /// A bound on chi^2 covers traces up to this many times those of the solution, and friction up to this many of its
 /// deviations.
-pub const LARGEST_BOUNDED_RATIO: f64 = 100.0;
+pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The problem in scaled variables.
 pub(crate) struct Problem {

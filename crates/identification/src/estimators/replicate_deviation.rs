@@ -154,7 +154,7 @@ pub(crate) fn of_clusters(
 }
 
 /// s sqrt(A^-1_cc): what white noise alone would leave.
-pub fn white_deviation(solution: &Solution) -> Vec<f64> {
+pub(crate) fn white_deviation(solution: &Solution) -> Vec<f64> {
     (0..solution.x.len()).map(|c| (solution.variance * solution.inverse[(c, c)]).sqrt()).collect()
 }
 

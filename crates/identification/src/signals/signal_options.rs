@@ -63,7 +63,7 @@ impl Default for Signal {
 }
 
 /// Cut-off of the velocity that shows reversals, as a multiple of that of the torques.
-pub const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
+pub(crate) const REVERSAL_CUTOFF_RATIO: f64 = 10.0;
 
 /// Longest delay, s. A delay is a fault of a logger, and none is as long as a second.
 const LONGEST_DELAY_S: f64 = 1.0;

@@ -16,6 +16,7 @@ use crate::estimate::ledger::LACKING_MODEL_CHI_SQUARE;
 use crate::estimate::residuals::{Residuals, Squares};
 use crate::estimators::drive_gains::equations::JointEquations;
 use crate::estimators::drive_gains::likelihood::{DriveGains, Gain, drive_gains};
+use crate::estimators::drive_gains::total_least_squares::{Scaling, gains_by_total_least_squares};
 use crate::spectrum::experiment::{NoiseLevels, SpectralExperiment};
 use crate::spectrum::paper::{PaperWeights, paper_estimate, paper_rows};
 use crate::spectrum::rist_mh::data::{HarmonicData, HarmonicOptions};
@@ -27,6 +28,8 @@ use crate::spectrum::words::{cause_sentence, size_words};
 pub enum SpectralMethod {
     /// One harmonic, one quadrature, no friction.
     Paper,
+    /// The same, with the gains of drives by total least squares.
+    TotalLeastSquares,
     /// All harmonics, friction as nuisance.
     Harmonic,
 }
@@ -51,6 +54,7 @@ pub fn identify_spectrum(
         fingerprint: Some(model.fingerprint.clone()),
         method: match method {
             SpectralMethod::Paper => "rist: rows of Sp, weighted by their noise".into(),
+            SpectralMethod::TotalLeastSquares => "tls: rows of Sp, drive gains by total least squares".into(),
             SpectralMethod::Harmonic => "rist-mh: all harmonics, friction as nuisance".into(),
         },
         rows: 0,
@@ -60,6 +64,11 @@ pub fn identify_spectrum(
     let known = |g: &Gain| if let Gain::Known(k) = g { Some(*k) } else { None };
     if let Some(gain) = gains.iter().map(known).collect::<Option<Vec<f64>>>() {
         match method {
+            SpectralMethod::TotalLeastSquares => {
+                return Err(Error::new(
+                    "[method=tls] estimates gains of drives, and all of them are known: [method=rist] takes them",
+                ));
+            }
             SpectralMethod::Paper => with_paper_rows(&mut estimate, regressor, experiments, &gain, &noise),
             SpectralMethod::Harmonic => with_harmonics(&mut estimate, regressor, experiments, &gain, &noise, options)?,
         }
@@ -67,9 +76,18 @@ pub fn identify_spectrum(
     }
     let one = vec![1.0; regressor.coordinates().len()];
     match method {
-        SpectralMethod::Paper => {
+        SpectralMethod::Paper | SpectralMethod::TotalLeastSquares => {
             let blocks: Vec<_> = experiments.iter().map(|e| paper_rows(e, regressor, &one, &noise.current)).collect();
-            let found = drive_gains(&paper_equations(&blocks, one.len()), gains)?;
+            let equations = paper_equations(&blocks, one.len());
+            let mut found = drive_gains(&equations, gains)?;
+            if method == SpectralMethod::TotalLeastSquares {
+                (found.gain, found.parameters) = by_total_least_squares(&equations, gains)?;
+                estimate.remarks.push(
+                    "the deviations are those of the same equations by maximum likelihood; total least squares has none of \
+                     its own"
+                        .into(),
+                );
+            }
             with_gains(&mut estimate, regressor, &found);
             paper_residuals(&mut estimate, regressor, &blocks, &found.gain, &found.parameters);
         }
@@ -211,7 +229,7 @@ fn judge(estimate: &mut Estimate, regressor: &dyn Regressor, found: &HarmonicEst
     estimate.remarks.push(match &found.cause {
         Some(cause) => cause_sentence(cause, regressor),
         None => {
-            "the cause is not told: late torques, ripple, joints that bend and play each explain less than half of it"
+            "the cause is not told: late torques, ripple, joints that bend and backlash each explain less than half of it"
                 .into()
         }
     });
@@ -271,6 +289,18 @@ fn with_gains(estimate: &mut Estimate, regressor: &dyn Regressor, found: &DriveG
     if found.steps.is_none() {
         estimate.remarks.push("the gains did not converge".into());
     }
+}
+
+/// Gains and parameters; every gain is known or free.
+///
+/// Fails where a gain is expected only, and where the equations leave the scale open.
+fn by_total_least_squares(equations: &[JointEquations], gains: &[Gain]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    if gains.iter().any(|gain| matches!(gain, Gain::Expected(..))) {
+        return Err(Error::new("[method=tls] takes a gain as known or as free; an expected one needs [method=rist]"));
+    }
+    let open = "total least squares finds no gains: there are too few equations, or their scale stays open; plan more \
+                experiments, or take [method=rist]";
+    gains_by_total_least_squares(equations, gains, Scaling::Noise).ok_or_else(|| Error::new(open))
 }
 
 /// A sentence on what sets the scale of an estimate with unknown gains.

@@ -15,7 +15,7 @@ use crate::estimate::residuals::JointResidual;
 /// Chi^2 per degree of freedom above which the model lacks something. Simulations whose model is right have 0.3 to 0.7,
 /// because the scatter between periods holds the chatter of the controller too. A ripple of 2 % gives 2.8, joints that
 /// bend at 25 Hz give 950, and torques that are 1.5 ms late give 32 (`tests/tests/identification/misfit.rs`).
-pub const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
+pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 2.0;
 
 /// Error on another motion up to which an estimate predicts well.
 const GOOD_PREDICTION_ERROR: f64 = 0.05;
@@ -58,7 +58,7 @@ pub struct Prediction {
 }
 
 /// The claims of a fit, contradictions first. `total`: the error on the logs that are looked at.
-pub fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction: &Prediction) -> Vec<Claim> {
+pub(crate) fn claims_of_fit(estimate: &Estimate, total: Option<f64>, prediction: &Prediction) -> Vec<Claim> {
     let mut claims = vec![other_motion(estimate, prediction)];
     claims.extend(estimate.refusal.iter().map(|why| earlier(why)));
     claims.extend(friction(estimate));
@@ -193,7 +193,7 @@ fn times(cutoff: f64, memory: f64) -> f64 {
 }
 
 /// What the autocorrelation of the residual says, for the joint with the longest memory.
-pub fn not_noise(estimate: &Estimate) -> Option<String> {
+pub(crate) fn not_noise(estimate: &Estimate) -> Option<String> {
     let known = estimate.joints.iter().filter_map(|joint| Some((joint, joint.memory?)));
     let (joint, memory) = known.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let (name, times) = (&joint.coordinate, times(estimate.cutoff?, memory));

@@ -62,7 +62,7 @@ pub struct Tested {
 
 impl Tested {
     /// Whether the fault is there.
-    pub fn is_found(&self) -> bool {
+    pub(crate) fn is_found(&self) -> bool {
         let is_large = self.value.abs() > self.least().max(SIGMAS * self.deviation);
         is_large && self.held_out.is_some_and(|(without, with)| with < WORTHWHILE * without)
     }

@@ -52,7 +52,7 @@ const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl Passport {
     /// Whether there was a description to hold the log against.
-    pub fn has_description(&self) -> bool {
+    pub(crate) fn has_description(&self) -> bool {
         self.joints.iter().any(|j| j.slope.is_some())
     }
 

@@ -39,7 +39,7 @@ pub enum Gain {
 
 impl Gain {
     /// Whether the gain is estimated from the data.
-    pub fn is_unknown(&self) -> bool {
+    pub(crate) fn is_unknown(&self) -> bool {
         !matches!(self, Gain::Known(_))
     }
 }

@@ -32,9 +32,9 @@ use crate::spectrum::rist_mh::misfit::Misfit;
 
 /// Share of chi^2 per freedom that a cause must take away to be named. With half it explains more than all others
 /// together.
-pub const NAMED_CAUSE_SHARE: f64 = 0.5;
+pub(crate) const NAMED_CAUSE_SHARE: f64 = 0.5;
 /// Probability of an F by chance below which columns count.
-pub const SIGNIFICANCE_LEVEL: f64 = 1e-3;
+pub(crate) const SIGNIFICANCE_LEVEL: f64 = 1e-3;
 /// Most periods a turn that are tried. No encoder resolves ripple of more.
 const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
 /// A joint is named only where its size is beyond this many deviations, which is [`SIGNIFICANCE_LEVEL`] of a normal
