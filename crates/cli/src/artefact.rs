@@ -49,8 +49,7 @@ pub(crate) fn read_plan(path: &Path, model: &Model) -> Result<ExperimentPlan, Fa
 
 /// Reads the sums of logs.
 pub(crate) fn read_sums(path: &Path) -> Result<Accumulator, Failure> {
-    let bytes = std::fs::read(path).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
-    Ok(Accumulator::from_bytes(&path.display().to_string(), &bytes)?)
+    Ok(Accumulator::read(path)?)
 }
 
 /// The text of a series: Parquet where the name of the file ends so, else CSV.

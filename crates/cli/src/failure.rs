@@ -1,8 +1,7 @@
 //! The end of a command that does not succeed.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::process::ExitCode;
 
 use rist::Place;
@@ -53,23 +52,20 @@ impl<E: Into<rist::Error>> From<E> for Failure {
 }
 
 /// Bytes of a file in which its line is looked for.
-const SEARCHED_BYTES: u64 = 1 << 20;
+const SEARCHED_BYTES: usize = 1 << 20;
 /// Characters of the line that are shown.
 const SHOWN_CHARACTERS: usize = 100;
 
-/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown.
+/// The line of a text, and a mark below the column where it is known; `None` where no such line can be shown, as that
+/// of a pipe, which was read and is gone.
 fn excerpt(place: &Place) -> Option<String> {
-    // A pipe can be read only once: opening it again would wait for ever.
-    if !std::fs::metadata(&place.file).ok()?.is_file() {
-        return None;
-    }
-    let text = BufReader::new(File::open(&place.file).ok()?.take(SEARCHED_BYTES));
-    let line = text.lines().nth(place.line - 1)?.ok()?;
-    Some(marked(&line, place))
+    let text = rist::gate::source::glance(Path::new(&place.file), SEARCHED_BYTES)?;
+    let line = text.split(|&b| b == b'\n').nth(place.line.checked_sub(1)?)?;
+    Some(marked(std::str::from_utf8(line).ok()?, place))
 }
 
 fn marked(line: &str, place: &Place) -> String {
-    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    let plain = |c: char| if rist::gate::shown::is_hidden(c) { ' ' } else { c };
     let line: Vec<char> = line.trim_end().chars().map(plain).collect();
     // The column in sight, with what stands before it.
     let first = if place.column > SHOWN_CHARACTERS { place.column - SHOWN_CHARACTERS / 2 } else { 0 };

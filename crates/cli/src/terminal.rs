@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use anstream::AutoStream;
 use anstyle::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
+use rist::gate::shown;
 use rist::request::spelling::{Reader, spelled};
 use serde_json::Value;
 
@@ -64,10 +65,10 @@ pub(crate) fn print_result(
     json: impl FnOnce() -> Result<Value, serde_json::Error>,
 ) -> Result<(), Failure> {
     if !is_json() {
-        return print(&spelled(&text.to_string(), Reader::Program));
+        return print(&shown::lines(&spelled(&text.to_string(), Reader::Program)));
     }
     match json() {
-        Ok(value) => print(&spelled(&format!("{value:#}\n"), Reader::Program)),
+        Ok(value) => print(&shown::json(&spelled(&format!("{value:#}\n"), Reader::Program))),
         Err(e) => Err(Failure::new(format_args!("the result cannot be written as JSON: {e}"))),
     }
 }
@@ -104,7 +105,7 @@ pub(crate) fn progress(text: impl Display) {
 /// Writes to standard error; where that is closed, nobody is there to be told.
 pub(crate) fn complain(text: &str) {
     let _at = took_away();
-    let _ = AutoStream::auto(io::stderr()).write_all(coloured(text).as_bytes());
+    let _ = AutoStream::auto(io::stderr()).write_all(coloured(&shown::lines(text)).as_bytes());
 }
 
 /// Words at the start of a line that stand out.
@@ -184,7 +185,7 @@ fn watch() {
         thread::sleep(WATCH_INTERVAL);
         if let Some(at) = at().as_mut().filter(|at| at.since.elapsed() > LONGEST_SILENCE) {
             at.shown = true;
-            let line = format!("{ERASE_LINE}{}, {} s", at.what, at.since.elapsed().as_secs());
+            let line = format!("{ERASE_LINE}{}, {} s", shown::line(&at.what), at.since.elapsed().as_secs());
             let _ = io::stderr().write_all(line.as_bytes());
         }
     }

@@ -1,9 +1,11 @@
 //! What every artefact in YAML begins with: its kind, and the version of its form.
 //!
 //! ```text
-//! rist: motion 1
+//! rist: motion 1 8a41f00c5be7d913
 //! ```
-//! A file of an earlier version of rist lacks the line, and is read without it.
+//! The digest of the lines below tells a file that was changed since; what it says is then told as what the file says.
+//! It is no signature: whoever wants to can make a new one. A file of an earlier version of rist lacks the line, and is
+//! read without it.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -60,7 +62,22 @@ fn head(text: &str) -> Option<(&str, &str)> {
 pub fn write<T: Serialize>(kind: Kind, artefact: &T) -> Result<String, String> {
     let word = kind.word();
     let text = serde_yaml::to_string(artefact).map_err(|e| format!("the {word} cannot be written: {e}"))?;
-    Ok(format!("{KEY}{word} {VERSION}\n{text}"))
+    Ok(format!("{KEY}{word} {VERSION} {:016x}\n{text}", digest(&text)))
+}
+
+/// Whether the text of an artefact was changed after it was written; a file without the first line cannot tell.
+pub fn is_edited(text: &str) -> bool {
+    let Some((first, body)) = text.split_once('\n').filter(|_| head(text).is_some()) else { return false };
+    first.trim_end().rsplit(' ').next().and_then(|word| u64::from_str_radix(word, 16).ok()) != Some(digest(body))
+}
+
+/// Said of an artefact that was changed.
+pub const EDITED: &str = "the file was changed after rist wrote it, so that this is what the file says";
+
+/// FNV-1a, 64 bits; an end of line counts as one character, however it is written.
+fn digest(text: &str) -> u64 {
+    let bytes = text.bytes().filter(|byte| *byte != b'\r');
+    bytes.fold(0xcbf2_9ce4_8422_2325, |digest, byte| (digest ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
 }
 
 /// The artefact that a text stands for.
@@ -73,6 +90,8 @@ pub fn read<T: DeserializeOwned>(kind: Kind, text: &str) -> Result<T, String> {
         if found != word {
             return Err(format!("this is no {word}: the first line says `{KEY}{found}`"));
         }
+        // The digest follows.
+        let version = version.split(' ').next().unwrap_or_default();
         match version.parse::<usize>() {
             Ok(version) if (1..=VERSION).contains(&version) => {}
             _ => {
@@ -95,7 +114,9 @@ mod tests {
     #[test]
     fn a_file_says_its_kind_and_is_read_without_it() {
         let text = write(Kind::Motion, &vec![1.5, 2.0]).unwrap();
-        assert!(text.starts_with("rist: motion 1\n"), "{text}");
+        assert!(text.starts_with("rist: motion 1 "), "{text}");
+        assert!(!is_edited(&text) && !is_edited(&text.replace('\n', "\r\n")));
+        assert!(is_edited(&text.replace("1.5", "1.6")) && is_edited("rist: motion 1\n- 1.5\n"));
         assert_eq!(Kind::of(&text), Some(Kind::Motion));
         assert_eq!(read::<Vec<f64>>(Kind::Motion, &text).unwrap(), [1.5, 2.0]);
         let before = text.lines().skip(1).collect::<Vec<_>>().join("\n");

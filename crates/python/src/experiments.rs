@@ -17,7 +17,7 @@ use crate::call::Call;
 use crate::error::{OrError, all_spelled, error};
 use crate::estimate::Estimate;
 use crate::model::Model;
-use crate::work::work;
+use crate::work::{alone, work};
 
 artefact! {
     ExperimentPlan,
@@ -307,5 +307,5 @@ pub fn check(
 ) -> PyResult<Vec<String>> {
     let asked = Call::new("check", &[], options)?.request::<CheckRequest>()?.limits;
     let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, asked.as_ref());
-    Ok(py.detach(check).or_error()?.faults().map(ToString::to_string).collect())
+    Ok(alone(py, check)?.or_error()?.faults().map(ToString::to_string).collect())
 }

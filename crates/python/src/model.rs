@@ -18,6 +18,7 @@ use crate::call::{Call, object};
 use crate::error::{OrError, error};
 use crate::estimate::Estimate;
 use crate::html;
+use crate::work::alone;
 
 /// States that are evaluated between two looks for signals.
 const STATES_PER_PASS: usize = 1 << 14;
@@ -53,7 +54,7 @@ impl Model {
 
     fn derive(py: Python<'_>, text: String, path: PathBuf, options: ModelOptions) -> PyResult<Model> {
         let derived = || rist::Model::parse(&text, &path, &options);
-        let model = py.detach(derived).or_error()?;
+        let model = alone(py, derived)?.or_error()?;
         let snapped = rist::description::snapping(&model.robot, &text, &path, &options);
         if let Some(sentence) = snapped {
             py.import("warnings")?.call_method1("warn", (spelled(&sentence, Reader::Python),))?;
@@ -83,7 +84,7 @@ impl Model {
         if let Some(found) = place.get() {
             return Ok(found);
         }
-        let made = py.detach(|| Evaluation::new(&self.inner, quantity)).or_error()?;
+        let made = alone(py, || Evaluation::new(&self.inner, quantity))?.or_error()?;
         Ok(place.get_or_init(|| made))
     }
 
@@ -119,7 +120,7 @@ impl Model {
             let end = states.count.min(first + STATES_PER_PASS);
             let cut = |x: &[f64]| -> std::ops::Range<usize> { (first * n).min(x.len())..(end * n).min(x.len()) };
             let some = ManyStates { q: &q[cut(q)], dq: &dq[cut(dq)], ddq: &ddq[cut(ddq)], parameters: &parameters };
-            py.detach(|| evaluation.fill(&self.inner, &some, outputs)).or_error()?;
+            alone(py, || evaluation.fill(&self.inner, &some, outputs))?.or_error()?;
             py.check_signals()?;
         }
         Ok(outputs)
@@ -346,11 +347,8 @@ impl Model {
             }
         };
         let refused = |e| error(format_args!("{path}: {e}"));
-        let source = py
-            .detach(|| {
-                rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), true)
-            })
-            .map_err(refused)?;
+        let made = || rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), true);
+        let source = alone(py, made)?.map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),
             None => Ok(source.text.into_pyobject(py)?.into_any()),

@@ -4,6 +4,7 @@ use experiments::plan::exciting_trajectory::ExcitingTrajectory;
 use experiments::plan::experiment_plan::ExperimentPlan;
 use experiments::plan::planned_experiment::PlannedExperiment;
 use identification::estimate::validation::Validation;
+use linear_model::artefact::EDITED;
 use serde::Serialize;
 
 use crate::chart::Chart;
@@ -42,9 +43,11 @@ pub(crate) fn plan(plan: &ExperimentPlan) -> PlanPart {
         gain: e.adds_log_det.map_or(String::new(), |g| format!("+{g:.2}")),
     };
     let open: Vec<String> = plan.unidentifiable().iter().map(|id| id.to_string()).collect();
+    let origin =
+        if plan.is_edited { format!("{}{}: ", EDITED[..1].to_uppercase(), &EDITED[1..]) } else { String::new() };
     PlanPart {
         summary: format!(
-            "{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
+            "{origin}{} experiments out of {} candidates show {} of {} parameters. The plan is at least {} as good as the best of its \
              size (D-efficiency); its condition number is {:.1}, and no plan has less than {:.1}.",
             plan.experiments.len(),
             plan.candidates,

@@ -1,6 +1,7 @@
 //! The page of an identification.
 
 use ::experiments::plan::experiment_plan::ExperimentPlan;
+use gate::shown;
 use identification::estimate::artefact::Estimate;
 use identification::estimate::validation::Validation;
 use identification::estimate::verdict::{Trust, UseVerdict, Verdict, claim_line};
@@ -127,10 +128,19 @@ impl Page<'_> {
     pub fn pictures(&self) -> Vec<(String, String)> {
         let of_logs = self.portrait.map(|p| joints::pictures(p, self.estimate)).unwrap_or_default();
         let of_motions = self.validation.map(experiments::pictures).unwrap_or_default();
-        let file = |(name, chart): (String, Chart)| (format!("{name}.svg"), chart.alone());
+        let drawn = |(name, chart): (String, Chart)| (name, chart.alone());
         let of_excitation = self.motion.map(excitation::pictures).unwrap_or_default();
-        let of_excitation = of_excitation.into_iter().map(|(name, svg)| (format!("{name}.svg"), svg));
-        of_logs.into_iter().map(file).chain(of_motions.into_iter().map(file)).chain(of_excitation).collect()
+        let of_both = of_logs.into_iter().chain(of_motions).map(drawn);
+        let mut files: Vec<(String, String)> = Vec::new();
+        for (name, svg) in of_both.chain(of_excitation) {
+            // Names of joints may differ by what no name of a file holds.
+            let mut name = shown::file_name(&name);
+            while files.iter().any(|(file, _)| *file == format!("{name}.svg")) {
+                name.push('_');
+            }
+            files.push((format!("{name}.svg"), svg));
+        }
+        files
     }
 
     fn content(&self) -> Content {

@@ -111,6 +111,7 @@ pub use ::experiments::motion::trajectory_file::{TrajectoryFormat, trajectory_fi
 pub use ::experiments::plan::exchange::Criterion;
 pub use ::experiments::plan::exciting_trajectory::ExcitingTrajectory;
 pub use expr::{Count, Function};
+pub use gate;
 pub use identification::estimate::artefact::Estimate;
 pub use identification::estimate::delay::Delay as FoundDelay;
 pub use identification::estimate::identified::{Identified, Status};

@@ -9,6 +9,7 @@
 use std::path::Path;
 
 use expr::{Function, Tape};
+use gate::{shown, source};
 use modeling::Closure;
 use robot::{Inertial, Robot, RotorInertia, StandardParameter};
 
@@ -36,7 +37,7 @@ pub fn evaluate(model: &mut Model, states: &Path, quantity: StateQuantity) -> Re
     if tape.n_inputs() > 0 {
         tape.evaluate_many(&states.inputs, &mut tape.workspace(), &mut outputs);
     }
-    let mut text = columns.join(",");
+    let mut text = columns.iter().map(|column| shown::csv_cell(column)).collect::<Vec<_>>().join(",");
     text.push('\n');
     for row in outputs.chunks(columns.len().max(1)) {
         let cells: Vec<String> = row.iter().map(|x| format!("{x:?}")).collect();
@@ -50,6 +51,9 @@ fn regressor_columns(robot: &Robot, parameters: Vec<String>) -> Vec<String> {
     let of = |coordinate: &str| parameters.iter().map(|p| format!("Y_{coordinate}_{p}")).collect::<Vec<_>>();
     robot.coordinates.iter().flat_map(|c| of(&c.name)).collect()
 }
+
+/// Largest file of states. It is held with the functions' values at all of them.
+const MAX_STATES_BYTES: u64 = 1 << 28;
 
 /// Inputs of the function, row after row.
 struct States {
@@ -72,8 +76,10 @@ impl States {
     ) -> Result<States, Error> {
         let file = path.display();
         let failed = |e: csv::Error| Error::new(format_args!("{file}: {e}"));
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(failed)?;
-        let header: Vec<String> = reader.headers().map_err(failed)?.iter().map(str::to_string).collect();
+        let text = source::read(path, MAX_STATES_BYTES).map_err(|e| Error::new(format_args!("{file}: {e}")))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&text[..]);
+        let header = reader.headers().map_err(failed)?;
+        let header: Vec<String> = header.iter().map(|name| shown::line(name).into_owned()).collect();
         let mut origins = state_origins(robot, &header, path)?;
         if quantity == StateQuantity::Torque {
             for parameter in StandardParameter::all(robot) {

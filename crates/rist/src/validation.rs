@@ -1,10 +1,10 @@
 //! Tests how well an estimate predicts logs it was not made from.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use experiments::motion::record::Record;
+use gate::source::Source;
 use identification::estimate::described::described_residuals;
 use identification::estimate::held_out;
 use identification::estimate::passport::visited::Visited;
@@ -107,7 +107,7 @@ fn is_copy(a: &Path, b: &Path) -> std::io::Result<bool> {
     if !of_a.is_file() || !of_b.is_file() || of_a.len() != of_b.len() {
         return Ok(false);
     }
-    let (mut a, mut b) = (BufReader::new(File::open(a)?), BufReader::new(File::open(b)?));
+    let (mut a, mut b) = (BufReader::new(Source::open(a)?), BufReader::new(Source::open(b)?));
     loop {
         let (left, right) = (a.fill_buf()?, b.fill_buf()?);
         let count = left.len().min(right.len());

@@ -2,7 +2,8 @@
 
 /// The folders and files of each `src`, from bottom to top: a file imports only what stands before its own
 /// place in the list.
-pub(crate) const ORDERS: [(&str, &[&str]); 16] = [
+pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
+    ("crates/gate", &["budget", "unfolding", "shown", "source"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
     ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
@@ -156,8 +157,8 @@ pub(crate) const ORDERS: [(&str, &[&str]); 16] = [
             "motion_portrait",
             "closed_loop",
             "simulation",
-            "source",
             "verdict",
+            "source",
             "page",
             "write_back",
         ],
@@ -222,7 +223,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 16] = [
             "random_situations",
         ],
     ),
-    ("xtask", &["cargo", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
+    ("xtask", &["cargo", "stubs_task", "gen_task", "bench_task", "python_task", "fuzz_task", "sanitize_task", "main"]),
 ];
 
 /// Packages without an order, each with the reason.

@@ -33,6 +33,9 @@ pub struct ExperimentPlan {
     pub model: ModelReference,
     /// Names, in the order of q.
     pub coordinates: Vec<String>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
     /// s between samples of the controller.
     pub sample_time_s: f64,
     /// Assumed deviation of one torque sample, N m, one a coordinate.
@@ -97,6 +100,7 @@ impl ExperimentPlan {
         ExperimentPlan {
             model,
             coordinates: regressor.coordinates().to_vec(),
+            is_edited: false,
             sample_time_s: candidates.first().map_or(0.0, |c| c.trajectory.sample_time),
             torque_noise: torque_noise.to_vec(),
             candidates: candidates.len(),
@@ -195,7 +199,8 @@ impl ExperimentPlan {
 
     /// Reads plan.yaml.
     pub fn from_yaml(file: &str, text: &str) -> Result<ExperimentPlan, Error> {
-        artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))
+        let plan: ExperimentPlan = artefact::read(Kind::Plan, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(ExperimentPlan { is_edited: artefact::is_edited(text), ..plan })
     }
 }
 

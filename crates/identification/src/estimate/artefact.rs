@@ -1,8 +1,9 @@
 //! The estimate: the parameters, their deviations, the residuals, and what the data cannot tell.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
-use linear_model::artefact::{self, Kind};
+use linear_model::artefact::{self, EDITED, Kind};
 use linear_model::description_options::DescriptionOptions;
 use linear_model::parameter::ParameterId;
 use linear_model::reference::ModelReference;
@@ -77,6 +78,9 @@ pub struct Estimate {
     /// sigma_i sigma_j rho_ij, row by row, the parameters in their order; empty when not asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub covariance: Vec<Vec<f64>>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
     /// Number of parameters, on the last line of a file, so that a file without it is known to be cut short. `None` in
     /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,6 +133,23 @@ impl Estimate {
                 return Err(at(message.into()));
             }
         }
+        estimate.is_edited = artefact::is_edited(text);
+        let mut seen = BTreeSet::new();
+        if let Some(twice) =
+            estimate.parameters.iter().map(|p| p.id.to_string()).find(|name| !seen.insert(name.clone()))
+        {
+            return Err(at(format!("{twice} stands twice among the parameters: make the file again")));
+        }
+        let is_negative = |p: &&Identified| [p.sigma, p.white_sigma].into_iter().flatten().any(|sigma| sigma < 0.0);
+        if let Some(p) = estimate.parameters.iter().find(is_negative) {
+            return Err(at(format!("the deviation of {} is negative: make the file again", p.id)));
+        }
+        if let Some(cutoff) = estimate.cutoff.filter(|hz| !CUTOFFS_HZ.contains(hz)) {
+            let (low, high) = (CUTOFFS_HZ.start(), CUTOFFS_HZ.end());
+            return Err(at(format!(
+                "cutoff is {cutoff:?}; a low-pass has {low:?} to {high:?} Hz: make the file again"
+            )));
+        }
         let numbers = |p: &Identified| [p.value, p.sigma, p.white_sigma, p.used_for_prediction];
         match estimate.parameters.iter().find(|p| numbers(p).into_iter().flatten().any(|x| !x.is_finite())) {
             Some(p) => Err(at(format!("{} holds what is no number: make the file again", p.id))),
@@ -136,6 +157,9 @@ impl Estimate {
         }
     }
 }
+
+/// Cut-offs that a filter of a log can have, Hz.
+const CUTOFFS_HZ: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 /// A number of an estimate; files of before have 0 where there is none.
 fn not_zero<'de, D: serde::Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
@@ -186,6 +210,9 @@ impl fmt::Display for Estimate {
             self.rank,
             self.parameters.len()
         )?;
+        if self.is_edited {
+            writeln!(f, "{EDITED}")?;
+        }
         self.remarks.iter().try_for_each(|remark| writeln!(f, "{remark}"))
     }
 }

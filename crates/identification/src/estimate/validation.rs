@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use linear_model::artefact::{self, Kind};
+use linear_model::artefact::{self, EDITED, Kind};
 use linear_model::reference::ModelReference;
 use linear_model::regressor::Regressor;
 use linear_model::unit::Unit;
@@ -30,6 +30,9 @@ pub struct Validation {
     /// Torques over time of the first motion, one picture per joint.
     #[serde(default)]
     pub pictures: Vec<TorquePicture>,
+    /// Whether the file that it was read from was changed after it was written.
+    #[serde(skip)]
+    pub is_edited: bool,
 }
 
 /// One joint over all motions.
@@ -115,6 +118,7 @@ impl Validation {
             total: whole.total,
             motions: logs.iter().map(motion).collect(),
             pictures: Vec::new(),
+            is_edited: false,
         }
     }
 
@@ -125,12 +129,16 @@ impl Validation {
 
     /// Reads validation.yaml; fails with the line that is not that of a validation.
     pub fn from_yaml(file: &str, text: &str) -> Result<Validation, Error> {
-        artefact::read(Kind::Validation, text).map_err(|e| Error::at(file, 0, e))
+        let validation: Validation = artefact::read(Kind::Validation, text).map_err(|e| Error::at(file, 0, e))?;
+        Ok(Validation { is_edited: artefact::is_edited(text), ..validation })
     }
 }
 
 impl fmt::Display for Validation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_edited {
+            writeln!(f, "{EDITED}")?;
+        }
         if self.motions.iter().any(|m| !m.joints.is_empty()) {
             for motion in &self.motions {
                 writeln!(f, "{}, predicted by {}:", motion.name, self.method)?;

@@ -44,13 +44,24 @@ const MAX_SNAPPY_RATIO: usize = 64;
 const MAX_LZ4_RATIO: usize = 256;
 
 impl Compression {
-    /// The `size` bytes that `packed` holds; another number of them is an error.
+    /// What `packed` holds, unpacked while it is read.
     #[cfg(feature = "mcap")]
+    pub(crate) fn reader<'a>(self, packed: &'a [u8]) -> Result<Box<dyn Read + 'a>, String> {
+        Ok(match self {
+            Compression::None => Box::new(packed),
+            Compression::Zstd => {
+                let decoder = ruzstd::decoding::StreamingDecoder::new(packed);
+                Box::new(decoder.map_err(|e| format!("it cannot be unpacked: {e}"))?)
+            }
+            Compression::Lz4Frame => Box::new(lz4_flex::frame::FrameDecoder::new(packed)),
+            #[cfg(feature = "parquet")]
+            other => Box::new(std::io::Cursor::new(other.unpack_within(packed, MAX_UNPACKED_BYTES)?)),
+        })
+    }
+
+    /// The `size` bytes that `packed` holds; another number of them is an error.
+    #[cfg(all(test, feature = "mcap"))]
     pub(crate) fn unpack(self, packed: &[u8], size: usize) -> Result<Vec<u8>, String> {
-        let most = most_of(packed).min(MAX_UNPACKED_BYTES);
-        if size > most {
-            return Err(format!("a block of {} bytes claims to hold {size}; at most {most} are read", packed.len()));
-        }
         let out = self.unpack_within(packed, size)?;
         if out.len() != size {
             return Err(format!("it does not unpack to the {size} bytes it claims"));

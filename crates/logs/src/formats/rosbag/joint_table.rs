@@ -9,6 +9,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use gate::shown;
+
 use crate::formats::rosbag::joint_state::JointState;
 use crate::table::{MAX_CELLS, Table};
 
@@ -54,13 +56,18 @@ impl JointTable {
         &self.joints
     }
 
+    /// Numbers that a message adds: two times and its arrays.
+    pub(crate) fn cells_of(state: &JointState) -> usize {
+        2 + [&state.position, &state.velocity, &state.effort].iter().map(|a| a.len()).sum::<usize>()
+    }
+
     /// Takes in a message that the recorder got at `log_time` ns.
     ///
     /// Fails when it names a joint twice, or when there are too many joints or numbers.
     pub(crate) fn push(&mut self, log_time: i64, state: &JointState) -> Result<(), String> {
         let row = self.stamps.len();
         let arrays = [&state.position, &state.velocity, &state.effort];
-        self.cells += 2 + arrays.iter().map(|a| a.len()).sum::<usize>();
+        self.cells += JointTable::cells_of(state);
         if self.cells > MAX_CELLS {
             return Err(format!("with it there are more than {MAX_CELLS} numbers; cut the recording into parts"));
         }
@@ -91,7 +98,7 @@ impl JointTable {
         if joint == MAX_JOINTS {
             return Err(format!("it names joint {}; at most {MAX_JOINTS} are expected", joint + 1));
         }
-        self.joints.push(name.into());
+        self.joints.push(shown::line(name).into_owned());
         self.places.insert(name.into(), joint);
         self.series.push(Default::default());
         Ok(joint)

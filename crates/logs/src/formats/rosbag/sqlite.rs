@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
+use gate::budget::Budget;
 use rusqlite::config::DbConfig;
 use rusqlite::ffi::SQLITE_READONLY_ROLLBACK;
 use rusqlite::limits::Limit;
@@ -54,12 +55,13 @@ fn refused(e: &rusqlite::Error) -> String {
     format!("this is no rosbag2 in sqlite3 that can be read: {e}; `sqlite3 FILE .recover` may save what is in it")
 }
 
-/// Hands the messages of the channels that are `wanted` to `each`.
+/// Hands the messages of the channels that are `wanted` to `each`. What packed messages unfold to is drawn from `work`.
 ///
 /// Fails when the tables of a rosbag2 are not there; damage among the messages is an `Outcome`.
 pub(crate) fn read(
     database: &Connection,
     wanted: &dyn Fn(&Channel) -> bool,
+    work: &mut Budget,
     each: &mut Receiver,
 ) -> Result<Outcome, String> {
     guard(database).map_err(|e| refused(&e))?;
@@ -108,6 +110,7 @@ pub(crate) fn read(
         let unpacked;
         let data = if Content::of(data) == Content::Zstd {
             unpacked = Compression::Zstd.unpack_within(data, MAX_MESSAGE_BYTES as usize).map_err(at)?;
+            work.draw(unpacked.len()).map_err(at)?;
             &unpacked
         } else {
             data
