@@ -142,16 +142,21 @@ fn a_check_says_whose_limits_it_proves() {
         "jerk          as in the motion's file alone",
         "effort        as in the description",
         "power         as in the motion's file alone",
-        "velocity, acceleration, jerk, power, distances, floors, walls and boxes: held to what the motion's own file says",
+        "limit of acceleration, jerk, power: assumed by the motion's file: a limit that stands nowhere else is as ",
+        "distance: not looked at, because the description has no collision geometry; ",
+        "floor: not looked at, because the description has no collision geometry, ",
+        "; assumed: limit of 3; NOT looked at: distance, floor, approach and return\n",
         "effort and power are held to 0.9 of their limits",
     ] {
         assert!(plain.out.contains(line), "{line}: {}", plain.out);
     }
-    // With the file that it was made with nothing but what is assumed or the room is left to the motion's own word.
+    // With the file that it was made with nothing is left to the motion's own word.
     let whole = run(&["motion.yaml", "--limits", "made.yaml"]);
     assert_eq!(whole.code, Some(0), "{}", whole.err);
     assert!(whole.out.contains("jerk          as in the limits file"), "{}", whole.out);
-    assert!(whole.out.contains("note: distances, floors, walls and boxes: held to what"), "{}", whole.out);
+    assert!(
+        !whole.out.contains("assumed") && whole.out.ends_with("NOT looked at: distance, floor, approach and return\n")
+    );
 
     // Loosened by hand, and broken: the motion's own limits do not notice it, those of the file do.
     let mut loosened = motion.clone();

@@ -7,6 +7,8 @@ use experiments::excitation::columns::visible_columns;
 use experiments::excitation::criterion::Aim;
 use experiments::excitation::fitting::{Obligations, fitted};
 use experiments::excitation::gap_proof::Gap;
+use experiments::excitation::ledger::MotionLedger;
+use experiments::excitation::left_out::LeftOut;
 use experiments::excitation::limits::{CoordinateLimits, LimitKind, motion_limits};
 use experiments::excitation::motion::{Motion, Shape};
 use experiments::excitation::no_motion::NoMotion;
@@ -15,6 +17,7 @@ use experiments::excitation::proof::{
     CertificateRow, DescribedFriction, DescribedTorque, EnclosedTorque, IdentifiedTorque, Kept,
 };
 use experiments::excitation::search::{Found, search};
+use experiments::excitation::space_limits::{Floor, SpaceLimits};
 use experiments::excitation::torque_wall::TorqueWall;
 use experiments::excitation::visibility::{JointNoise, Visibility, visibility};
 use experiments::simulate::dynamics::RegressorDynamics;
@@ -32,7 +35,7 @@ use crate::adapters::regressor_slope::RegressorSlope;
 use crate::adapters::surroundings::RobotSurroundings;
 use crate::adapters::torque_enclosure::TorqueEnclosure;
 use crate::after_estimate::{identified_friction, prior_rows, residual_noise};
-use crate::described::{described_friction, described_values, torque_noise, torque_note};
+use crate::described::{described_friction, described_values, torque_left_out, torque_noise};
 use crate::error::Error;
 use crate::excite_timing::timing;
 use crate::model::Model;
@@ -62,11 +65,13 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     known.check_power(&names, &limits).map_err(|what| Error::new(format_args!("{}: {what}", model.path.display())))?;
     let torque = known.described(request.effort_share, &limits);
     let wall = known.wall(request.effort_share).filter(|_| torque.is_some());
-    notes.extend(torque_note(known.enclosure.is_some(), &names, &limits));
 
     // Places that bodies may reach.
-    let surroundings = RobotSurroundings::new(model, &request.space(), &limits)?;
-    notes.extend_from_slice(surroundings.notes());
+    let surroundings = RobotSurroundings::new(model, &request.space(), None, &limits)?;
+    let mut left_out = surroundings.left_out().to_vec();
+    left_out.extend(torque_left_out(known.enclosure.is_some(), &names, &limits, request.limits.as_ref()));
+    refuse_what_is_owed(model, &left_out)?;
+    left_out.push(LeftOut::approach());
 
     // The search.
     let linear = LinearModel::new(&regressor, &friction, &[]);
@@ -106,7 +111,23 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let noise = joint_noise(model, request, &known, &motion, noise);
     let seen = visibility(&linear, &motion, &limits, &noise, &described_values(model, &linear), &certificate, &prior);
     let joints = motion_joints(&motion, &names, &limits);
-    Ok(artefact(model, request, shape, joints, identified, noise, notes, certificate, seen))
+    let lowest = surroundings.lowest(&motion);
+    let found = artefact(model, request, shape, joints, identified, noise, notes, certificate, seen);
+    // The floor of the base stands in the file as one that was asked for.
+    let floor = surroundings.floor().map(Floor::At).or(found.space.floor);
+    let space = SpaceLimits { floor, ..found.space.clone() };
+    let found = ExcitingMotion { left_out: Some(left_out), lowest, space, ..found };
+    let proven = found.ledger().is_kept();
+    Ok(ExcitingMotion { proven, ..found })
+}
+
+/// Fails where the user asked for something at which nobody could look, before a search is lost to it.
+fn refuse_what_is_owed(model: &Model, left_out: &[LeftOut]) -> Result<(), Error> {
+    let ledger = MotionLedger { rows: &[], left_out, floor: None, lowest: None };
+    match &ledger.faults()[..] {
+        [] => Ok(()),
+        faults => Err(Error::new(format_args!("{}: {}", model.path.display(), faults.join("; ")))),
+    }
 }
 
 /// A note where the search was interrupted. The best motion found is then fitted and proved, unless that is interrupted
@@ -146,8 +167,10 @@ fn artefact(
         condition_number: seen.condition_number,
         torque_noise: noise.torque,
         encoder_noise: noise.encoders,
-        proven: is_proven(&certificate),
+        proven: false,
         notes,
+        left_out: None,
+        lowest: None,
         certificate,
         parameters: seen.parameters,
     }
@@ -218,7 +241,11 @@ impl<'a> KnownTorque<'a> {
 }
 
 /// Takes the torques from an estimate. Fails where it is of another model, or lacks parameters of this one.
-fn identified_torque(model: &Model, names: &[String], estimate: &Estimate) -> Result<IdentifiedTorque, Error> {
+pub(crate) fn identified_torque(
+    model: &Model,
+    names: &[String],
+    estimate: &Estimate,
+) -> Result<IdentifiedTorque, Error> {
     let made_with = ModelReference { name: estimate.model.clone(), fingerprint: estimate.fingerprint.clone() };
     model.check(Path::new("the earlier estimate"), &made_with)?;
     let described = described_friction(model);
@@ -331,7 +358,7 @@ fn refused(model: &Model, names: &[String], gaps: &[Gap], why: NoMotion) -> Erro
         )),
         NoMotion::TooNarrow { gap, room } => Error::new(format_args!(
             "{path}: no motion keeps the {}: the best found is {:.4} m short of it; the limits of position leave no place \
-             that is free, or the limit is too tight; for links that always touch, name the pair in ignored_pairs",
+             that is free, or the limit is too tight; for links that may meet, sign the pair: accept: [[LINK, LINK, REASON]]",
             gaps[gap].in_words(),
             -room
         )),

@@ -32,7 +32,19 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
     ),
     (
         "crates/clearance",
-        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance", "gaps"],
+        &[
+            "vector",
+            "solid",
+            "separation",
+            "mesh",
+            "half_space",
+            "kinematic_tree",
+            "bodies",
+            "left_out",
+            "clearance",
+            "sampled_room",
+            "gaps",
+        ],
     ),
     (
         "crates/modeling",

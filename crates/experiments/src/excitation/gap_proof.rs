@@ -23,6 +23,10 @@ pub struct Gap {
     pub subject: String,
     /// m.
     pub bound: f64,
+    /// Room above the bound that a search keeps for what bodies do between its instants, m.
+    pub reserve: f64,
+    /// The moving links that both sides belong to, by name.
+    pub carriers: [String; 2],
 }
 
 impl Gap {
@@ -151,7 +155,13 @@ pub(crate) mod tests {
 
     impl Rod {
         pub(crate) fn new(height: f64) -> Rod {
-            let gap = Gap { limit: LimitKind::Region, subject: "rod at the wall".into(), bound: 0.0 };
+            let gap = Gap {
+                limit: LimitKind::Region,
+                subject: "rod at the wall".into(),
+                bound: 0.0,
+                reserve: 0.004,
+                carriers: ["rod".into(), "rod".into()],
+            };
             Rod { height, gaps: [gap] }
         }
     }

@@ -225,7 +225,7 @@ impl LimitsFile {
     pub fn from_yaml(file: &str, text: &str) -> Result<LimitsFile, logs::Error> {
         let expected = "expected `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, \
                         power, locked, slowed}}`, `all: {..}` of the same, or `space: {floor, walls: [{point, normal, links}], \
-                        boxes: [{low, high, links}], distance, own_links, ignored_pairs}`";
+                        boxes: [{low, high, links}], distance, own_links, accept: [[LINK, LINK, REASON]]}`";
         yaml::read(text).map_err(|e| logs::Error::at(file, 0, format!("these are no limits: {e}; {expected}")))
     }
 

@@ -22,7 +22,6 @@ use crate::excitation::limits::LimitKind;
 use crate::excitation::motion::Shape;
 use crate::excitation::no_motion::{NoMotion, too_small};
 use crate::excitation::problem::{Prepared, Problem};
-use crate::excitation::space_wall::SpaceWall;
 use crate::excitation::walled::Walled;
 
 /// How much is searched.
@@ -215,7 +214,7 @@ fn near(prepared: &Prepared, problem: &Problem, best: &[f64], random: &mut Rando
     anew.iter().for_each(|&j| x[j * m..(j + 1) * m].copy_from_slice(&other[j * m..(j + 1) * m]));
     for _ in 0..MAX_SHRINKS_PER_DRAW {
         let is_weak = prepared.greatest_torque(&x).is_none_or(|(share, ..)| share <= MAX_DRAWN_TORQUE_SHARE);
-        if is_weak && SpaceWall::is_inside(prepared.nearest(&x)) {
+        if is_weak && prepared.is_inside(prepared.nearest(&x)) {
             return Some(x);
         }
         anew.iter().for_each(|&j| shrink(&mut x[j * m..(j + 1) * m]));
@@ -260,7 +259,7 @@ fn first(prepared: &Prepared, problem: &Problem, random: &mut Random) -> Result<
         let mut x = drawn(prepared, problem, random);
         // About a centre at which bodies meet there is no motion, however small.
         let mut is_free = |nearest: Option<(f64, usize)>| {
-            let is_free = SpaceWall::is_inside(nearest);
+            let is_free = prepared.is_inside(nearest);
             if let Some(near) = nearest.filter(|n| !is_free && narrowest.is_none_or(|best| n.0 > best.0)) {
                 narrowest = Some(near);
             }
