@@ -193,13 +193,15 @@ impl Clearance {
                     against: Against::Body(b),
                     joints,
                 };
-                match self.sampled_room(&gap, sampled, DEFAULT_DISTANCE_M / DEFAULT_SHARE_OF_ROOM) {
+                let enough = match rules.distance {
+                    Some(distance) => distance + RESERVE_M / RESERVE_SHARE,
+                    None => DEFAULT_DISTANCE_M / DEFAULT_SHARE_OF_ROOM,
+                };
+                match self.sampled_room(&gap, sampled, enough) {
                     SampledRoom::AlwaysTouching => touching.push(gap.subject),
                     SampledRoom::Room(room) => {
                         let bound = rules.distance.unwrap_or(DEFAULT_DISTANCE_M.min(DEFAULT_SHARE_OF_ROOM * room));
                         let reserve = (RESERVE_SHARE * (room - bound)).clamp(LEAST_RESERVE_M, RESERVE_M);
-                        // Of a distance that is asked for the reserve is that of a roomy pair.
-                        let reserve = if rules.distance.is_some() { RESERVE_M } else { reserve };
                         self.gaps.push(Gap { bound, reserve, ..gap });
                     }
                 }

@@ -59,6 +59,7 @@ mod mount;
 pub mod output;
 pub mod page;
 pub mod planning;
+mod proved_motion;
 pub mod request;
 pub mod samples;
 pub mod simulation;

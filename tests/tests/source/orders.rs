@@ -162,6 +162,7 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "excite_timing",
             "described",
             "after_estimate",
+            "proved_motion",
             "exciting",
             "checking",
             "motion_portrait",

@@ -53,6 +53,9 @@ pub struct ExcitingMotion {
     pub determinant: f64,
     /// Of the columns scaled to unit norm.
     pub condition_number: f64,
+    /// What it has of det^(1/p) (or of 1/cond) of the best motion of the search, before that was made to keep its limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept_share: Option<f64>,
     /// N m (N) a sample, one a coordinate.
     pub torque_noise: Vec<f64>,
     /// N m (N) a sample, one a coordinate: what the noise of the encoders adds to the residuals of an identification.
@@ -295,7 +298,11 @@ fn counted(count: usize, one: &str, several: &str) -> String {
 impl fmt::Display for ExcitingMotion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}", self.model.name, self.in_words())?;
-        writeln!(f, "det^(1/p) {:.4e}, condition number {:.1}\n", self.determinant, self.condition_number)?;
+        write!(f, "det^(1/p) {:.4e}, condition number {:.1}", self.determinant, self.condition_number)?;
+        if let Some(share) = self.kept_share {
+            write!(f, "; {:.1} % of what the search found before the proof", 100.0 * share)?;
+        }
+        writeln!(f, "\n")?;
         write!(f, "{}", certificate_text(&self.certificate))?;
         write!(f, "{}", self.ledger().left_out_text())?;
         writeln!(f)?;

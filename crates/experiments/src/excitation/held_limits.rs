@@ -88,7 +88,7 @@ pub fn held(
         jerk: least(made_with.jerk, &|l| l.jerk),
         effort: optional(made_with.effort, &|l| l.effort),
         power: optional(made_with.power, &|l| l.power),
-        locked: asked.locked.or(made_with.locked),
+        locked: asked.locked.or(described.locked).or(made_with.locked),
     };
     if let Some(fault) = limits.fault() {
         return Err(fault);

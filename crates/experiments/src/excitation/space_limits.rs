@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn a_pair_is_signed_with_a_reason() {
         assert_eq!(read("accept: [[hand, base, the cover is soft]]").fault(), None);
-        for text in ["accept: [[hand, base]]", "accept: [[hand, base, ' ']]", "accept: [[hand]]"] {
+        for text in ["accept: [[hand, base]]", "accept: [[hand, base, \" \"]]", "accept: [[hand]]"] {
             let fault = read(text).fault().unwrap();
             assert!(
                 fault.ends_with("expected are two links and the reason: [LINK, LINK, why they may meet]"),
@@ -192,7 +192,8 @@ mod tests {
         let fault = read("ignored_pairs: [[hand, base]]").fault().unwrap();
         assert!(fault.contains("accept: [[hand, base, why they may meet]]"), "{fault}");
         assert_eq!(read("floor: none").fault(), None);
-        assert!(read("floor: .nan").fault().unwrap().contains("floor is NaN"));
-        assert!(read("distance: -1").fault().unwrap().contains("distance is -1"));
+        let nowhere = SpaceLimits { floor: Some(Floor::At(f64::NAN)), ..SpaceLimits::default() };
+        assert!(nowhere.fault().unwrap().contains("floor is NaN"));
+        assert!(read("distance: -1.0").fault().unwrap().contains("distance is -1;"));
     }
 }

@@ -24,6 +24,17 @@ pub struct RobotSurroundings {
     left_out: Vec<LeftOut>,
 }
 
+/// Pairs that have too little room.
+pub struct Tight {
+    /// The links, the most room that they have, and what is asked for, m.
+    pub pairs: Vec<(String, f64, f64)>,
+    /// A distance that all pairs keep at one pose at least, with room to move, m; negative: there is none.
+    pub works: f64,
+}
+
+/// Share of the room at the best pose that a motion may be asked to keep.
+const TIGHT_SHARE: f64 = 0.5;
+
 /// Poses by which it is told which links always touch.
 const SAMPLED_POSES: u64 = 1000;
 /// Their seed. They depend on the description alone, so that no file chooses which pairs are looked at.
@@ -84,6 +95,29 @@ impl RobotSurroundings {
             Some(LowestPoint { z_m, link: link.to_string(), time_s })
         };
         (0..=LOWEST_INSTANTS).filter_map(at).min_by(|a, b| a.z_m.total_cmp(&b.z_m))
+    }
+
+    /// What poses within the limits tell of the pairs that have too little room for a search.
+    pub fn tight(&self, limits: &[CoordinateLimits]) -> Tight {
+        let pairs: Vec<usize> = (0..self.gaps.len()).filter(|&g| self.gaps[g].limit == LimitKind::Distance).collect();
+        let place = |(limits, random): (&CoordinateLimits, &mut Random)| {
+            limits.locked.unwrap_or_else(|| random.between(limits.position.0, limits.position.1))
+        };
+        let still = vec![0.0; limits.len()];
+        let mut most = vec![f64::NEG_INFINITY; pairs.len()];
+        let mut best = f64::NEG_INFINITY;
+        for index in 0..SAMPLED_POSES {
+            let mut random = Random::stream(POSES_SEED, index);
+            let q: Vec<f64> = limits.iter().map(|l| place((l, &mut random))).collect();
+            let rooms = self.clearance.rooms(&q, &still, &pairs);
+            rooms.iter().zip(&mut most).for_each(|(room, most)| *most = most.max(room.reached));
+            best = best.max(rooms.iter().map(|room| room.reached).fold(f64::INFINITY, f64::min));
+        }
+        let is_tight = |(&g, most): (&usize, &f64)| {
+            let gap = &self.gaps[g];
+            (*most < gap.bound + 2.0 * gap.reserve).then(|| (gap.subject.clone(), *most, gap.bound))
+        };
+        Tight { pairs: pairs.iter().zip(&most).filter_map(is_tight).collect(), works: TIGHT_SHARE * best }
     }
 
     /// The gaps, in a fixed order.
