@@ -66,7 +66,7 @@ artefact! {
     ExcitingMotion,
     rist::exciting::ExcitingMotion,
     "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
-    /// Whether every limit is proven to be kept, between samples too.
+    /// Whether all that is looked at is proven, between samples too, and all that was asked for is looked at.
     #[getter]
     fn proven(&self) -> bool {
         self.inner.proven
@@ -291,21 +291,23 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
     Ok(ExcitingMotion { inner })
 }
 
-/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; returns
-/// what speaks against it, nothing where every limit is proven.
+/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
+/// are those of the description, or of the estimate `after`. Returns what speaks against the motion: nothing where all that
+/// is looked at is proven, and where all that `limits` asks for is looked at.
 ///
 /// Options:
 /// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
 ///   lacks are not assumed
 #[pyfunction]
-#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None)")]
+#[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None)")]
 pub fn check(
     py: Python<'_>,
     model: &Model,
     motion: &ExcitingMotion,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<String>> {
-    let asked = Call::new("check", &[], options)?.request::<CheckRequest>()?.limits;
-    let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, asked.as_ref());
-    Ok(alone(py, check)?.or_error()?.faults().map(ToString::to_string).collect())
+    let call = Call::new("check", &["after"], options)?;
+    let asked = CheckRequest { after: estimate_of(&call, "after")?, ..call.request()? };
+    let check = || rist::check(&model.inner, Path::new("motion"), &motion.inner, &asked);
+    Ok(alone(py, check)?.or_error()?.faults())
 }

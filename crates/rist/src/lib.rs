@@ -62,6 +62,7 @@ mod mount;
 pub mod output;
 pub mod page;
 pub mod planning;
+mod proved_motion;
 pub mod request;
 pub mod samples;
 pub mod simulation;
@@ -98,7 +99,7 @@ pub use verdict::{Trust, Verdict};
 pub use write_back::{WrittenBack, write_mjcf, write_urdf};
 
 // What passes between them, and is of other packages.
-pub use ::experiments::excitation::artefact::{certificate_text, proven_text};
+pub use ::experiments::excitation::artefact::certificate_text;
 pub use ::experiments::excitation::criterion::Aim;
 pub use ::experiments::excitation::gap_proof::{Gap, Surroundings};
 pub use ::experiments::excitation::held_limits::{HeldLimit, origins_text};

@@ -33,7 +33,19 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
     ),
     (
         "crates/clearance",
-        &["vector", "solid", "separation", "mesh", "half_space", "kinematic_tree", "bodies", "clearance", "gaps"],
+        &[
+            "vector",
+            "solid",
+            "separation",
+            "mesh",
+            "half_space",
+            "kinematic_tree",
+            "bodies",
+            "left_out",
+            "clearance",
+            "sampled_room",
+            "gaps",
+        ],
     ),
     (
         "crates/modeling",
@@ -152,6 +164,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "excite_timing",
             "described",
             "after_estimate",
+            "proved_motion",
             "exciting",
             "checking",
             "motion_portrait",

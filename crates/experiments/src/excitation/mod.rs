@@ -11,6 +11,8 @@ pub mod fitting;
 pub mod fourier_series;
 pub mod gap_proof;
 pub mod held_limits;
+pub mod ledger;
+pub mod left_out;
 pub mod limits;
 pub mod motion;
 pub mod no_motion;
