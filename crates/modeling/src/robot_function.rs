@@ -34,6 +34,7 @@ const FUNCTIONS_OF_ROBOT: &[OfRobot] = &[
     ("power-regressor", "dq^T D: the power per unit of each standard parameter, W.", |of, _| of.power_regressor()),
     ("energy", "Kinetic and potential energy per unit of each standard parameter, J.", |of, _| of.energy()),
     ("inverse-dynamics", "The torques from the base parameters x, N m (N).", |of, d| of.inverse_dynamics(d.base)),
+    ("torque", "The torques from the standard parameters x, N m (N).", |of, _| of.torque()),
     ("inertia-matrix", "The inertia matrix from the base parameters x, kg m^2.", |of, d| of.inertia_matrix(d.base)),
     ("bias", "Coriolis, centrifugal and gravity torques from the base parameters x.", |of, d| of.bias(d.base)),
     ("gravity", "Gravity torques from the base parameters x.", |of, d| of.gravity(d.base)),

@@ -45,10 +45,11 @@ pub const ORDERS: [(&str, &[&str]); 16] = [
             "functions",
             "robot_function",
             "robot_module",
+            "robot_formulas",
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
+    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c", "formula"]),
     (
         "crates/logs",
         &[

@@ -99,6 +99,17 @@ impl Body {
         Body { inertia: [xx, xy, xz, yy, yz, zz], first_moment: shifted, mass: m }
     }
 
+    /// Khalil's names of a composite body: XXP3, MXP3, MP3.
+    fn name(&self, g: &mut Graph, label: &str) {
+        for (&e, letters) in self.inertia.iter().zip(["XX", "XY", "XZ", "YY", "YZ", "ZZ"]) {
+            g.name(e, || format!("{letters}P{label}"));
+        }
+        for (&e, letters) in self.first_moment.iter().zip(["MX", "MY", "MZ"]) {
+            g.name(e, || format!("{letters}P{label}"));
+        }
+        g.name(self.mass, || format!("MP{label}"));
+    }
+
     /// J v.
     pub fn times(self, g: &mut Graph, v: Vector) -> Vector {
         let [xx, xy, xz, yy, yz, zz] = self.inertia;
@@ -110,6 +121,7 @@ impl Body {
 pub(crate) fn composites(g: &mut Graph, robot: &Robot, links: &[LinkMotion], x: &ParameterInputs) -> Vec<Body> {
     let mut bodies: Vec<Body> = robot.link_ids().map(|j| Body::new(x.body(j))).collect();
     for j in robot.link_ids().rev() {
+        bodies[j.0].name(g, &robot.link(j).label);
         if let Some(i) = robot.link(j).antecedent {
             let placement = &links[j.0].placement;
             let body = bodies[j.0].unturned(g, placement.theta);

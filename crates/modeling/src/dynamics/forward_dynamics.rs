@@ -8,7 +8,7 @@ use expr::{Expr, Function, Input, Output, SymbolKind};
 use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::dynamics::{inertia_matrix, torque};
-use crate::kinematics::links::MotionInput;
+use crate::kinematics::links::{MotionInput, coordinate_labels};
 
 /// Inputs `q`, `dq`, `tau`, `x`; output `ddq`.
 pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs) -> Function {
@@ -16,8 +16,9 @@ pub(crate) fn forward_dynamics(derivation: &mut Derivation, x: &ParameterInputs)
     let mut a = inertia_matrix::entries(derivation, x);
     let links = derivation.coasting_links();
     let bias = torque::entries(derivation, &links, x);
+    let labels = coordinate_labels(derivation.robot);
     let g = &mut derivation.graph;
-    let tau: Vec<Expr> = (0..n).map(|k| g.symbol(&format!("tau[{k}]"), SymbolKind::Input)).collect();
+    let tau: Vec<Expr> = labels.iter().map(|k| g.symbol(&format!("tau{k}"), SymbolKind::Input)).collect();
     let mut y: Vec<Expr> = (0..n).map(|k| g.sub(tau[k], bias[k])).collect();
 
     // Column by column, L^T takes the place of A above the diagonal, and D on it. On the way, y = L^-1 (tau - h).

@@ -112,7 +112,7 @@ pub(crate) fn external_torque(derivation: &mut Derivation, frame: &LinkFrame) ->
     let rows = jacobian_rows(derivation, frame);
     let n = derivation.robot.n_coordinates();
     let g = &mut derivation.graph;
-    let wrench: Vec<Expr> = (0..6).map(|i| g.symbol(&format!("wrench[{i}]"), SymbolKind::Input)).collect();
+    let wrench: Vec<Expr> = ["fx", "fy", "fz", "nx", "ny", "nz"].map(|name| g.symbol(name, SymbolKind::Input)).to_vec();
     let mut tau = vec![Expr::ZERO; n];
     for (k, tau) in tau.iter_mut().enumerate() {
         for (row, &component) in rows.iter().zip(&wrench) {

@@ -16,7 +16,7 @@ use crate::derivation::Derivation;
 use crate::dynamics::parameter_inputs::ParameterInputs;
 use crate::kinematics::implicit::reduced;
 use crate::kinematics::links::LinkMotion;
-use crate::kinematics::vector::{NULL, Vector, add, cross, dot, sum};
+use crate::kinematics::vector::{NULL, Vector, add, cross, dot, name_vector, sum};
 
 /// tau(q, dq, ddq, x).
 pub(crate) fn torque(derivation: &mut Derivation, name: &str, x: &ParameterInputs) -> Function {
@@ -39,6 +39,8 @@ pub(crate) fn entries(derivation: &mut Derivation, links: &[LinkMotion], x: &Par
         let (own_f, own_n) = wrench(g, &links[j.0], x.body(j));
         let (child_f, child_n) = from_children[j.0];
         let (f, n) = (add(g, own_f, child_f), add(g, own_n, child_n));
+        name_vector(g, f, || format!("f{}", link.label));
+        name_vector(g, n, || format!("n{}", link.label));
 
         let along = match link.joint.kind {
             JointKind::Revolute => n[2],

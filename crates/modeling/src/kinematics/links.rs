@@ -15,12 +15,12 @@
 //! and a vector is turned once. A chain of passive joints that turn back (a parallelogram) thereby turns by exactly
 //! nothing.
 
-use expr::{Expr, Graph, Input, SymbolKind};
+use expr::{Expr, Graph, Input, Node, SymbolKind};
 use robot::{JointKind, Link, Robot};
 
 use crate::kinematics::angle::Angle;
 use crate::kinematics::constants::Constants;
-use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot};
+use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot, name_vector};
 
 /// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
 /// the coordinates'.
@@ -44,13 +44,14 @@ pub(crate) enum MotionInput {
 
 impl Motion {
     pub fn new(g: &mut Graph, robot: &Robot) -> Motion {
-        let n = robot.n_coordinates();
-        let mut inputs = |prefix: &str, count: usize| -> Vec<Expr> {
-            let name = |k: usize| format!("{prefix}[{k}]");
-            (0..count).map(|k| g.symbol(&name(k), SymbolKind::Input)).collect()
+        let labels = coordinate_labels(robot);
+        let mut inputs = |prefix: &str, labels: &[String]| -> Vec<Expr> {
+            labels.iter().map(|label| g.symbol(&format!("{prefix}{label}"), SymbolKind::Input)).collect()
         };
-        let (mut q, mut dq, mut ddq) = (inputs("q", n), inputs("dq", n), inputs("ddq", n));
-        q.extend(inputs("passive", robot.passive.len()));
+        let (mut q, mut dq, mut ddq) = (inputs("q", &labels), inputs("dq", &labels), inputs("ddq", &labels));
+        let n = q.len();
+        let passive: Vec<String> = (1..=robot.passive.len()).map(|p| p.to_string()).collect();
+        q.extend(inputs("passive", &passive));
         dq.resize(q.len(), Expr::ZERO);
         ddq.resize(q.len(), Expr::ZERO);
         Motion { q, dq, ddq, n }
@@ -82,6 +83,17 @@ impl Motion {
         };
         Input { name: name.into(), entries: entries.to_vec() }
     }
+}
+
+/// What formulas put behind the letter of a coordinate: `2` of `q2`. The digits of the file where it calls all of them
+/// so, else their place, from 1.
+pub(crate) fn coordinate_labels(robot: &Robot) -> Vec<String> {
+    let digits = |name: &str| {
+        let digits = name.strip_prefix('q').filter(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))?;
+        Some(digits.to_string())
+    };
+    let of_file: Option<Vec<String>> = robot.coordinates.iter().map(|c| digits(&c.name)).collect();
+    of_file.unwrap_or_else(|| (1..=robot.n_coordinates()).map(|k| k.to_string()).collect())
 }
 
 /// Angular and linear part of the twist of a link frame per unit of one coordinate's rate.
@@ -200,7 +212,50 @@ fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Lin
     let (w, dw, a) = rates(g, link, i, &placement, &parallel, turn, rate, acceleration);
     let jacobian = jacobian(g, link, i, &placement, &parallel, turn);
     let U = acceleration_matrix(g, w, dw);
+    if g.keeps_names() {
+        name_motion(g, link, [w, dw, a], &U, &jacobian, motion);
+    }
     LinkMotion { w, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
+}
+
+/// Khalil's names: w3_x, dw3_x, a3_x (less gravity), U3_xy, and z3_1, d3_1 of the twist by coordinate 1.
+fn name_motion(
+    g: &mut Graph,
+    link: &Link,
+    [w, dw, a]: [Vector; 3],
+    U: &[Vector; 3],
+    jacobian: &[Option<Twist>],
+    motion: &Motion,
+) {
+    let label = &link.label;
+    name_vector(g, w, || format!("w{label}"));
+    name_vector(g, dw, || format!("dw{label}"));
+    name_vector(g, a, || format!("a{label}"));
+    let axes = ["x", "y", "z"];
+    // w w^T before U: its products are read by the regressor too.
+    for (i, k) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
+        let product = g.mul(w[i], w[k]);
+        g.name(product, || format!("ww{label}_{}{}", axes[i], axes[k]));
+    }
+    for (row, axis) in U.iter().zip(axes) {
+        for (&entry, other) in row.iter().zip(axes) {
+            g.name(entry, || format!("U{label}_{axis}{other}"));
+        }
+    }
+    for (k, twist) in jacobian.iter().enumerate() {
+        let Some(twist) = twist else { continue };
+        let of = coordinate_label(g, motion.q[k]);
+        name_vector(g, twist.z, || format!("z{label}_{of}"));
+        name_vector(g, twist.d, || format!("d{label}_{of}"));
+    }
+}
+
+/// What stands behind the letter of the symbol `q`.
+fn coordinate_label(g: &Graph, q: Expr) -> String {
+    match g.node(q) {
+        Node::Symbol(s) => g.symbols()[s.0 as usize].0.trim_start_matches('q').to_string(),
+        _ => q.node().to_string(),
+    }
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.

@@ -32,6 +32,13 @@ pub(crate) fn sum(g: &mut Graph, terms: &[Expr]) -> Expr {
     terms.iter().fold(Expr::ZERO, |s, &t| g.add(s, t))
 }
 
+/// Calls the components of a vector NAME_x, NAME_y, NAME_z where names are kept.
+pub(crate) fn name_vector(g: &mut Graph, v: Vector, name: impl Fn() -> String) {
+    for (component, axis) in v.into_iter().zip(["x", "y", "z"]) {
+        g.name(component, || format!("{}_{axis}", name()));
+    }
+}
+
 /// A rotation about z by the angle with this cosine and sine, and its transpose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
