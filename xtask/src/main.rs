@@ -1,5 +1,5 @@
 //! Tasks of this repository: `cargo xtask gen [--check] [MODEL..]`, `cargo xtask bench`,
-//! `cargo xtask datasets DIR`, `cargo xtask python`, `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
+//! `cargo xtask datasets DIR`, `cargo xtask stubs [--check]`, `cargo xtask python`, `cargo xtask fuzz SECONDS`, `cargo xtask sanitize`.
 
 mod bench_task;
 mod cargo;
@@ -21,6 +21,7 @@ cargo xtask bench                   time derivations, calls and the compilation 
                                     against an independent recursion; writes docs/benchmarks.md and records/
 cargo xtask bench instructions      count the instructions of calls (needs valgrind and gungraun-runner)
 cargo xtask datasets DIR            the scoreboard on the measured robots whose logs are in folders of DIR
+cargo xtask stubs [--check]         write (compare) what Python and docs/files.md say of the fields of requests
 cargo xtask python [PYTEST..]       build the package for Python in target/python and run its tests; skipped, and
                                     said, where python3, pip or the network is absent
 cargo xtask fuzz SECONDS            build the targets of fuzz/ with coverage and run them for so long in all: every reader,
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Some((task, rest)) if task == "gen" => gen_task::run(rest),
         Some((task, rest)) if task == "bench" => bench_task::run(rest),
         Some((task, rest)) if task == "python" => python_task::run(rest),
+        Some((task, rest)) if task == "stubs" => stubs(rest),
         Some((task, rest)) if task == "fuzz" => fuzz_task::run(rest),
         Some((task, rest)) if task == "sanitize" => sanitize_task::run(rest),
         Some((task, rest)) if task == "datasets" => {
@@ -56,4 +58,10 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// In a program of its own: this one is built without what `gen` writes.
+fn stubs(arguments: &[String]) -> Result<(), String> {
+    let words = ["run", "--quiet", "--package", "tests", "--bin", "stubs", "--"];
+    cargo(&words.into_iter().chain(arguments.iter().map(String::as_str)).collect::<Vec<_>>())
 }

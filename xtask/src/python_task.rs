@@ -13,6 +13,7 @@ use crate::cargo::{cargo, done, root, target};
 const PACKAGES: [&str; 3] = ["maturin>=1.9,<2", "numpy", "pytest"];
 
 pub fn run(arguments: &[String]) -> Result<(), String> {
+    crate::stubs(&["--check".into()])?;
     let (root, target) = (root(), target());
     let environment = target.join("python");
     if let Err(why) = environment_in(&environment) {

@@ -99,11 +99,22 @@ fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
     all_spelled(notes).iter().try_for_each(|note| warnings.call_method1("warn", (note,)).map(drop))
 }
 
-/// Chooses the experiments that identify a robot best by spectrum analysis.
+/// Chooses the experiments that identify a robot best by spectrum analysis. What the description does not say is a warning.
 ///
-/// Options, as of `rist plan --help`: experiments (8), criterion ("determinant", "condition"), profile ("bang-bang",
-/// "smooth"), steps (5), configurations (60), duration (4 s), rate (1000 Hz), starts (12), seed (1),
-/// nodes (0: of the branch and bound that proves the plan); progress(done, all, text) is called as starts end. What the description does not say is a warning.
+/// Options:
+/// - experiments: Number of experiments [default: 8]
+/// - criterion: What the plan makes best [default: 'determinant']
+/// - profile: Acceleration within a swing [default: 'bang-bang']
+/// - steps: Configurations of the grid per coordinate [default: 5]
+/// - configurations: Maximum number of configurations per kind of motion [default: 60]
+/// - duration: Seconds recorded in one experiment [default: 4.0]
+/// - rate: Sample rate of the controller, Hz [default: 1000.0]
+/// - starts: Starts of the search [default: 12]
+/// - seed: Seed of the random starts; the same seed gives the same plan [default: 1]
+/// - nodes: Maximum number of nodes of a branch and bound, 0 for none. It improves the plan and proves how far
+///   from the best it can be. It ends where the D-efficiency is within 0.001 of the best. The proof is written
+///   into the plan [default: 0]
+/// - progress: Called with (done, all, text) as work goes on
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
 pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
@@ -122,10 +133,18 @@ pub fn plan(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) 
 /// ..) and truth.yaml, as `rist simulate` does. Returns the parameters behind the logs, an Estimate, and the logs: a dict by
 /// name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which `identify` takes.
 ///
-/// Options: out, validation (10), gain ({"q1": 2.393}, N m/A), load (a path), feedforward (an Estimate), seed (1),
-/// noise_free (False), progress(done, all, text).
+/// Options:
+/// - validation: Number of validation motions [default: 10]
+/// - gain: Torque per unit of current of a drive, N m/A [default: as the file says; where one is known, 1 for the
+///   others]
+/// - load: A known load (as of `rist identify`): every experiment is done again with it, e01_loaded.csv, ..
+/// - feedforward: Of which the controller computes its torques
+/// - seed: Seed of the noise; the same seed gives the same logs [default: 1]
+/// - noise_free: Neither noise nor rounding of the sensors [default: False]
+/// - out: The directory that the logs are written to
+/// - progress: Called with (done, all, text) as work goes on
 #[pyfunction]
-#[pyo3(signature = (model, plan, **options), text_signature = "(model, plan, *, out=None, validation=10, gain=None, load=None, feedforward=None, seed=1, noise_free=False, progress=None)")]
+#[pyo3(signature = (model, plan, **options), text_signature = "(model, plan, *, validation=10, gain=None, load=None, feedforward=None, seed=1, noise_free=False, out=None, progress=None)")]
 pub fn simulate<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
@@ -235,15 +254,34 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
     array(py, &[n, series.len()], &numbers)
 }
 
-/// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits.
+/// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits. A motion that
+/// is not proven says so: look at `.proven` before it is played.
 ///
-/// Options, as of `rist excite --help`: motion ("fourier", "spline"), period (s), frequency (Hz, one over it), blend (s), harmonics (5), spans (of a
-/// spline), repetitions (3), rate (200 Hz), limits (a path to YAML, or its content as a dict), effort_share (0.9), friction (as of identify), criterion ("determinant", "condition"), noise (0.01), starts
-/// (12), iterations (100), seed (1), after (an Estimate: the motion shows what it leaves open); progress(done, all, text) is
-/// called as starts end. A motion that is not proven says so:
-/// look at `.proven` before it is played.
+/// Options:
+/// - motion: The form of the motion [default: 'fourier']
+/// - period: Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
+/// - frequency: Base frequency, Hz: one over the period
+/// - harmonics: Harmonics of the base frequency [default: 5]
+/// - spans: Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30]
+/// - repetitions: Whole periods between the blends; times that a spline is played [default: 3]
+/// - blend: Seconds from rest to the series, and back to rest [default: by the limits]
+/// - rate: Sample rate of the file to play and of the log, Hz [default: 200.0]
+/// - limits: YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk,
+///   effort, power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the
+///   room of the bodies in the base frame, m: `{floor: Z, walls: [{point, normal, links}], boxes: [{low, high,
+///   links}], distance: 0.01, own_links: true, ignored_pairs: [[A, B]]}`
+/// - effort_share: Share of the limits of effort and power that the torque of the description may use [default:
+///   0.9]
+/// - friction: Friction columns a joint that the identification will have, as of `rist identify`, or none
+/// - criterion: What the motion makes best [default: 'determinant']
+/// - noise: Noise of a torque sample, as a share of the effort limit [default: 0.01]
+/// - starts: Starts of the search: a third are random, the others begin near the best so far [default: 12]
+/// - iterations: Maximum number of iterations of a start at each weight of the barrier [default: 100]
+/// - seed: Seed of the random starts; the same seed gives the same motion [default: 1]
+/// - after: The motion shows what this estimate leaves open
+/// - progress: Called with (done, all, text) as work goes on
 #[pyfunction]
-#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, frequency=None, blend=None, harmonics=None, spans=None, repetitions=3, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
+#[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, frequency=None, harmonics=None, spans=None, repetitions=3, blend=None, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
 pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExcitingMotion> {
     let call = Call::new("excite", &["after", "progress"], options)?;
     let request = ExciteRequest { after: estimate_of(&call, "after")?, ..call.request()? };
@@ -255,6 +293,10 @@ pub fn excite(py: Python<'_>, model: &Model, options: Option<&Bound<'_, PyDict>>
 
 /// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; returns
 /// what speaks against it, nothing where every limit is proven.
+///
+/// Options:
+/// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
+///   lacks are not assumed
 #[pyfunction]
 #[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None)")]
 pub fn check(

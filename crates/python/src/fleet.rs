@@ -24,6 +24,20 @@ use crate::work::work;
 /// >>> sums = rist.Accumulator(model, cutoff=10.0)
 /// >>> sums.update("monday.mcap").merge(other)
 /// >>> estimate = sums.solve()
+///
+/// Options:
+/// - gain: Torque per unit of current of every drive, N m/A [default: as the description says]
+/// - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
+///   stribeck=V (V in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
+///   [default: viscous,coulomb,offset]
+/// - weights: What rows weigh [default: joint]
+/// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
+/// - order: Order of the Butterworth filter, 0 for none [default: 4]
+/// - decimate: Keep every N-th filtered sample [default: by the cut-off]
+/// - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
+///   auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
+///   reversals of their joint. The residual of all rows may be larger with it than without
+/// - options: YAML with any option of an identification; other options override it
 #[pyclass(frozen, module = "rist")]
 pub struct Accumulator {
     model: Py<Model>,
@@ -45,7 +59,7 @@ impl Accumulator {
 #[pymethods]
 impl Accumulator {
     #[new]
-    #[pyo3(signature = (model, **options), text_signature = "(model, *, cutoff, order=None, decimate=None, delay=None, friction=None, weights=None, gain=None, options=None)")]
+    #[pyo3(signature = (model, **options), text_signature = "(model, *, gain=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None)")]
     fn new(model: &Bound<'_, Model>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Accumulator> {
         let request: SumsRequest = Call::new("Accumulator", &[], options)?.request()?;
         let inner = &model.get().inner;

@@ -27,11 +27,34 @@ use crate::work::work;
 /// "q": (N, n), "tau": (N, n)}; SI), or a table with __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist",
 /// "rist-mh", "iv" or "didim": the directory of the logs of `plan`.
 ///
-/// Options, as of `rist identify --help`: cutoff (Hz), order, decimate, delay (s, or "auto"), friction ("viscous,coulomb" or
-/// a list; "auto"; "none"), weights ("none", "joint", "huber", ..), gain ({"q5": 11.0} or {"q5": (11.0, 2.0)} for an
-/// expected one, N m/A), consistent (only bodies that can exist), covariance (keep it), loaded and loaded_link (logs with a
-/// load), validate (logs that are predicted, not fitted, for the verdict), options (a path to YAML, its text, or its content as a dict,
-/// with any option of an identification), method, plan, load.
+/// Options:
+/// - consistent: Physically consistent parameters: only bodies that can exist. Where the log says nothing, they
+///   stay near the bodies of the description [default: False]
+/// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
+///   given, the others are estimated; q5=11+-2 expects a gain near 11
+/// - covariance: Keep the covariance of the parameters in the estimate [default: False]
+/// - loaded_link: The link that carries the load of the logs with a load [default: the last]
+/// - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
+///   stribeck=V (V in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
+///   [default: viscous,coulomb,offset]
+/// - weights: What rows weigh [default: joint]
+/// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
+/// - order: Order of the Butterworth filter, 0 for none [default: 4]
+/// - decimate: Keep every N-th filtered sample [default: by the cut-off]
+/// - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
+///   auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
+///   reversals of their joint. The residual of all rows may be larger with it than without
+/// - options: YAML with any option of an identification; other options override it
+/// - load: A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2). The logs of
+///   the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
+/// - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
+/// - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
+///   end at 10 Hz then, unless cutoff= says otherwise [default: False]
+/// - play: Estimate the play of these joints, or of all, as elastic= does springs [default: False]
+/// - method: The equations to solve; all but ls and essential need the plan behind the logs [default: 'ls']
+/// - loaded: Logs with a load on the last link, which is identified too
+/// - validate: Logs that are predicted, not fitted, for the verdict
+/// - plan: The plan behind the logs
 ///
 /// With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
 /// {"q2": [6, 12]}), elastic and play (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
@@ -40,7 +63,7 @@ use crate::work::work;
 ///
 /// Ctrl-C ends it. Raises rist.Error with the message of the program.
 #[pyfunction]
-#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, cutoff=None, order=None, decimate=None, delay=None, friction=None, weights=None, gain=None, consistent=False, covariance=False, loaded=(), loaded_link=None, validate=(), options=None, method='ls', plan=None, load=None, ripple=None, elastic=False, play=False)")]
+#[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, gain=None, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, decimate=None, delay=None, options=None, load=None, ripple=None, elastic=False, play=False, method='ls', loaded=(), validate=(), plan=None)")]
 pub fn identify(
     py: Python<'_>,
     model: &Bound<'_, Model>,
@@ -212,6 +235,10 @@ pub fn _passport(table: String, findings: Vec<String>, untold: Vec<String>, is_g
 ///
 /// logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a
 /// dict; gain: {"q1": 2.393}, N m/A.
+///
+/// Options:
+/// - options: YAML with any option of an identification
+/// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]
 #[pyfunction]
 #[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None)")]
 pub fn doctor(

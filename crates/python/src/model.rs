@@ -1,6 +1,6 @@
 //! `rist.Model`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use numpy::{PyArrayDyn, PyArrayMethods};
@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rist::ModelOptions;
 use rist::evaluation::{Evaluation, ManyStates, Quantity};
-use rist::request::Request;
 use rist::request::spelling::{Reader, flags, spelled};
+use rist::request::{GenerateRequest, Request, SourceLanguage};
 use rist::source::Language;
 
 use crate::arrays::{Rows, States, array, empty};
@@ -159,12 +159,21 @@ fn options(function: &'static str, given: Option<&Bound<'_, PyDict>>) -> PyResul
 
 #[pymethods]
 impl Model {
-    /// Reads a description (.yaml, .urdf, .par) and derives its dynamics.
+    /// Reads a description (.yaml, .urdf, .par) and derives its dynamics. Angles that are taken for others are a warning.
+    /// Raises rist.Error with the place of what cannot be read.
     ///
-    /// Options, as of the program: value={"D3": 0.45} (m or rad, of symbols), mimic="constraint" or "independent",
-    /// angles="meant" or "as-given", rotor_inertia="none", "actuated" or "all", floating_base=True, any_size=True (derive what takes
-    /// more than about 10 s or 1 GiB). Angles that are taken
-    /// for others are a warning. Raises rist.Error with the place of what cannot be read.
+    /// Options:
+    /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+    /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+    ///   their own [default: 'constraint']
+    /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
+    ///   [default: 'meant']
+    /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
+    ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+    /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
+    ///   base_roll), and the base becomes a link with its own parameters [default: False]
+    /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
+    ///   figures otherwise [default: False]
     #[staticmethod]
     #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
@@ -174,6 +183,19 @@ impl Model {
     }
 
     /// The same of a text; `name` ends in .yaml, .urdf or .par, which tells its format, and stands in messages.
+    ///
+    /// Options:
+    /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
+    /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
+    ///   their own [default: 'constraint']
+    /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
+    ///   [default: 'meant']
+    /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
+    ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+    /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
+    ///   base_roll), and the base becomes a link with its own parameters [default: False]
+    /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
+    ///   figures otherwise [default: False]
     #[staticmethod]
     #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, mimic='constraint', angles='meant', rotor_inertia=None, floating_base=False, any_size=False)")]
     fn parse(py: Python<'_>, text: String, name: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
@@ -295,30 +317,39 @@ impl Model {
     /// Source of the base regressor and of `functions` ("inverse-dynamics", "pose=LINK", ..), as `rist generate` writes it.
     ///
     /// language="rust": the text. language="c": the texts of source and header, the header under the name `header`.
-    #[pyo3(signature = (language="rust", functions=Vec::new(), header=None))]
+    /// estimate: an Estimate of this model, whose numbers stand in the source as the constants X and F; one whose verdict is
+    /// no is refused, unless anyway=True.
+    #[pyo3(signature = (language="rust", functions=Vec::new(), header=None, *, estimate=None, anyway=false))]
     fn generate<'py>(
         &self,
         py: Python<'py>,
         language: &str,
         functions: Vec<String>,
         header: Option<String>,
+        estimate: Option<&Estimate>,
+        anyway: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let path = self.inner.path.display();
-        let mut made_by = format!("rist generate {path}{}", flags(&self.options.given()));
-        if !functions.is_empty() {
-            made_by += &format!(" --functions {}", functions.join(","));
-        }
-        let language = match language {
-            "rust" => Language::Rust,
-            "c" => {
-                made_by += " --language c";
+        let values = [("language", language.into()), ("functions", functions.into()), ("anyway", anyway.into())];
+        let request: GenerateRequest = rist::request::of_values(values.iter().map(|(name, value)| (*name, value)))
+            .map_err(|e| error(format_args!("generate: {e}")))?;
+        let made_by = format!("rist generate {path}{}{}", flags(&self.options.given()), flags(&request.given()));
+        let values = match estimate {
+            None if request.anyway => return Err(error("generate: [anyway=true] is for an [estimate]: give one")),
+            None => None,
+            Some(estimate) => Some(request.values(&self.inner, Path::new("estimate"), &estimate.inner).or_error()?),
+        };
+        let language = match request.language {
+            SourceLanguage::Rust => Language::Rust,
+            SourceLanguage::C => {
                 Language::C { header: header.unwrap_or_else(|| format!("{}.h", self.inner.robot.name)) }
             }
-            other => return Err(error(format_args!("generate: language='{other}': one of rust, c is expected"))),
         };
         let refused = |e| error(format_args!("{path}: {e}"));
         let source = py
-            .detach(|| rist::generate(&self.inner.robot, &functions, &language, &made_by, None, true))
+            .detach(|| {
+                rist::generate(&self.inner.robot, &request.functions, &language, &made_by, values.as_ref(), true)
+            })
             .map_err(refused)?;
         match source.header {
             Some(header) => Ok(PyTuple::new(py, [source.text, header])?.into_any()),

@@ -48,6 +48,10 @@ artefact! {
 ///
 /// logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
 /// cutoff (Hz, 20) can be given.
+///
+/// Options:
+/// - gain: Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]
+/// - cutoff: Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate]
 #[pyfunction]
 #[pyo3(signature = (model, estimate, logs, **options), text_signature = "(model, estimate, logs, *, gain=None, cutoff=None)")]
 pub fn validate(

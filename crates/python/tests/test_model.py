@@ -112,6 +112,7 @@ def test_errors_say_what_is_expected(panda, program):
     assert "is angles= meant? there are value, mimic, angles" in message(rist.Model.read, "a.urdf", angle="meant")
     assert "expected is one of meant, as-given" in message(rist.Model.read, "a.urdf", angles="exact")
     assert "one of rust, c" in message(panda.generate, "fortran")
+    assert "anyway=True is for an estimate=" in message(panda.generate, anyway=True)
 
 
 def test_snapped_angles_are_a_warning():

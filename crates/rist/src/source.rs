@@ -1,7 +1,10 @@
 //! A robot's functions as source for a project of the user's own.
 
+use std::path::Path;
+
 use expr::Value;
 use linear_model::parameter::{FrictionParameter, ParameterId};
+use linear_model::reference::ModelReference;
 use modeling::{LinkFrame, RobotFunction};
 use robot::Robot;
 
@@ -9,6 +12,9 @@ use crate::Estimate;
 use crate::description::check_size;
 use crate::error::Error;
 use crate::model::{Model, predicts};
+use crate::request::GenerateRequest;
+pub use crate::request::function_names;
+use crate::verdict::{Trust, estimate_verdict};
 
 /// The language of generated source.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,14 +36,6 @@ pub struct Source {
     pub header: Option<String>,
     /// Name of each function, with its multiplications, additions, and sines with cosines a call.
     pub counts: Vec<(String, expr::Count)>,
-}
-
-/// All that can be asked for beside the base regressor, as a list for messages: `regressor, ..., pose=LINK`.
-pub fn function_names() -> String {
-    let name = |(word, of_link)| if of_link { format!("{word}=LINK") } else { String::from(word) };
-    let mut names: Vec<String> = RobotFunction::words().skip(1).map(name).collect();
-    let last = names.pop().unwrap_or_default();
-    format!("{} and {last}", names.join(", "))
 }
 
 /// A function by its name: `inertia-matrix`, `pose=5`. A link is given by its name, its joint or its label. A link of a
@@ -106,6 +104,26 @@ impl IdentifiedValues {
             f += &format!(" Not held here: {}.", self.left_out.join(", "));
         }
         module.constant("F", &f, Value::Reals(self.friction.clone()));
+    }
+}
+
+impl GenerateRequest {
+    /// The numbers of an estimate for the file; `file` says which it is.
+    ///
+    /// Fails where it was made with another model, and where its verdict is no and nothing says to take it anyway.
+    pub fn values(&self, model: &Model, file: &Path, estimate: &Estimate) -> Result<IdentifiedValues, Error> {
+        let (name, fingerprint) = (estimate.model.clone(), estimate.fingerprint.clone());
+        model.check(file, &ModelReference { name, fingerprint })?;
+        let verdict = estimate_verdict(estimate);
+        if verdict.trust == Trust::No && !self.anyway {
+            return Err(Error::verdict(format_args!(
+                "{}: not to be trusted: {}; nothing is written ([anyway=true] writes it)",
+                file.display(),
+                verdict.reasons.join("; ")
+            )));
+        }
+        let refused = |e| Error::new(format_args!("{}: {e}", file.display()));
+        IdentifiedValues::of(model, estimate).map_err(refused)
     }
 }
 

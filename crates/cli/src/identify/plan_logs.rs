@@ -6,7 +6,7 @@ use identification::estimators::closed_loop::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::experiments::{ExperimentLogs, identify_experiments, identify_paper_rows};
 use rist::output::{check_output, write_file};
-use rist::request::Method;
+use rist::request::{HarmonicRequest, Method, PaperRequest};
 use serde_json::json;
 
 use super::arguments::Arguments;
@@ -27,6 +27,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let model = arguments.model.derive()?;
     let plan = read_plan(plan_file, &model)?;
     let logs = ExperimentLogs { directory, plan: &plan };
+    let of_options = |e| Failure::new(format_args!("{}: {e}", given.file("options").display()));
     let at = || at_work(format_args!("identifying from {}", directory.display()));
     let in_loop = |method| {
         let request = given.read()?;
@@ -37,12 +38,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Method::Iv => in_loop(ClosedLoop::InstrumentalVariables)?,
         Method::Didim => in_loop(ClosedLoop::DirectAndInverse)?,
         Method::Rist => {
-            let request = given.read()?;
+            let request: PaperRequest = given.read()?;
+            request.columns().map_err(of_options)?;
             at();
             identify_paper_rows(&model, logs, &request)?
         }
         Method::RistMh | Method::Ls | Method::Essential => {
-            let request = given.read()?;
+            let request: HarmonicRequest = given.read()?;
+            request.paper.columns().map_err(of_options)?;
             at();
             identify_experiments(&model, logs, &request)?
         }

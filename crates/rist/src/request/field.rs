@@ -46,6 +46,11 @@ impl Field {
         }
     }
 
+    /// The same with more words behind what it says.
+    pub fn and(self, more: &str) -> Field {
+        Field { doc: format!("{} {more}", self.doc), ..self }
+    }
+
     /// The same in a range.
     pub fn range(self, range: impl Into<Range>) -> Field {
         Field { range: range.into(), ..self }

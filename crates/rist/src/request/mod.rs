@@ -11,7 +11,8 @@
 //! |---|---|
 //! | the field of the struct and its default | `request!` |
 //! | `--rate <HZ>` and its help | the program, from [`Request::fields`] |
-//! | `rate=1000.0` of Python | crates/python; its stub and docstrings are still written by hand |
+//! | `rate=1000.0` of Python | crates/python |
+//! | its stub, its signature, its line of the docstring, its row in docs/files.md | `cargo xtask stubs` |
 //! | the JSON schema | `rist schema`, from [`schema::schema`] |
 //! | the refusal of a rate of 0 | [`Request::check`] |
 //!
@@ -28,6 +29,7 @@ mod file;
 mod files;
 mod friction;
 mod gains;
+mod generate;
 mod identify;
 mod method;
 mod model;
@@ -48,6 +50,7 @@ pub use excite::{ExciteRequest, Family, Series};
 pub use field::Field;
 pub use files::{BodiesFiles, PlanFiles, SamplesFiles};
 pub use friction::FrictionChoice;
+pub use generate::{GenerateRequest, SourceLanguage, function_names};
 pub use identify::{
     AccumulateRequest, ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, RowsRequest, SamplesRequest,
     SignalRequest, SumsRequest,
@@ -67,6 +70,7 @@ pub use words::Words;
 pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
+        ("generate", GenerateRequest::fields()),
         ("plan", PlanRequest::fields()),
         ("excite", ExciteRequest::fields()),
         ("simulate", SimulateRequest::fields()),

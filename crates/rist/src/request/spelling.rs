@@ -13,7 +13,8 @@
 //! | `[ripple=q1=6,12]` | `--ripple q1=6,12` | `ripple={'q1': [6, 12]}` |
 //! | `[options.columns.torque]` | `--options: columns: torque` | `options={'columns': {'torque': ..}}` |
 //!
-//! Only names of fields are spelled. Other brackets, such as `[-2, 2]`, stay.
+//! Only names of fields are spelled, where they stand as words of their own. Other brackets, such as `[-2, 2]` and those of
+//! a file `log[gain].csv`, stay.
 
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -73,7 +74,7 @@ pub fn spelled(text: &str, reader: Reader) -> String {
     let mut rest = text;
     while let Some((before, behind)) = rest.split_once('[') {
         spelled.push_str(before);
-        match field(behind) {
+        match field(behind).filter(|(.., length)| is_word(&spelled, &behind[*length..])) {
             Some((name, more, length)) => {
                 spelled.push_str(&written(name, more, reader));
                 rest = &behind[length..];
@@ -93,6 +94,14 @@ fn field(text: &str) -> Option<(&str, &str, usize)> {
     let end = inside.find(|c: char| !(c.is_ascii_lowercase() || c == '_')).unwrap_or(inside.len());
     let (name, more) = inside.split_at(end);
     (is_field(name) && (more.is_empty() || more.starts_with(['=', '.']))).then_some((name, more, inside.len() + 1))
+}
+
+/// Whether what stands between these texts is a word of its own, and no part of a name or a path.
+fn is_word(before: &str, behind: &str) -> bool {
+    let is_part = |c: char| c.is_alphanumeric() || "_-/.~".contains(c);
+    // A full stop ends a sentence where nothing follows it.
+    let behind = behind.trim_start_matches('.');
+    !before.ends_with(is_part) && !behind.starts_with(is_part)
 }
 
 fn written(name: &str, more: &str, reader: Reader) -> String {
@@ -204,6 +213,12 @@ mod tests {
                 "[gain=q1=6,12,q2=3]; [gain=q1=2,..]",
                 "--gain q1=6,12,q2=3; --gain q1=2,..",
                 "gain={'q1': [6, 12], 'q2': 3}; gain={'q1': 2, ..}",
+            ),
+            ("log[gain].csv: [gain].", "log[gain].csv: --gain.", "log[gain].csv: gain=."),
+            (
+                "logs/[rate]/a [rate].csv [rate]..",
+                "logs/[rate]/a [rate].csv --rate..",
+                "logs/[rate]/a [rate].csv rate=..",
             ),
             ("[play=q1,q2]", "--play q1,q2", "play=['q1', 'q2']"),
             ("[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate", "[-2, 2] [x] [default: 3] [rate"),

@@ -1,0 +1,44 @@
+//! What source is written of a robot.
+
+use std::path::PathBuf;
+
+use modeling::RobotFunction;
+
+use super::request;
+use super::words::words;
+
+/// The language of source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SourceLanguage {
+    /// Of one file.
+    Rust,
+    /// Of a source file and a header.
+    C,
+}
+
+words! { SourceLanguage:
+    Rust = "rust" "One file, no_std, generic over f64, f32 and numbers of your own",
+    C = "c" "C99: a header and a source file that need math.h",
+}
+
+request! {
+    /// What source is written of a robot.
+    pub struct GenerateRequest {
+        /// Functions beside base-regressor:
+        functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
+        /// An estimate of this model: its numbers stand in the file as the constants X and F.
+        estimate: Option<PathBuf> = None, value_name("ESTIMATE");
+        /// Take the numbers even of an estimate whose verdict is no.
+        anyway: bool = false;
+        /// Language to write.
+        language: SourceLanguage = SourceLanguage::Rust;
+    }
+}
+
+/// All that can be asked for beside the base regressor, as a list for messages: `regressor, ..., pose=LINK`.
+pub fn function_names() -> String {
+    let name = |(word, of_link)| if of_link { format!("{word}=LINK") } else { String::from(word) };
+    let mut names: Vec<String> = RobotFunction::words().skip(1).map(name).collect();
+    let last = names.pop().unwrap_or_default();
+    format!("{} and {last}", names.join(", "))
+}
