@@ -10,5 +10,5 @@ mod rust_function;
 mod steps;
 
 pub use c::{CFiles, c_files};
-pub use formula::{FormulaLanguage, Formulas, Place, TooLong, formula_file, printed_symbols};
+pub use formula::{FormulaLanguage, Formulas, Place, TooLong, formula_file, output_name, printed_symbols};
 pub use rust_file::{index_file, rust_file};

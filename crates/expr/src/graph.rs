@@ -133,8 +133,7 @@ impl Graph {
 
     /// An empty graph that knows these symbols.
     pub fn with_symbols(symbols: Vec<(String, SymbolKind)>) -> Graph {
-        let mut g =
-            Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default(), names: None };
+        let mut g = Graph { nodes: Vec::new(), varies: Vec::new(), symbols, known: FxHashMap::default(), names: None };
         g.intern(Node::Constant(0.0));
         g.intern(Node::Constant(1.0));
         g

@@ -73,14 +73,20 @@ impl<'a> Derivation<'a> {
         self.implicit.as_ref().map(|i| i.function.clone())
     }
 
-    /// Link motions at ddq = 0.
-    pub(crate) fn coasting_links(&mut self) -> Vec<LinkMotion> {
+    /// The motion at ddq = 0.
+    pub(crate) fn coasting(&self) -> Motion {
         let mut still = self.motion.clone();
         still.ddq.fill(Expr::ZERO);
         if let Some(implicit) = &self.implicit {
             let n = self.robot.n_coordinates();
             still.ddq[n..].copy_from_slice(&implicit.coast);
         }
+        still
+    }
+
+    /// Link motions at ddq = 0.
+    pub(crate) fn coasting_links(&mut self) -> Vec<LinkMotion> {
+        let still = self.coasting();
         link_motions(&mut self.graph, self.robot, &mut self.constants, &still)
     }
 }

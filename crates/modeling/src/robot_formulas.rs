@@ -44,27 +44,39 @@ pub fn formulas(robot: &Robot, functions: &[RobotFunction]) -> Result<RobotFormu
 
 /// What q, x and the intermediate results are.
 fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function)]) -> Vec<String> {
-    let mut doc = vec![format!("{}: q in rad or m, dq and ddq per s and s^2, torques in N m (forces in N).", robot.name)];
+    let mut doc =
+        vec![format!("{}: q in rad or m, dq and ddq per s and s^2, torques in N m (forces in N).", robot.name)];
     doc.extend(robot.source.iter().flat_map(|source| wrapped(&format!("Source: {source}"), 100)));
     let coordinates: Vec<&str> = robot.coordinates.iter().map(|c| c.name.as_str()).collect();
     doc.extend(wrapped(&format!("Coordinates, in the order of q: {}", coordinates.join(" ")), 100));
     let passive: Vec<&str> = robot.passive.iter().map(|p| p.name.as_str()).collect();
     if !passive.is_empty() {
-        let text = format!("Passive coordinates, which the loops determine, in the order of `passive`: {}", passive.join(" "));
+        let text =
+            format!("Passive coordinates, which the loops determine, in the order of `passive`: {}", passive.join(" "));
         doc.extend(wrapped(&text, 100));
     }
-    doc.push("Of link j in its frame: wj angular velocity, dwj angular acceleration, aj acceleration of its origin less".into());
-    doc.push("gravity, Uj = [dwj]x + [wj]x^2, wwj = wj wj^T; zj_k and dj_k angular velocity and velocity per dqk;".into());
+    doc.push(
+        "Of link j in its frame: wj angular velocity, dwj angular acceleration, aj acceleration of its origin less"
+            .into(),
+    );
+    doc.push(
+        "gravity, Uj = [dwj]x + [wj]x^2, wwj = wj wj^T; zj_k and dj_k angular velocity and velocity per dqk;".into(),
+    );
     doc.push("fj, nj force and moment on it and all it carries; XXPj .. MPj it and all it carries as one body.".into());
     let reads = |name: &str| functions.iter().any(|(_, f)| f.inputs.iter().any(|i| i.name == name));
     let has_columns = |n: usize| functions.iter().any(|(_, f)| f.outputs.iter().any(|o| o.columns == n));
     if reads("x") || has_columns(base.len()) {
-        doc.push("The base parameters, in the order of x and of the columns of Y, each with what regroups into it:".into());
+        doc.push(
+            "The base parameters, in the order of x and of the columns of Y, each with what regroups into it:".into(),
+        );
         doc.extend(base.rule_lines());
     }
     if has_columns(base.standard.len()) {
         let names: Vec<String> = base.standard.iter().map(|p| p.display(robot).to_string()).collect();
-        doc.extend(wrapped(&format!("The standard parameters, in the order of the columns of Y: {}", names.join(" ")), 100));
+        doc.extend(wrapped(
+            &format!("The standard parameters, in the order of the columns of Y: {}", names.join(" ")),
+            100,
+        ));
     }
     doc
 }

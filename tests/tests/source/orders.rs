@@ -4,7 +4,7 @@
 /// place in the list.
 pub const ORDERS: [(&str, &[&str]); 16] = [
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
-    ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
+    ("crates/expr", &["graph", "function", "forward", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
         &[

@@ -29,7 +29,9 @@ pub enum TooLong {
 impl std::fmt::Display for TooLong {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            TooLong::Terms(n) => write!(f, "expanded it has more than {n} terms: leave [expand] out, or name one [entry]"),
+            TooLong::Terms(n) => {
+                write!(f, "expanded it has more than {n} terms: leave [expand] out, or name one [entry]")
+            }
             TooLong::Quotient => f.write_str("it has quotients, which are no sums of products: leave [expand] out"),
         }
     }
@@ -87,7 +89,8 @@ fn mark(function: &Function, n: usize, read: &mut [bool]) {
 
 /// Whether a node is kept whole: a symbol, a sine or a cosine, also of a sum of angles.
 fn is_factor(function: &Function, n: usize) -> bool {
-    let of_sum = |name: &str| name.starts_with(['C', 'S']) && name[1..].starts_with(|c: char| c.is_ascii_digit() || c == 'm');
+    let of_sum =
+        |name: &str| name.starts_with(['C', 'S']) && name[1..].starts_with(|c: char| c.is_ascii_digit() || c == 'm');
     match function.graph().nodes()[n] {
         Node::Symbol(_) | Node::Sin(_) | Node::Cos(_) => true,
         Node::Add(..) => function.graph().name_of(n).is_some_and(|(name, _)| of_sum(name)),
@@ -99,7 +102,8 @@ fn is_factor(function: &Function, n: usize) -> bool {
 fn squares(function: &Function) -> BTreeMap<usize, usize> {
     let graph = function.graph();
     let place = |wanted: Node| graph.nodes().iter().position(|node| *node == wanted);
-    let called = |wanted: &str| (0..graph.nodes().len()).find(|&n| graph.name_of(n).is_some_and(|(name, _)| name == wanted));
+    let called =
+        |wanted: &str| (0..graph.nodes().len()).find(|&n| graph.name_of(n).is_some_and(|(name, _)| name == wanted));
     let cosine = |n: usize| match (graph.nodes()[n], graph.name_of(n)) {
         (Node::Sin(a), _) => place(Node::Cos(a)),
         (Node::Add(..), Some((name, _))) if is_factor(function, n) => called(&format!("C{}", name.strip_prefix('S')?)),
@@ -119,7 +123,8 @@ impl Expansion<'_> {
         let mut needed = vec![e.node()];
         while let Some(&n) = needed.last() {
             let node = self.function.graph().nodes()[n];
-            let below: Vec<usize> = if is_factor(self.function, n) { Vec::new() } else { expr::operands(node).map(Expr::node).collect() };
+            let below: Vec<usize> =
+                if is_factor(self.function, n) { Vec::new() } else { expr::operands(node).map(Expr::node).collect() };
             let missing: Vec<usize> = below.into_iter().filter(|m| !self.of_node.contains_key(m)).collect();
             if missing.is_empty() {
                 needed.pop();
@@ -175,7 +180,8 @@ impl Expansion<'_> {
 
     /// Adds a product, sin^2 in it written as 1 - cos^2.
     fn reduced(&self, mut powers: BTreeMap<usize, u32>, (x, size): (f64, f64), sum: &mut Polynomial) {
-        let square = powers.iter().find(|(factor, power)| **power >= 2 && self.squares.contains_key(factor)).map(|p| *p.0);
+        let square =
+            powers.iter().find(|(factor, power)| **power >= 2 && self.squares.contains_key(factor)).map(|p| *p.0);
         let Some(sine) = square else {
             return accumulate(sum, powers.into_iter().collect(), (x, size));
         };

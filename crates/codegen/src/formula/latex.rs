@@ -23,16 +23,14 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
     let mut text = comment(head);
     for Shown { name, doc, listing } in functions {
         text += &format!("\n% {name}\n{}", comment(doc));
-        for (name, value) in &listing.constants {
-            text += &format!("% {name}: {value} in the file\n");
-        }
         let mut lines = Vec::new();
         for (name, term) in &listing.assignments {
             lines.push(equation(&variable(name), &GRAMMAR.parts(term)));
         }
         for output in &listing.outputs {
             for (row, column, term) in &output.entries {
-                let place = if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) };
+                let place =
+                    if output.columns == 1 { format!("{}", row + 1) } else { format!("{},{}", row + 1, column + 1) };
                 lines.push(equation(&format!("{}_{{{place}}}", symbol(&output.name)), &GRAMMAR.parts(term)));
             }
         }

@@ -39,8 +39,8 @@ pub(crate) struct ListedOutput {
 pub(crate) struct Listing {
     /// Name and names of the entries.
     pub inputs: Vec<(String, Vec<String>)>,
-    /// Named constants that are symbols, with their values.
-    pub constants: Vec<(String, f64)>,
+    /// Named constants that are symbols.
+    pub constants: Vec<String>,
     pub assignments: Vec<(String, Term)>,
     pub outputs: Vec<ListedOutput>,
 }
@@ -57,10 +57,51 @@ pub(crate) struct Names {
 
 /// Words that no variable may be called in one of the languages.
 const RESERVED: &[&str] = &[
-    "and", "as", "assert", "break", "case", "catch", "class", "continue", "cos", "def", "del", "elif", "else", "end",
-    "except", "finally", "for", "from", "function", "global", "if", "import", "in", "is", "lambda", "Matrix", "not", "or",
-    "otherwise", "parfor", "pass", "persistent", "pi", "raise", "return", "sin", "spmd", "sqrt", "switch", "symbols",
-    "try", "while", "with", "yield", "zeros",
+    "and",
+    "as",
+    "assert",
+    "break",
+    "case",
+    "catch",
+    "class",
+    "continue",
+    "cos",
+    "def",
+    "del",
+    "elif",
+    "else",
+    "end",
+    "except",
+    "finally",
+    "for",
+    "from",
+    "function",
+    "global",
+    "if",
+    "import",
+    "in",
+    "is",
+    "lambda",
+    "Matrix",
+    "not",
+    "or",
+    "otherwise",
+    "parfor",
+    "pass",
+    "persistent",
+    "pi",
+    "raise",
+    "return",
+    "sin",
+    "spmd",
+    "sqrt",
+    "switch",
+    "symbols",
+    "try",
+    "while",
+    "with",
+    "yield",
+    "zeros",
 ];
 
 impl Names {
@@ -127,7 +168,7 @@ impl Names {
 }
 
 /// What an output is called: `A` of a matrix `a`, `tau` as it is.
-pub(crate) fn output_name(name: &str) -> String {
+pub fn output_name(name: &str) -> String {
     if name.len() == 1 { name.to_uppercase() } else { name.to_string() }
 }
 
@@ -164,7 +205,8 @@ impl Listing {
         place: Option<Place>,
         value: impl Fn(usize, usize) -> Term,
     ) -> Listing {
-        let outputs = function.outputs.iter().enumerate().filter(|(i, _)| place.is_none_or(|(output, ..)| output == *i));
+        let outputs =
+            function.outputs.iter().enumerate().filter(|(i, _)| place.is_none_or(|(output, ..)| output == *i));
         let output = |(i, o): (usize, &expr::Output)| {
             let is_listed = |k: usize| match place {
                 Some((_, row, column)) => k == row * o.columns + column,
@@ -181,7 +223,7 @@ impl Listing {
         };
         let mut listing = Listing {
             inputs: shown.inputs.iter().map(|i| (i.name.clone(), names.texts(&i.entries))).collect(),
-            constants: shown.constants().into_iter().map(|(e, _, x)| (names.texts(&[e]).concat(), x)).collect(),
+            constants: shown.constants().into_iter().map(|(e, ..)| names.texts(&[e]).concat()).collect(),
             outputs: outputs.map(output).collect(),
             assignments,
         };
@@ -189,7 +231,7 @@ impl Listing {
         let mut read = HashSet::new();
         let entries = listing.outputs.iter().flat_map(|o| o.entries.iter().map(|(_, _, term)| term));
         listing.assignments.iter().map(|(_, term)| term).chain(entries).for_each(|term| collect(term, &mut read));
-        listing.constants.retain(|(name, _)| read.contains(name));
+        listing.constants.retain(|name| read.contains(name));
         listing
     }
 }
@@ -311,7 +353,9 @@ pub(crate) fn sum(terms: Vec<(bool, Term)>) -> Term {
 
 pub(crate) fn negated(term: Term) -> Term {
     match term {
-        Term::Sum(terms) if terms.len() == 1 && terms[0].0 => terms.into_iter().next().map_or(Term::Number(0.0), |t| t.1),
+        Term::Sum(terms) if terms.len() == 1 && terms[0].0 => {
+            terms.into_iter().next().map_or(Term::Number(0.0), |t| t.1)
+        }
         Term::Sum(terms) => sum(terms.into_iter().map(|(negative, term)| (!negative, term)).collect()),
         term => Term::Sum(vec![(true, term)]),
     }

@@ -21,14 +21,11 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
     for Shown { name, doc, listing } in functions {
         let outputs: Vec<&str> = listing.outputs.iter().map(|o| o.name.as_str()).collect();
         let inputs = listing.inputs.iter().map(|(name, _)| name);
-        let arguments: Vec<&str> = inputs.chain(listing.constants.iter().map(|(name, _)| name)).map(String::as_str).collect();
+        let arguments: Vec<&str> = inputs.chain(&listing.constants).map(String::as_str).collect();
         text += &format!("function [{}] = {name}({})\n", outputs.join(", "), arguments.join(", "));
         text += &comment(doc);
         if let Some((first, _)) = functions.first().map(|f| (f.name, ())).filter(|(first, ())| first == name) {
             text += &format!("%\n% Save as {first}.m\n{}", comment(head));
-        }
-        for (name, value) in &listing.constants {
-            text += &format!("% {name}: {value} in the file\n");
         }
         for (input, entries) in &listing.inputs {
             for (k, entry) in entries.iter().enumerate() {

@@ -14,8 +14,8 @@ mod text;
 use expr::Function;
 
 pub use expand::TooLong;
-pub use listing::Place;
 use listing::Listing;
+pub use listing::{Place, output_name};
 
 /// The language of formulas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,5 +86,5 @@ pub fn printed_symbols(function: &Function, language: FormulaLanguage) -> Vec<St
         _ => str::to_string,
     };
     let inputs = listing.inputs.into_iter().flat_map(|(_, entries)| entries);
-    inputs.chain(listing.constants.into_iter().map(|(name, _)| name)).map(|name| print(&name)).collect()
+    inputs.chain(listing.constants).map(|name| print(&name)).collect()
 }

@@ -22,7 +22,7 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
     text += "\nfrom sympy import Matrix, cos, sin, sqrt, symbols\n";
     for Shown { name, doc, listing } in functions {
         let input = |(input, entries): &(String, Vec<String>)| format!("{input}={}", symbols(entries));
-        let constant = |(name, _): &(String, f64)| format!("{name}=symbols(\"{name}\")");
+        let constant = |name: &String| format!("{name}=symbols(\"{name}\")");
         let arguments: Vec<String> =
             listing.inputs.iter().map(input).chain(listing.constants.iter().map(constant)).collect();
         text += &format!("\n\ndef {name}({}):\n", arguments.join(", "));

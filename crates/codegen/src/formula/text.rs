@@ -23,9 +23,6 @@ pub(crate) fn file(head: &[String], functions: &[Shown]) -> String {
         for (input, entries) in &listing.inputs {
             text += &format!("# {input}: {}\n", entries.join(" "));
         }
-        for (name, value) in &listing.constants {
-            text += &format!("# {name}: {value} in the file\n");
-        }
         for (name, term) in &listing.assignments {
             text += &format!("{name} = {}\n", GRAMMAR.text(term));
         }

@@ -8,7 +8,8 @@
 use expr::{Expr, Function, Input, Output, SymbolKind};
 
 use crate::derivation::Derivation;
-use crate::kinematics::links::{MotionInput, coordinate_labels};
+use crate::kinematics::links::MotionInput;
+use crate::kinematics::names::coordinate_labels;
 use crate::kinematics::vector::sum;
 
 /// Inputs `dq`, `sign_dq` (n each) and `f` (FV FS OFF a coordinate); output `tau`, N m (N).

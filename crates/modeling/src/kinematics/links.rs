@@ -15,12 +15,13 @@
 //! and a vector is turned once. A chain of passive joints that turn back (a parallelogram) thereby turns by exactly
 //! nothing.
 
-use expr::{Expr, Graph, Input, Node, SymbolKind};
+use expr::{Expr, Graph, Input, SymbolKind};
 use robot::{JointKind, Link, Robot};
 
 use crate::kinematics::angle::Angle;
 use crate::kinematics::constants::Constants;
-use crate::kinematics::vector::{NULL, Turn, Vector, add, cross, dot, name_vector};
+use crate::kinematics::names::{coordinate_labels, name_motion, name_twists};
+use crate::kinematics::vector::{NULL, Turn, Vector, acceleration_matrix, add, cross, dot, products};
 
 /// Every joint variable and its rates: n coordinates, then the passive ones, whose rates follow from
 /// the coordinates'.
@@ -85,17 +86,6 @@ impl Motion {
     }
 }
 
-/// What formulas put behind the letter of a coordinate: `2` of `q2`. The digits of the file where it calls all of them
-/// so, else their place, from 1.
-pub(crate) fn coordinate_labels(robot: &Robot) -> Vec<String> {
-    let digits = |name: &str| {
-        let digits = name.strip_prefix('q').filter(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))?;
-        Some(digits.to_string())
-    };
-    let of_file: Option<Vec<String>> = robot.coordinates.iter().map(|c| digits(&c.name)).collect();
-    of_file.unwrap_or_else(|| (1..=robot.n_coordinates()).map(|k| k.to_string()).collect())
-}
-
 /// Angular and linear part of the twist of a link frame per unit of one coordinate's rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Twist {
@@ -107,6 +97,8 @@ pub(crate) struct Twist {
 #[derive(Clone, Debug)]
 pub(crate) struct LinkMotion {
     pub w: Vector,
+    /// w w^T, row by row.
+    pub ww: [Vector; 3],
     pub dw: Vector,
     pub a: Vector,
     /// [dw]x + [w]x^2, row by row.
@@ -116,7 +108,7 @@ pub(crate) struct LinkMotion {
     /// The joint's own acceleration, rad/s^2 or m/s^2.
     pub joint_acceleration: Expr,
     pub placement: Placement,
-    parallel: Parallel,
+    pub parallel: Parallel,
 }
 
 /// Where a link stands in its antecedent's frame.
@@ -136,7 +128,7 @@ impl Placement {
         self.theta.turned(g, v)
     }
 
-    fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
+    pub fn to_link_before_theta(&self, g: &mut Graph, v: Vector) -> Vector {
         let v = self.gamma.turned(g, v);
         self.alpha.turned_about_x(g, v)
     }
@@ -151,14 +143,14 @@ impl Placement {
 
 /// A run of links on parallel axes: rates before any of its turns, and the turn added up so far.
 #[derive(Clone, Debug)]
-struct Parallel {
+pub(crate) struct Parallel {
     w: Vector,
     dw: Vector,
     /// Angular part of the twist per coordinate.
     z: Vec<Vector>,
-    turn: Angle,
-    rate: Expr,
-    acceleration: Expr,
+    pub turn: Angle,
+    pub rate: Expr,
+    pub acceleration: Expr,
     /// Rate per unit of each coordinate's.
     rates: Vec<f64>,
 }
@@ -169,6 +161,18 @@ pub(crate) fn link_motions(
     robot: &Robot,
     constants: &mut Constants,
     motion: &Motion,
+) -> Vec<LinkMotion> {
+    let weight = constants.weight(g);
+    link_motions_under(g, robot, constants, motion, weight)
+}
+
+/// The same where the base seems to accelerate by `weight`.
+pub(crate) fn link_motions_under(
+    g: &mut Graph,
+    robot: &Robot,
+    constants: &mut Constants,
+    motion: &Motion,
+    weight: Vector,
 ) -> Vec<LinkMotion> {
     let n = robot.n_variables();
     let at_rest = Parallel {
@@ -183,8 +187,9 @@ pub(crate) fn link_motions(
     let unturned = Turn { cos: Expr::ONE, sin: Expr::ZERO };
     let base = LinkMotion {
         w: NULL,
+        ww: [NULL; 3],
         dw: NULL,
-        a: constants.weight(g),
+        a: weight,
         U: [NULL; 3],
         jacobian: vec![None; n],
         joint_acceleration: Expr::ZERO,
@@ -211,51 +216,14 @@ fn carried(g: &mut Graph, constants: &mut Constants, motion: &Motion, link: &Lin
     let turn = parallel.turn.turn(g);
     let (w, dw, a) = rates(g, link, i, &placement, &parallel, turn, rate, acceleration);
     let jacobian = jacobian(g, link, i, &placement, &parallel, turn);
-    let U = acceleration_matrix(g, w, dw);
+    let ww = products(g, w);
+    let U = acceleration_matrix(g, &ww, dw);
     if g.keeps_names() {
-        name_motion(g, link, [w, dw, a], &U, &jacobian, motion);
+        name_motion(g, &link.label, [w, dw, a], [&ww, &U]);
+        let twists = jacobian.iter().map(|t| t.map(|t: Twist| [t.z, t.d]));
+        name_twists(g, &link.label, twists, &motion.q);
     }
-    LinkMotion { w, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
-}
-
-/// Khalil's names: w3_x, dw3_x, a3_x (less gravity), U3_xy, and z3_1, d3_1 of the twist by coordinate 1.
-fn name_motion(
-    g: &mut Graph,
-    link: &Link,
-    [w, dw, a]: [Vector; 3],
-    U: &[Vector; 3],
-    jacobian: &[Option<Twist>],
-    motion: &Motion,
-) {
-    let label = &link.label;
-    name_vector(g, w, || format!("w{label}"));
-    name_vector(g, dw, || format!("dw{label}"));
-    name_vector(g, a, || format!("a{label}"));
-    let axes = ["x", "y", "z"];
-    // w w^T before U: its products are read by the regressor too.
-    for (i, k) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
-        let product = g.mul(w[i], w[k]);
-        g.name(product, || format!("ww{label}_{}{}", axes[i], axes[k]));
-    }
-    for (row, axis) in U.iter().zip(axes) {
-        for (&entry, other) in row.iter().zip(axes) {
-            g.name(entry, || format!("U{label}_{axis}{other}"));
-        }
-    }
-    for (k, twist) in jacobian.iter().enumerate() {
-        let Some(twist) = twist else { continue };
-        let of = coordinate_label(g, motion.q[k]);
-        name_vector(g, twist.z, || format!("z{label}_{of}"));
-        name_vector(g, twist.d, || format!("d{label}_{of}"));
-    }
-}
-
-/// What stands behind the letter of the symbol `q`.
-fn coordinate_label(g: &Graph, q: Expr) -> String {
-    match g.node(q) {
-        Node::Symbol(s) => g.symbols()[s.0 as usize].0.trim_start_matches('q').to_string(),
-        _ => q.node().to_string(),
-    }
+    LinkMotion { w, ww, dw, a, U, jacobian, joint_acceleration: acceleration, placement, parallel }
 }
 
 /// gamma, b, alpha, d, theta, r of a link as expressions.
@@ -430,7 +398,7 @@ fn jacobian(
 }
 
 /// q_j, or its rate or acceleration: sum_k c_k x_k.
-fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
+pub(crate) fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
     let mut sum = Expr::ZERO;
     for &(k, c) in &link.joint.variable.terms {
         let c = g.constant(c);
@@ -438,15 +406,4 @@ fn joint_variable(g: &mut Graph, link: &Link, x: &[Expr]) -> Expr {
         sum = g.add(sum, term);
     }
     sum
-}
-
-/// U = [dw]x + [w]x^2.
-fn acceleration_matrix(g: &mut Graph, w: Vector, dw: Vector) -> [Vector; 3] {
-    let [xx, yy, zz] = w.map(|x| g.mul(x, x));
-    let (xy, xz, yz) = (g.mul(w[0], w[1]), g.mul(w[0], w[2]), g.mul(w[1], w[2]));
-    [
-        [-g.add(yy, zz), g.sub(xy, dw[2]), g.add(xz, dw[1])],
-        [g.add(xy, dw[2]), -g.add(xx, zz), g.sub(yz, dw[0])],
-        [g.sub(xz, dw[1]), g.add(yz, dw[0]), -g.add(xx, yy)],
-    ]
 }

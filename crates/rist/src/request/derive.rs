@@ -2,9 +2,8 @@
 
 use codegen::FormulaLanguage;
 
-use super::request;
 use super::words::words;
-use crate::source::function_names;
+use super::{function_names, request};
 
 words! { FormulaLanguage:
     Text = "text" "One assignment a line",

@@ -21,6 +21,7 @@
 //!
 //! Not here: what needs a model, such as whether there is a coordinate of a name.
 
+mod derive;
 mod effect;
 mod examine;
 mod excite;
@@ -43,6 +44,7 @@ mod table;
 mod types;
 mod words;
 
+pub use derive::DeriveRequest;
 pub use effect::{Delay, Whose};
 pub use examine::{CheckRequest, CompareRequest, DoctorRequest, ValidateRequest};
 pub(crate) use excite::HARMONICS;
@@ -71,6 +73,7 @@ pub fn requests() -> Vec<(String, Vec<Field>)> {
     let steps = [
         ("model", ModelOptions::fields()),
         ("generate", GenerateRequest::fields()),
+        ("derive", DeriveRequest::fields()),
         ("plan", PlanRequest::fields()),
         ("excite", ExciteRequest::fields()),
         ("simulate", SimulateRequest::fields()),
