@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use rist::Record;
-use rist::{TrajectoryFormat, trajectory_file};
-use rist::Effort;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::Effort;
+use rist::Record;
 use rist::request::{CheckRequest, ExciteRequest, PlanRequest};
 use rist::simulation::{Motions, SimulateRequest};
+use rist::{TrajectoryFormat, trajectory_file};
 
 use crate::arrays::array;
 use crate::artefact::{artefact, read_text, save};

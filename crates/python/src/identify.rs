@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use rist::ClosedLoop;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rist::ClosedLoop;
 use rist::closed_loop::identify_experiments_in_loop;
 use rist::doctor::DoctorRequest;
 use rist::experiments::{ExperimentLogs, identify_gains_of_rows, identify_paper_rows};
@@ -76,7 +76,9 @@ pub fn identify(
     call.check_method(method)?;
     match method {
         Method::Ls | Method::Essential => identify_samples(py, model, logs, &call, method),
-        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => identify_plan(py, model, logs, &call, method),
+        Method::Rist | Method::Tls | Method::RistMh | Method::Iv | Method::Didim => {
+            identify_plan(py, model, logs, &call, method)
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
     ("crates/gate", &["budget", "unfolding", "shown", "source"]),
     ("crates/claims", &["subject", "figure", "remedy", "outcome", "standing", "claim", "purpose", "rule"]),
-    ("crates/expr", &["graph", "function", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
+    ("crates/expr", &["graph", "function", "forward", "fusion", "sine", "slots", "tape", "adjoint", "module"]),
     (
         "crates/robot",
         &[
@@ -58,10 +58,11 @@ pub(crate) const ORDERS: [(&str, &[&str]); 17] = [
             "functions",
             "robot_function",
             "robot_module",
+            "robot_formulas",
             "size",
         ],
     ),
-    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c"]),
+    ("crates/codegen", &["steps", "numbers", "rust_function", "rust_file", "c", "formula"]),
     (
         "crates/logs",
         &[
